@@ -64,6 +64,9 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"training",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "codegen", "files", "driver", "analysis",
       "chart", "dpde"}},
+    {"report",
+     {"support", "source", "model", "stencil", "files", "driver", "stability", "chart", "plot", "analysis", "training",
+      "dpde"}},
     {"host", {"support", "source", "syntax", "model", "files", "driver", "stability", "analysis", "dpde"}},
 };
 

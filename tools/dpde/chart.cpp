@@ -10,14 +10,14 @@
 #include "chart/budget.h"
 #include "chart/points_file.h"
 #include "chart/sweep.h"
-#include "chart_output.h"
 #include "chart_scene.h"
 #include "command.h"
 #include "dpde/runtime/bytes.h"
 #include "interrupt.h"
 #include "model/from_ast.h"
-#include "order_report.h"
 #include "progress.h"
+#include "report/chart_of_scene.h"
+#include "report/formal_order.h"
 #include "scene_output.h"
 #include "syntax/parser.h"
 #include "train.h"
@@ -117,6 +117,23 @@ Json chart_training(Job& job, const ChartOptions& options) {
   return train(job, training);
 }
 
+/// Words, and with --out table, picture and `result` as files NAME.
+void write_chart(Job& job, const report::ChartOfScene& chart, const std::string& name, Json& result) {
+  const report::Report report = report::chart_report(chart);
+  result.update(report.json);
+  tell(job, report);
+  if (!job.options().out.empty()) {
+    save_text(job, name + ".csv", report::chart_table(chart.points));
+    const std::vector<plot::Panel> panels = report::chart_panels(chart);
+    if (!panels.empty())
+      save_picture(job, name, panels);
+    else
+      job.say("no picture: its axis is logarithmic, and no point has an error above 0\n");
+    save_text(job, name + ".json", result.dump(1) + "\n");
+  }
+  result["files"] = job.files();
+}
+
 Json Chart::operator()() {
   Json result = Json::object();
   if (options_.resume && options_.out.empty())
@@ -130,7 +147,7 @@ Json Chart::operator()() {
   }
   if (!open_chart_scene(job_, options_.wishes, scene_)) return result;
   const model::Problem& problem = scene_.session->problem();
-  warn_of_jumps(job_, driver::jumps_in_fluxes(*scene_.session));
+  report::warn_of_jumps(driver::jumps_in_fluxes(*scene_.session), job_.sink());
   const std::string name = scene_.block ? scene_.block->name : problem.scene + "_chart";
   if (!options_.out.empty() && !file_.open(options_.out, name, options_.resume, job_.sink())) return result;
   const std::vector<chart::Entry> entries = chart::entries_of(problem, scene_.wishes);
@@ -146,7 +163,7 @@ Json Chart::operator()() {
                          entries.size()));
   const double in_block = scene_.block ? scene_.block->tolerance : 0;
   const double tolerance = options_.tolerance > 0 ? options_.tolerance : in_block;
-  write_chart(job_, {problem, points, references_, scene_.options.task, name, tolerance, scene_.options.threads},
+  write_chart(job_, {problem, points, references_, scene_.options.task, tolerance, scene_.options.threads}, name,
               result);
   return result;
 }

@@ -8,9 +8,10 @@
 #include <cmath>
 
 #include "gradient_file.h"
-#include "growth_report.h"
 #include "interrupt.h"
 #include "plot/scene_panels.h"
+#include "report/gradient_growth.h"
+#include "report/solves.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
 #include "support/number_text.h"
@@ -100,7 +101,7 @@ std::vector<driver::SolveReport> all_solves(const TaskRun& run) {
 void report_solves(Job& job, const TaskRun& run, const std::vector<driver::SolveReport>& solves, Json& result) {
   constexpr double loose = 1e-6;
   if (solves.empty()) return;
-  result["solves"] = json_of(solves);
+  result["solves"] = report::json_of(solves);
   job.say(driver::text_of(solves));
   driver::report_solves(run.session->problem(), solves, job.sink());
   const double tolerance = run.session->problem().scheme.solve.tolerance;
@@ -120,6 +121,14 @@ void report_solves(Job& job, const TaskRun& run, const std::vector<driver::Solve
   }
 }
 
+/// With a warning where the gradient has lost its digits.
+Json growth_json(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks,
+                 const Eigen::VectorXd& gradient) {
+  const auto growth = report::gradient_growth(*run.session, *run.inverse, looks, run.inverse->start(), gradient);
+  report::warn_of_growth(run.session->problem(), growth, job.sink());
+  return report::json_of(growth);
+}
+
 Json gradient(Job& job, const TaskOptions& options) {
   Json result = Json::object();
   TaskRun run;
@@ -137,7 +146,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
     const bool has_loss = std::isfinite(loss);
-    const std::string grown = has_loss ? help_for_growth(run, looks) : "";
+    const std::string grown = has_loss ? report::help_for_growth(*run.session, looks) : "";
     job.sink().report("loss-not-finite", run.task().losses.front().origin.range,
                       {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
                       grown.empty() ? help_at_start(run, has_loss) : grown);
@@ -150,7 +159,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
   warn_of_run(job, run, inverse.start());
-  result["growth"] = report_growth(job, run, looks, inverse.start(), gradient);
+  result["growth"] = growth_json(job, run, looks, gradient);
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);

@@ -7,7 +7,7 @@
 #include "command.h"
 #include "lsp/server.h"
 #include "lsp/wire.h"
-#include "order_report.h"
+#include "report/formal_order.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -15,8 +15,7 @@ namespace dpde::tools {
 namespace {
 
 std::string order_text(const model::Problem& problem) {
-  Json unused = Json::object();
-  const std::string text = report_order(problem, unused);
+  const std::string text = report::text_of(report::formal_order(problem));
   return text.substr(0, text.find('\n'));
 }
 

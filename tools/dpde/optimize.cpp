@@ -10,12 +10,12 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unknown_scales.h"
 #include "files/evaluation_log.h"
-#include "growth_report.h"
 #include "interrupt.h"
 #include "limit_watch.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
 #include "progress.h"
+#include "report/gradient_growth.h"
 #include "scene_output.h"
 #include "stencil/print_stencil.h"
 #include "support/evaluate.h"
@@ -118,8 +118,8 @@ struct Outcome {
   OptimiseResult result;
   std::vector<double> scales;  // of unknowns, where the method takes such
   double seconds = 0;
-  Json growth = nullptr;  // of the first gradient
-  std::string grown;      // what to say where that is not finite
+  std::optional<analysis::GradientGrowth> growth;  // of the first gradient
+  std::string grown;                               // what to say where that is not finite
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
@@ -138,8 +138,11 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       if (is_finite) say_certificate(job, run);
       if (is_finite && run.inverse->last().steady)
         warn_of_unrest(job, run.session->problem(), *run.inverse->last().steady);
-      if (is_finite) outcome.growth = report_growth(job, run, looks, x, gradient);
-      if (!is_finite && std::isfinite(loss)) outcome.grown = help_for_growth(run, looks);
+      if (is_finite) {
+        outcome.growth = report::gradient_growth(*run.session, *run.inverse, looks, x, gradient);
+        report::warn_of_growth(run.session->problem(), outcome.growth, job.sink());
+      }
+      if (!is_finite && std::isfinite(loss)) outcome.grown = report::help_for_growth(*run.session, looks);
     }
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
     return loss;
@@ -183,7 +186,7 @@ void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int itera
     auto [misfit, range] = *run.inverse->misfit();
     misfit.hint = misfit.is_empty ? "seek within bounds that leave 0 out: unknown a in 0.01 .. 1"
                                   : "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint;
-    report(misfit, fmt::format(" after {} iterations", result.iterations), range, job.sink());
+    model::report(misfit, fmt::format(" after {} iterations", result.iterations), range, job.sink());
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
     job.sink().report(
@@ -275,7 +278,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["hessian_products"] = result.hessian_products;
   json["resumed_evaluations"] = recorded;
   json["reason"] = describe(result.reason);
-  json["growth"] = outcome.growth;
+  json["growth"] = report::json_of(outcome.growth);
   json["scales"] = report_scales(job, run, outcome.scales);
   json["unknowns"] = unknowns_json(job, run, result);
   json["test"] = Json::object();

@@ -12,24 +12,13 @@
 #include "interrupt.h"
 #include "plot/scene_panels.h"
 #include "plot/text_plot.h"
+#include "report/losses.h"
 #include "scene_output.h"
 #include "stencil/build.h"
 
 namespace dpde::tools {
 
 namespace {
-
-plot::LinePanel loss_panel(const OptimiseResult& result) {
-  plot::LinePanel panel;
-  panel.title = "loss";
-  panel.x_label = "iteration";
-  panel.y_label = "loss";
-  plot::Curve curve{"loss", {}, result.losses};
-  for (std::size_t k = 0; k < result.losses.size(); ++k) curve.x.push_back(double(k));
-  panel.log_y = std::all_of(result.losses.begin(), result.losses.end(), [](double loss) { return loss > 0; });
-  panel.curves.push_back(std::move(curve));
-  return panel;
-}
 
 /// The state a datum is a target of: the field it comes from, or the only state; "" where neither tells.
 std::string state_of(const TaskRun& run, const std::string& datum) {
@@ -135,11 +124,10 @@ void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<plot::Pane
 }  // namespace
 
 void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
-  if (result.losses.size() > 1) job.say(plot::text_plot(loss_panel(result), plot::terminal_is_utf8(), 64, 10));
+  if (result.losses.size() > 1)
+    job.say(plot::text_plot(report::loss_panel(result.losses), plot::terminal_is_utf8(), 64, 10));
   if (job.options().out.empty()) return;
-  std::string table = "iteration,loss\n";
-  for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
-  save_text(job, "loss.csv", table);
+  save_text(job, "loss.csv", report::loss_table(result.losses));
   save_found(job, run, result.x);
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_control()) save_control(job, run, part.name, part_of(result.x, part));
@@ -152,7 +140,7 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   }
   const bool has_curve =
       std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
-  if (has_curve) save_picture(job, "loss", {loss_panel(result)});
+  if (has_curve) save_picture(job, "loss", {report::loss_panel(result.losses)});
   if (interrupt_flag().load()) return;  // the pictures need another run
   std::vector<plot::Panel> panels;
   add_targets(run, result.x, panels);

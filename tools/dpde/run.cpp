@@ -23,6 +23,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "record.h"
+#include "report/solves.h"
 #include "run_checkpoint.h"
 #include "scene_output.h"
 #include "scene_session.h"
@@ -326,7 +327,7 @@ void Run::report_constraints(Json& result) {
 void Run::report_solves(Json& result) {
   const auto solves = driver::solves_of(session_->compiled(), session_->rollout().solve_notes());
   if (solves.empty()) return;
-  result["solves"] = json_of(solves);
+  result["solves"] = report::json_of(solves);
   job_.say(driver::text_of(solves));
   if (!outcome_.blow_up) driver::report_solves(session_->problem(), solves, job_.sink());
 }

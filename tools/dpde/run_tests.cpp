@@ -8,9 +8,11 @@
 #include <string>
 
 #include "interrupt.h"
+#include "report/tests.h"
+#include "report/training_chart.h"
+#include "scene_output.h"
 #include "train.h"
 #include "training/plain_methods.h"
-#include "training_chart.h"
 
 namespace dpde::tools {
 
@@ -24,7 +26,8 @@ void run_all(const TestedValues& values, Result& results, const Run& run) {
 }
 
 /// Behind the scenes named: plain methods that suit their equations, and cheaper versions of the best of these.
-void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValues& found, TestResults& tests) {
+void add_plain_methods(Job& job, const TestRun& run, const training::UnknownValues& found,
+                       training::TestResults& tests) {
   training::PlainMethods more = training::plain_methods(run.scenes, tests.beside, &interrupt_flag());
   training::add_plain_methods(run.scenes, more, found, run.options, tests.beside);
   for (std::size_t k = 0; run.chart && k < more.left_out.size(); ++k)
@@ -79,8 +82,8 @@ void tell_weights_not_used(Job& job, const training::TestScenes& scenes) {
 bool make_and_report(Job& job, const TestRun& run, const TestedValues& values, Json& json) {
   training::TestScenes& scenes = run.scenes;
   const training::UnknownValues& found = values.trials[values.best];
-  TestResults tests{values.best};
-  GrowthResults growths{values.best};
+  training::TestResults tests{values.best};
+  training::GrowthResults growths{values.best};
   run_all(values, tests, [&](const training::UnknownValues& x) {
     return training::tests_on_trajectories(scenes, x, run.options, job.sink());
   });
@@ -98,9 +101,11 @@ bool make_and_report(Job& job, const TestRun& run, const TestedValues& values, J
         training::costs_of_tests(scenes, found, run.options, run.chart.value_or(training::CostTiming{}), job.sink());
   if (interrupt_flag().load()) return false;
   tests.is_chart = run.chart.has_value();
-  report_tests(job, tests, json);
-  report_growths(job, growths, json);
-  if (has_all) write_training_chart(job, scenes, tests, json);
+  report::Report report = report::tests_report(tests);
+  report.append(report::growths_report(growths));
+  if (has_all) report.append(report::training_chart(scenes, tests));
+  json.update(report.json);
+  tell(job, report);
   fail_where_nothing_is_finite(job, scenes, tests.trials[tests.best]);
   return true;
 }

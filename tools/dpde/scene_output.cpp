@@ -12,6 +12,7 @@
 #include "dpde/runtime/weights_file.h"
 #include "files/files.h"
 #include "shared_folder.h"
+#include "support/match.h"
 
 namespace dpde::tools {
 namespace fs = std::filesystem;
@@ -79,25 +80,13 @@ std::string cells_text(const driver::Session& session) {
   return text;
 }
 
-Json json_of(const std::vector<driver::SolveReport>& solves) {
-  Json result = Json::array();
-  for (const driver::SolveReport& solve : solves) {
-    const SolveNote& note = solve.note;
-    result.push_back({{"field", solve.field},
-                      {"method", note.method},
-                      {"reason", note.reason},
-                      {"solves", note.solves},
-                      {"iterations", note.iterations},
-                      {"most_iterations", note.most_iterations},
-                      {"unaided", note.unaided},
-                      {"residual", json_number(note.residual)},
-                      {"tolerance", note.tolerance},
-                      {"cpu_s", note.seconds},
-                      {"setup_s", note.setup},
-                      {"guess", solve.guess},
-                      {"incompatible", json_number(note.incompatible)}});
+void tell(Job& job, const report::Report& report) {
+  for (const auto& part : report.parts) {
+    match(
+        part, [&](const std::string& words) { job.say(words); },
+        [&](const report::TextFile& file) { save_text(job, file.name, file.text); },
+        [&](const report::Picture& picture) { save_picture(job, picture.name, picture.panels); });
   }
-  return result;
 }
 
 }  // namespace dpde::tools

@@ -9,8 +9,8 @@
 
 #include "command.h"
 #include "driver/session.h"
-#include "driver/solve_report.h"
 #include "plot/picture.h"
+#include "report/report.h"
 
 namespace dpde::tools {
 
@@ -35,7 +35,7 @@ Json json_cells(const driver::Session& session);
 /// "128" or "64 x 32".
 std::string cells_text(const driver::Session& session);
 
-/// How equations were solved, and why so.
-Json json_of(const std::vector<driver::SolveReport>& solves);
+/// Says its words; its files and pictures go to the folder of --out.
+void tell(Job& job, const report::Report& report);
 
 }  // namespace dpde::tools

@@ -15,11 +15,11 @@
 #include "plot/text_plot.h"
 #include "preparing.h"
 #include "progress.h"
+#include "report/verdict.h"
 #include "scene_output.h"
 #include "scene_session.h"
 #include "stability/frozen_points.h"
 #include "stability/trial.h"
-#include "stability_report.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -258,9 +258,9 @@ void Stability::scan_step(Json& result) {
   if (session == nullptr) return;
   result["scene"] = session->problem().scene;
   const Verdict verdict = stability::verdict_of(*session);
-  StabilityReport report = report_of(session->problem(), verdict, job_.source());
+  report::Report report = report::verdict_report(session->problem(), verdict, job_.source());
   result["predicted"] = std::move(report.json);
-  job_.say(report.text);
+  tell(job_, report);
   const bool is_limited = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
   if (verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::never) {
     measure_growth(*session, verdict, result);

@@ -2,10 +2,10 @@
 // dpde optimize of a task that learns from trajectories.
 #pragma once
 
-#include <limits>
 #include <optional>
 
 #include "task_run.h"
+#include "training/test_results.h"
 #include "training/trajectory_test.h"
 #include "training/trials.h"
 
@@ -28,35 +28,12 @@ bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run);
 
 Json train(Job& job, const OptimizeOptions& options);
 
-/// Seconds that processors worked; not a number where that is not known.
-struct Investment {
-  double data_s = std::numeric_limits<double>::quiet_NaN(), training_s = std::numeric_limits<double>::quiet_NaN();
-  int trials = 1;  // each of which took training_s in the mean
-};
-/// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
-struct TestResults {
-  std::size_t best = 0;
-  std::vector<std::vector<training::TrajectoryTest>> trials = {};
-  std::vector<training::TrajectoryTest> start = {};
-  std::vector<std::vector<training::TrajectoryTest>> beside = {};
-  std::vector<std::vector<training::TestCost>> costs = {};
-  std::vector<training::TestConditions> conditions = {};
-  Investment spent = {};
-  bool is_chart = false;  // of many plain methods: without their courses over time
-};
-struct GrowthResults {
-  std::size_t best = 0;
-  std::vector<std::vector<training::GrowthTest>> trials = {};
-  std::vector<training::GrowthTest> start = {};
-  std::vector<std::vector<training::GrowthTest>> beside = {};
-};
-
 /// What tests are run with: the values of each trial, and those that the best one began with.
 struct TestedValues {
   std::size_t best = 0;
   std::vector<training::UnknownValues> trials = {};
   training::UnknownValues start = {};
-  Investment spent = {};
+  training::Investment spent = {};
 };
 struct TestRun {
   training::TestScenes& scenes;  // the plain methods are added to it
@@ -72,8 +49,5 @@ void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& j
 
 /// Losses as tables and a curve, what the best trial has learnt as files.
 void write_trained(Job& job, const training::Trials& trials);
-/// Words, tables, pictures, and the keys test, statistic and growth of --json.
-void report_tests(Job& job, const TestResults& results, Json& json);
-void report_growths(Job& job, const GrowthResults& results, Json& json);
 
 }  // namespace dpde::tools

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of a training say: in words, as tables, curves and JSON.
-#include "test_output.h"
+#include "report/tests.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,12 +8,13 @@
 #include <cmath>
 #include <set>
 
-#include "beside_output.h"
+#include "report/beside.h"
+#include "report/one_test.h"
+#include "report/solves.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
-#include "support/number_text.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -95,10 +95,9 @@ std::string table_of(const OneTest& test) {
   return table.text();
 }
 
-void write_test(Job& job, const OneTest& test) {
-  if (job.options().out.empty()) return;
+void write_test(Report& report, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  save_text(job, found.name + ".csv", table_of(test));
+  report.add(found.name + ".csv", table_of(test));
   plot::LinePanel panel;
   panel.title = fmt::format("{} on {}", found.name, found.file);
   panel.x_label = "t";
@@ -116,33 +115,33 @@ void write_test(Job& job, const OneTest& test) {
     if (beside.is_named) panel.curves.push_back({beside.scene, beside.times, beside.course()});
   }
   panel.log_y = plot::spans_decades(panel.curves);
-  save_if_drawn(job, found.name, panel);
+  report.add_if_drawn(found.name, panel);
 }
 
 /// Over the trials, in words and as JSON.
-void report_trials(Job& job, const OneTest& test, Json& json) {
+void report_trials(Report& report, const OneTest& test, Json& json) {
   if (!test.has_trials()) return;
   const MeanAndSpread over = mean_and_spread(test.means());
   std::string each;
   for (const double mean : test.means()) each += fmt::format("{}{:.6g}", each.empty() ? "" : ", ", shown(mean));
-  job.say(fmt::format("  trials: {}; mean {}\n", each, text_of(over)));
+  report.say(fmt::format("  trials: {}; mean {}\n", each, text_of(over)));
   json["trials"] = {{"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", Json::array()}};
   for (const TrajectoryTest* trial : test.trials) json["trials"]["each"].push_back(numbers_of(*trial));
 }
 
-Json report_test(Job& job, const OneTest& test) {
+Json report_test(Report& report, const OneTest& test) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
-  job.say(fmt::format("test {} = {} over {} of {} ({} at the start)\n", test.found().name, text_of(learnt),
-                      counted_runs(test.found().runs.size()), test.found().file, text_of(before)));
+  report.say(fmt::format("test {} = {} over {} of {} ({} at the start)\n", test.found().name, text_of(learnt),
+                         counted_runs(test.found().runs.size()), test.found().file, text_of(before)));
   if (learnt.mean > before.mean && !(before.mean < 0))
-    job.say("  warning: that is more than at the start: what was learnt makes these runs no better\n");
-  say_blow_up(job, test.found());
+    report.say("  warning: that is more than at the start: what was learnt makes these runs no better\n");
+  say_blow_up(report, test.found());
   Json json = numbers_of(test.found());
   json["t"] = json_numbers(test.found().times);
   json["start"] = numbers_of(*test.start);
-  report_trials(job, test, json);
-  if (test.beside->empty()) say_solves(job, test.found());
-  report_beside(job, test, json);
+  report_trials(report, test, json);
+  if (test.beside->empty()) say_solves(report, test.found());
+  report_beside(report, test, json);
   return json;
 }
 
@@ -181,7 +180,7 @@ Json difference_json(double value, double of_data) {
 }
 
 /// Of a scene, beside what the data of its own file say.
-Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTest& test) {
+Json report_statistic_of(Report& report, const std::string& title, const TrajectoryTest& test) {
   const OverTime own = over_time(test.runs), data = over_time(test.data);
   std::string deviation, of_data;
   if (test.times.size() > 1) {  // one time tells none
@@ -189,9 +188,9 @@ Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTes
                             difference_text(own.deviation.mean, data.deviation.mean));
     of_data = fmt::format(", {:.4g}", shown(data.deviation.mean));
   }
-  job.say(fmt::format("  {}: mean {:.5g} ({}){}; the data of {}: {:.5g}{}\n", title, shown(own.mean.mean),
-                      difference_text(own.mean.mean, data.mean.mean), deviation, test.file, shown(data.mean.mean),
-                      of_data));
+  report.say(fmt::format("  {}: mean {:.5g} ({}){}; the data of {}: {:.5g}{}\n", title, shown(own.mean.mean),
+                         difference_text(own.mean.mean, data.mean.mean), deviation, test.file, shown(data.mean.mean),
+                         of_data));
   Json json = json_of(test.runs);
   json.update({{"file", test.file},
                {"data", json_of(test.data)},
@@ -200,22 +199,22 @@ Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTes
   return json;
 }
 
-Json report_statistic(Job& job, const OneTest& test) {
+Json report_statistic(Report& report, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("statistic {} over {} to t = {:.4g}\n", found.name, counted_runs(found.runs.size()),
-                      found.times.back()));
-  Json json = report_statistic_of(job, found.scene, found);
+  report.say(fmt::format("statistic {} over {} to t = {:.4g}\n", found.name, counted_runs(found.runs.size()),
+                         found.times.back()));
+  Json json = report_statistic_of(report, found.scene, found);
   json["t"] = json_numbers(found.times);
-  json["start"] = report_statistic_of(job, "at the start", *test.start);
+  json["start"] = report_statistic_of(report, "at the start", *test.start);
   for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k)
     json["trials"].push_back(json_of(test.trials[k]->runs));
   if (test.has_trials()) {
     const MeanAndSpread over = mean_and_spread(test.means());
-    job.say(fmt::format("  over the trials: mean {}\n", text_of(over)));
+    report.say(fmt::format("  over the trials: mean {}\n", text_of(over)));
   }
   json["beside"] = Json::object();
   for (const TrajectoryTest& beside : *test.beside)
-    json["beside"][beside.scene] = report_statistic_of(job, beside.scene, beside);
+    json["beside"][beside.scene] = report_statistic_of(report, beside.scene, beside);
   return json;
 }
 
@@ -227,12 +226,12 @@ Json json_of(const training::GrowthTest& growth) {
   return {{"mean", json_number(all.mean)}, {"spread", spread_json(all.spread)}, {"runs", json_numbers(growth.rates)}};
 }
 
-Json report(Job& job, const OneTest& test) {
+Json json_of(Report& report, const OneTest& test) {
   switch (test.start->kind) {
-    case Kind::number: return report_test(job, test);
-    case Kind::statistic: return report_statistic(job, test);
-    case Kind::spectrum: return report_spectrum(job, test);
-    case Kind::correlation: return report_correlation(job, test);
+    case Kind::number: return report_test(report, test);
+    case Kind::statistic: return report_statistic(report, test);
+    case Kind::spectrum: return spectrum_report(report, test);
+    case Kind::correlation: return correlation_report(report, test);
   }
   unreachable("kind of test");
 }
@@ -263,12 +262,12 @@ std::string error_text(const std::string& variable, const files::Trajectories::O
 }
 
 /// How the runs of a file compare with those that were learnt from.
-void say_conditions(Job& job, const std::string& file, const training::TestConditions& conditions) {
-  if (conditions.is_training_file) job.say(fmt::format("warning: {} is the file that was learnt from\n", file));
+void say_conditions(Report& report, const std::string& file, const training::TestConditions& conditions) {
+  if (conditions.is_training_file) report.say(fmt::format("warning: {} is the file that was learnt from\n", file));
   if (!conditions.known_runs.empty())
-    job.say(fmt::format("warning: {} of {} {}\n", runs_text(conditions.known_runs), file,
-                        conditions.known_runs.size() == 1 ? "begins with a frame that was learnt from"
-                                                          : "begin with frames that were learnt from"));
+    report.say(fmt::format("warning: {} of {} {}\n", runs_text(conditions.known_runs), file,
+                           conditions.known_runs.size() == 1 ? "begins with a frame that was learnt from"
+                                                             : "begin with frames that were learnt from"));
   std::vector<std::string> outside, errors;
   for (const auto& each : conditions.outside) outside.push_back(outside_text(each));
   for (const auto& [variable, error] : conditions.own_errors) errors.push_back(error_text(variable, error));
@@ -276,11 +275,11 @@ void say_conditions(Job& job, const std::string& file, const training::TestCondi
                             : outside.empty()
                                 ? "parameters and first states lie in the range of the training"
                                 : "outside of the training: " + fmt::format("{}", fmt::join(outside, "; "));
-  job.say(fmt::format("{}: {} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
-                      static_cast<double>(conditions.steps) / conditions.steps_of_windows, range));
-  job.say(errors.empty()
-              ? "  how good these data are its file does not say\n"
-              : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));
+  report.say(fmt::format("{}: {} steps, {:.3g} times a window of the training; {}\n", file, conditions.steps,
+                         static_cast<double>(conditions.steps) / conditions.steps_of_windows, range));
+  report.say(errors.empty()
+                 ? "  how good these data are its file does not say\n"
+                 : fmt::format("  error of these data, root of the mean square: {}\n", fmt::join(errors, "; ")));
 }
 
 Json conditions_json(const training::TestConditions& conditions) {
@@ -314,39 +313,11 @@ const char* key_of(Kind kind) {
 
 }  // namespace
 
-void say_solves(Job& job, const TrajectoryTest& test) {
-  for (const driver::SolveReport& solve : test.solves) {
-    const auto solves = static_cast<double>(solve.note.solves);
-    const bool by_steps = solve.note.iterations > 0;
-    const std::string iterations =
-        by_steps ? fmt::format("{:.1f} iterations and ", static_cast<double>(solve.note.iterations) / solves) : "";
-    job.say(fmt::format("    {}, solve for {}: {}, {}{} a solve{}\n", test.scene, solve.field, solve.note.method,
-                        iterations, human_seconds(solve.note.seconds / solves),
-                        by_steps && !solve.guess.empty() ? ", beginning with " + solve.guess : ""));
-  }
-}
-
-void say_blow_up(Job& job, const TrajectoryTest& test) {
-  std::vector<std::size_t> runs;
-  double first = 0;
-  for (std::size_t run = 0; run < test.runs.size(); ++run) {
-    const auto at = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
-    if (at == test.runs[run].end()) continue;
-    const double t = test.times[static_cast<std::size_t>(at - test.runs[run].begin())];
-    first = runs.empty() ? t : std::min(first, t);
-    runs.push_back(run);
-  }
-  if (runs.empty()) return;
-  job.say(
-      fmt::format("  warning: {} of scene {} is no longer finite in {} of {} runs of {} ({}), after t = {:.6g} from "
-                  "its first frame "
-                  "in the first of them to end\n",
-                  test.name, test.scene, runs.size(), test.runs.size(), test.file, fmt::join(runs, ", "), first));
-}
-
-void report_tests(Job& job, const TestResults& results, Json& json) {
-  json["test"] = Json::object();
-  if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
+Report tests_report(const training::TestResults& results) {
+  Report report;
+  report.json["test"] = Json::object();
+  if (results.costs.size() != results.start.size())
+    return report;  // a file has gone since the training began: reported
   std::set<std::string> files;
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent, results.is_chart};
@@ -356,38 +327,41 @@ void report_tests(Job& job, const TestResults& results, Json& json) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);
     }
     if (test.trials.size() != results.trials.size()) continue;
-    if (files.insert(test.start->file).second) say_conditions(job, test.start->file, results.conditions[i]);
-    Json& told = json[key_of(test.start->kind)][test.start->name];
-    told = report(job, test);
+    if (files.insert(test.start->file).second) say_conditions(report, test.start->file, results.conditions[i]);
+    Json& told = report.json[key_of(test.start->kind)][test.start->name];
+    told = json_of(report, test);
     told["conditions"] = conditions_json(results.conditions[i]);
-    if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(job, test);
+    if (test.start->kind != Kind::spectrum && !results.is_chart) write_test(report, test);
   }
+  return report;
 }
 
-void report_growths(Job& job, const GrowthResults& results, Json& json) {
+Report growths_report(const training::GrowthResults& results) {
+  Report report;
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     const training::GrowthTest& found = results.trials[results.best][i];
     Json growth = json_of(found);
-    job.say(fmt::format("growth {} of {} = {} a unit of time over {} of {} ({} at the start)\n", found.name,
-                        found.scene, text_of(mean_and_spread(found.rates)), counted_runs(found.rates.size()),
-                        found.file, text_of(mean_and_spread(results.start[i].rates))));
+    report.say(fmt::format("growth {} of {} = {} a unit of time over {} of {} ({} at the start)\n", found.name,
+                           found.scene, text_of(mean_and_spread(found.rates)), counted_runs(found.rates.size()),
+                           found.file, text_of(mean_and_spread(results.start[i].rates))));
     growth["start"] = json_of(results.start[i]);
     std::vector<double> means;
     for (const std::vector<training::GrowthTest>& trial : results.trials)
       means.push_back(mean_and_spread(trial[i].rates).mean);
     if (means.size() > 1) {
       const MeanAndSpread over = mean_and_spread(means);
-      job.say(fmt::format("  over the trials: {}\n", text_of(over)));
+      report.say(fmt::format("  over the trials: {}\n", text_of(over)));
       growth["trials"] = {
           {"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}, {"each", json_numbers(means)}};
     }
     growth["beside"] = Json::object();
     for (const training::GrowthTest& beside : results.beside[i]) {
-      job.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
+      report.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
       growth["beside"][beside.scene] = json_of(beside);
     }
-    json["growth"][found.name] = std::move(growth);
+    report.json["growth"][found.name] = std::move(growth);
   }
+  return report;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

@@ -8,9 +8,9 @@
 
 #include "analysis/comparison.h"
 #include "analysis/paired_ratio.h"
-#include "test_output.h"
+#include "report/one_test.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 /// One number of means over the runs, and the same of each run and seed: without a mean where one of them has none.
 struct EqualPoint {
@@ -65,4 +65,4 @@ class BesideFigures {
                     EqualPoint& point) const;
 };
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

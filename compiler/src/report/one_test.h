@@ -2,10 +2,14 @@
 // What the reports of tests share.
 #pragma once
 
-#include "scene_output.h"
-#include "train.h"
+#include <cstddef>
+#include <string>
+#include <vector>
 
-namespace dpde::tools {
+#include "report/report.h"
+#include "training/test_results.h"
+
+namespace dpde::report {
 
 /// What one test says of each trial, of the start and of the scenes beside.
 struct OneTest {
@@ -14,7 +18,7 @@ struct OneTest {
   const training::TrajectoryTest* start = nullptr;
   const std::vector<training::TrajectoryTest>* beside = nullptr;
   std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
-  const Investment* spent = nullptr;
+  const training::Investment* spent = nullptr;
   bool is_chart = false;
 
   const training::TrajectoryTest& found() const { return *trials[best]; }
@@ -40,17 +44,15 @@ std::string counted_runs(std::size_t runs);
 Json spread_json(double spread);
 /// With its numbers, as JSON.
 Json json_of(const std::vector<double>& values);
-/// Where it has a finite value at all.
-void save_if_drawn(Job& job, const std::string& name, const plot::LinePanel& panel);
-
 /// Of a correlation: how many runs stay above the threshold.
 std::string staying_text(const training::TrajectoryTest& test);
 /// Iterations and seconds of the solves of its runs, a line each.
-void say_solves(Job& job, const training::TrajectoryTest& test);
+void say_solves(Report& report, const training::TrajectoryTest& test);
 /// The runs in which it is no longer finite.
-void say_blow_up(Job& job, const training::TrajectoryTest& test);
+void say_blow_up(Report& report, const training::TrajectoryTest& test);
 
-Json report_spectrum(Job& job, const OneTest& test);
-Json report_correlation(Job& job, const OneTest& test);
+/// Words, tables and pictures in `report`, and the JSON of the test.
+Json spectrum_report(Report& report, const OneTest& test);
+Json correlation_report(Report& report, const OneTest& test);
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

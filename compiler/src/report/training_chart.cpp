@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "training_chart.h"
+#include "report/training_chart.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,9 @@
 #include "analysis/comparison.h"
 #include "driver/machine_speed.h"
 #include "plot/chart_panel.h"
-#include "scene_output.h"
 #include "support/number_text.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -54,7 +53,7 @@ class CurveNames {
   std::vector<std::pair<model::Scheme, std::string>> known_;
 };
 
-std::vector<Row> rows_of(const training::TestScenes& scenes, const TestResults& results, std::size_t i) {
+std::vector<Row> rows_of(const training::TestScenes& scenes, const training::TestResults& results, std::size_t i) {
   std::vector<Row> rows;
   for (std::size_t k = 0; k < results.trials.size(); ++k) {
     const TrajectoryTest& trial = results.trials[k][i];
@@ -113,7 +112,7 @@ struct Spent {
   double seconds = 0;
   bool is_whole = true;
 };
-Spent spent_on(const Investment& investment) {
+Spent spent_on(const training::Investment& investment) {
   Spent spent;
   for (const double part : {investment.data_s, investment.training_s}) {
     spent.is_whole = spent.is_whole && !std::isnan(part);
@@ -214,10 +213,13 @@ std::string table_of(const std::vector<Row>& rows) {
 
 }  // namespace
 
-void write_training_chart(Job& job, const training::TestScenes& scenes, const TestResults& results, Json& json) {
+Report training_chart(const training::TestScenes& scenes, const training::TestResults& results) {
+  Report report;
+  Json& json = report.json;
   json["points"] = Json::array();
   json["best_plain"] = Json::object();
-  if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
+  if (results.costs.size() != results.start.size())
+    return report;  // a file has gone since the training began: reported
   const Spent spent = spent_on(results.spent);
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     if (scenes.tests[i].kind != model::Test::Kind::number || !training::is_compared(scenes.tests[i])) continue;
@@ -232,15 +234,14 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
     const Earned even = earned(plain, rows.front().point.seconds, length, spent);
     json["best_plain"][name] = json_of(plain, even);
     if (plain.most_accurate)
-      job.say(fmt::format("the most accurate plain method: {}, error {:.4g}, {} a unit of time\n",
-                          plain.most_accurate->scene, plain.most_accurate->error,
-                          human_seconds(plain.most_accurate->cost)));
+      report.say(fmt::format("the most accurate plain method: {}, error {:.4g}, {} a unit of time\n",
+                             plain.most_accurate->scene, plain.most_accurate->error,
+                             human_seconds(plain.most_accurate->cost)));
     if (even.runs && even.is_bound)
-      job.say(
+      report.say(
           fmt::format("  beside it data and training pay for themselves after {:.4g} runs; beside one with the "
                       "network's error after fewer\n",
                       std::ceil(*even.runs)));
-    if (job.options().out.empty()) continue;
     const std::vector<chart::MethodMarks> methods = marks_of(rows);
     const std::string title = fmt::format("{}: speed against accuracy (1 thread)", results.start[i].scene);
     const plot::LinePanel speed = plot::chart_panel({title, fmt::format("{} on {}", name, results.start[i].file),
@@ -249,9 +250,10 @@ void write_training_chart(Job& job, const training::TestScenes& scenes, const Te
     std::vector<plot::Panel> panels;
     if (!speed.curves.empty()) panels.emplace_back(speed);
     if (is_complete(rows.front().point)) panels.emplace_back(total_panel(rows, plain, spent, length));
-    if (!panels.empty()) save_picture(job, name + "_chart", panels);
-    save_text(job, name + "_chart.csv", table_of(rows));
+    if (!panels.empty()) report.parts.emplace_back(Picture{name + "_chart", std::move(panels)});
+    report.add(name + "_chart.csv", table_of(rows));
   }
+  return report;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

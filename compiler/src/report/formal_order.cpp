@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "order_report.h"
+#include "report/formal_order.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,15 +16,9 @@
 #include "stencil/waves.h"
 #include "support/assert.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
-
-struct Order {
-  int space = 0, time = 0;
-  bool is_spectral = false;  // in space: all derivatives are Fourier series
-  std::string walls = "";    // what makes it lower there than differences of values beyond them do
-};
 
 bool is_transport_alone(const model::Expr& rate) {
   const model::Neg* neg = std::get_if<model::Neg>(&rate->kind);
@@ -216,46 +210,103 @@ Order order_inside(const model::Problem& problem) {
   return order;
 }
 
-/// Operators of the file, with their orders as stated and as measured: null where there is no such number, and why.
-std::string report_operators(const model::Problem& problem, Json& result) {
-  std::string text;
-  Json rows = Json::array();
+/// Of each operator of the file, those that are alike once.
+std::vector<OperatorOrder> orders_of_operators(const model::Problem& problem) {
+  std::vector<OperatorOrder> all;
   for (const model::StatedOrder& stated : problem.operators) {
     const stencil::MeasuredOrder found = stencil::measure_order(problem, stated);
-    Json row = {{"name", stated.name}, {"stated", stated.order}, {"measured", nullptr}};
-    std::string words;
+    OperatorOrder order{stated.name, stated.order};
     switch (found.kind) {
       case stencil::MeasuredOrder::Kind::found:
-        row["measured"] = found.order;
-        words = found.order == stated.order ? " and measured" : fmt::format(", measured {}", found.order);
+        order.measured = found.order;
+        order.words = found.order == stated.order ? " and measured" : fmt::format(", measured {}", found.order);
         break;
-      case stencil::MeasuredOrder::Kind::none: words = fmt::format(", but it grows as 1/h^{}", found.order); break;
-      case stencil::MeasuredOrder::Kind::exact: words = ", exact for smooth fields"; break;
-      case stencil::MeasuredOrder::Kind::unknown: words = fmt::format(", not measured: {}", found.why); break;
+      case stencil::MeasuredOrder::Kind::none:
+        order.words = fmt::format(", but it grows as 1/h^{}", found.order);
+        break;
+      case stencil::MeasuredOrder::Kind::exact: order.words = ", exact for smooth fields"; break;
+      case stencil::MeasuredOrder::Kind::unknown: order.words = fmt::format(", not measured: {}", found.why); break;
     }
-    row["note"] = found.kind == stencil::MeasuredOrder::Kind::found ? Json(nullptr) : Json(words.substr(2));
-    if (std::ranges::find(rows, row) != rows.end()) continue;
-    text += fmt::format("operator {}: order {} as stated{}\n", stated.name, stated.order, words);
-    rows.push_back(std::move(row));
+    if (std::ranges::find(all, order) == all.end()) all.push_back(std::move(order));
   }
-  result["operators"] = std::move(rows);
-  return text;
+  return all;
 }
 
 std::string space_in_words(const Order& order) { return order.is_spectral ? "spectral" : std::to_string(order.space); }
 
 }  // namespace
 
-void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
+FormalOrder formal_order(const model::Problem& problem, const std::vector<driver::Jump>& jumps) {
+  FormalOrder order;
+  if (!problem.program.empty()) return order;
+  order.is_known = true;
+  order.inside = order_inside(problem);
+  if (model::is_implicit(problem.scheme.time) && model::holds_at_states(problem))
+    order.inside.time = std::min(order.inside.time, 1);
+  order.smooth = order.inside;
+  limit_at_walls(problem, order.smooth);
+  order.whole = order.smooth;
+  for (const driver::Jump& jump : jumps) order.jumps.push_back(jump.name);
+  if (!jumps.empty()) {
+    order.whole.space = order.smooth.is_spectral ? 1 : std::min(order.smooth.space, 1);
+    order.whole.is_spectral = false;
+  }
+  order.is_by_tolerance = problem.step_control.has_value();
+  order.operators = orders_of_operators(problem);
+  return order;
+}
+
+Json json_of(const FormalOrder& order) {
+  Json result = {{"order", {{"space", nullptr}, {"time", nullptr}}}};
+  if (!order.is_known) return result;
+  const auto space_json = [](const Order& of) { return of.is_spectral ? Json("inf") : Json(of.space); };
+  result["order"] = {{"space", space_json(order.whole)},
+                     {"time", order.whole.time},
+                     {"space_inside", space_json(order.inside)},
+                     {"walls", order.whole.walls.empty() ? Json(nullptr) : Json(order.whole.walls)},
+                     {"jumps", order.jumps},
+                     {"steps", order.is_by_tolerance ? "tolerance" : "equal"}};
+  Json rows = Json::array();
+  for (const OperatorOrder& each : order.operators) {
+    rows.push_back({{"name", each.name},
+                    {"stated", each.stated},
+                    {"measured", each.measured ? Json(*each.measured) : Json(nullptr)},
+                    {"note", each.measured ? Json(nullptr) : Json(each.words.substr(2))}});
+  }
+  result["operators"] = std::move(rows);
+  return result;
+}
+
+std::string text_of(const FormalOrder& order) {
+  if (!order.is_known) return "";
+  const Order &inside = order.inside, &smooth = order.smooth, &whole = order.whole;
+  std::string text = "order: ";
+  if (whole.is_spectral || whole.space != 0 || inside.space != 0) {  // else nothing is differentiated
+    text += space_in_words(whole) + " in space";
+    if (smooth.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
+    if (whole.space != smooth.space)
+      text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(order.jumps, ", "), space_in_words(smooth));
+    text += ", ";
+  }
+  text += fmt::format(
+      "{} in time{}{}\n", whole.time,
+      order.is_by_tolerance ? " for equal steps (here the tolerance chooses them, and errors follow it)" : "",
+      whole.walls.empty() ? "" : "; " + whole.walls);
+  for (const OperatorOrder& each : order.operators)
+    text += fmt::format("operator {}: order {} as stated{}\n", each.name, each.stated, each.words);
+  return text;
+}
+
+void warn_of_jumps(const std::vector<driver::Jump>& jumps, DiagnosticSink& sink) {
   for (const driver::Jump& jump : jumps) {
     if (!jump.inside.empty()) {
-      job.sink().report(
+      sink.report(
           "jump-in-coefficient", jump.range,
           {jump.name, "it jumps inside a cell, and the harmonic mean takes cells as wholes"},
           fmt::format("it jumps {}: let a face lie there, by other cells or by another end of the axis", jump.inside));
       continue;
     }
-    job.sink().report(
+    sink.report(
         "jump-in-coefficient", jump.range, {jump.name, "at a face differences take the mean of both sides"},
         fmt::format("grad(u)/interpolate(1/{0}) in place of {0}*grad(u) has the harmonic mean there, and "
                     "order 2 where {0} jumps on faces between cells, 1 where inside of them{1}",
@@ -263,42 +314,4 @@ void warn_of_jumps(Job& job, const std::vector<driver::Jump>& jumps) {
   }
 }
 
-std::string report_order(const model::Problem& problem, Json& result, const std::vector<driver::Jump>& jumps) {
-  result["order"] = {{"space", nullptr}, {"time", nullptr}};
-  if (!problem.program.empty()) return "";
-  Order inside = order_inside(problem);
-  if (model::is_implicit(problem.scheme.time) && model::holds_at_states(problem))
-    inside.time = std::min(inside.time, 1);
-  Order order = inside;
-  limit_at_walls(problem, order);
-  result["order"] = {{"space", order.space},
-                     {"time", order.time},
-                     {"space_inside", inside.space},
-                     {"walls", order.walls.empty() ? Json(nullptr) : Json(order.walls)}};
-  if (inside.is_spectral) result["order"]["space"] = result["order"]["space_inside"] = "inf";
-  std::vector<std::string> names;
-  for (const driver::Jump& jump : jumps) names.push_back(jump.name);
-  result["order"]["jumps"] = names;
-  const Order smooth = order;
-  if (!jumps.empty()) {
-    order.space = order.is_spectral ? 1 : std::min(order.space, 1);
-    order.is_spectral = false;
-    result["order"]["space"] = order.space;
-  }
-  std::string text = "order: ";
-  if (order.is_spectral || order.space != 0 || inside.space != 0) {  // else nothing is differentiated
-    text += space_in_words(order) + " in space";
-    if (smooth.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
-    if (order.space != smooth.space)
-      text += fmt::format(" where {} jumps, {} elsewhere", fmt::join(names, ", "), space_in_words(smooth));
-    text += ", ";
-  }
-  result["order"]["steps"] = problem.step_control ? "tolerance" : "equal";
-  text += fmt::format(
-      "{} in time{}{}\n", order.time,
-      problem.step_control ? " for equal steps (here the tolerance chooses them, and errors follow it)" : "",
-      order.walls.empty() ? "" : "; " + order.walls);
-  return text + report_operators(problem, result);
-}
-
-}  // namespace dpde::tools
+}  // namespace dpde::report

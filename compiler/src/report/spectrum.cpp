@@ -1,60 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 // What spectra and correlations of a training say, beside those of plain schemes.
+#include "training/spectrum.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "beside_output.h"
+#include "report/beside.h"
+#include "report/one_test.h"
 #include "support/evaluate.h"
-#include "test_output.h"
-#include "training/spectrum.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 using training::mean_and_spread;
 using training::MeanAndSpread;
 using training::TrajectoryTest;
 
-std::string text_of(const MeanAndSpread& value) {
-  if (std::isnan(value.spread)) return fmt::format("{:.6g}", shown(value.mean));
-  return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread));
-}
-
-std::string counted_runs(std::size_t runs) { return fmt::format("{} run{}", runs, runs == 1 ? "" : "s"); }
-
-Json spread_json(double spread) { return std::isnan(spread) ? Json(nullptr) : json_number(spread); }
-
-Json json_of(const std::vector<double>& values) {
-  const MeanAndSpread all = mean_and_spread(values);
-  return {{"mean", json_number(all.mean)}, {"spread", spread_json(all.spread)}, {"runs", json_numbers(values)}};
-}
-
-void save_if_drawn(Job& job, const std::string& name, const plot::LinePanel& panel) {
-  const auto is_drawn = [](const plot::Curve& curve) {
-    return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); });
-  };
-  if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, name, {panel});
-}
-
 namespace {
 
 /// One number of each run of a test, and what is said behind them.
 using Figures = std::function<std::vector<double>(const TrajectoryTest&)>;
-using Report = std::function<Json(const std::string& title, const TrajectoryTest&)>;
+using OneReport = std::function<Json(const std::string& title, const TrajectoryTest&)>;
 
 /// What was found, the start, the trials and the scenes beside, a line each; `table` is a file with a row each.
-Json report_all(Job& job, const OneTest& test, const Figures& figures, const Report& report) {
+Json report_all(Report& report, const OneTest& test, const Figures& figures, const OneReport& report_one) {
   const TrajectoryTest& found = test.found();
   std::string table = "scene,file,network,mean,spread\n";
   const auto add_row = [&](const TrajectoryTest& each) {
     const MeanAndSpread all = mean_and_spread(figures(each));
     table += fmt::format("{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, all.mean, all.spread);
   };
-  Json json = report(found.scene, found);
+  Json json = report_one(found.scene, found);
   add_row(found);
-  json["start"] = report("at the start", *test.start);
+  json["start"] = report_one("at the start", *test.start);
   std::vector<double> means;
   for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) {
     means.push_back(mean_and_spread(figures(*test.trials[k])).mean);
@@ -62,17 +42,16 @@ Json report_all(Job& job, const OneTest& test, const Figures& figures, const Rep
   }
   if (test.has_trials()) {
     const MeanAndSpread over = mean_and_spread(means);
-    job.say(fmt::format("  over the trials: {}\n", text_of(over)));
+    report.say(fmt::format("  over the trials: {}\n", text_of(over)));
     json["trials"].update({{"mean", json_number(over.mean)}, {"spread", spread_json(over.spread)}});
   }
   json["beside"] = Json::object();
   for (const TrajectoryTest& beside : *test.beside) {
-    json["beside"][beside.scene] = report(beside.scene, beside);
+    json["beside"][beside.scene] = report_one(beside.scene, beside);
     add_row(beside);
   }
   const bool is_compared = !test.costs.empty();  // its rows say more
-  if (!job.options().out.empty() && !test.beside->empty() && !is_compared)
-    save_text(job, found.name + "_beside.csv", table);
+  if (!test.beside->empty() && !is_compared) report.add(found.name + "_beside.csv", table);
   return json;
 }
 
@@ -149,33 +128,32 @@ std::string table_of(const std::vector<Energies>& all, double unit) {
   return text;
 }
 
-void write_spectrum(Job& job, const OneTest& test) {
-  if (job.options().out.empty()) return;
+void write_spectrum(Report& report, const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::vector<Energies> all = energies_of(test);
-  save_text(job, found.name + ".csv", table_of(all, found.unit));
+  report.add(found.name + ".csv", table_of(all, found.unit));
   plot::LinePanel panel;
   panel.title = fmt::format("{} on {}, mean over time and runs", found.name, found.file);
   panel.x_label = "waves along the longest axis";
   panel.y_label = found.name + " of the shell";
   panel.log_x = panel.log_y = true;
   for (const Energies& each : all) panel.curves.push_back(curve_of(each, found.noise));
-  save_if_drawn(job, found.name, panel);
+  report.add_if_drawn(found.name, panel);
 }
 
 }  // namespace
 
-Json report_spectrum(Job& job, const OneTest& test) {
+Json spectrum_report(Report& report, const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::size_t last = last_shell(test);
-  job.say(fmt::format(
+  report.say(fmt::format(
       "spectrum {} over {} to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n",
       found.name, counted_runs(found.runs.size()), found.times.back(), last));
   const Figures figures = [last](const TrajectoryTest& each) { return distances(each, last); };
-  Json json = report_all(job, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
-    job.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
+  Json json = report_all(report, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
+    report.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
     if (std::ranges::any_of(figures(each), [](double figure) { return std::isnan(figure); }))
-      job.say("    the data have nothing in these shells: there is nothing to compare\n");
+      report.say("    the data have nothing in these shells: there is nothing to compare\n");
     return Json{{"file", each.file},
                 {"distance", json_of(figures(each))},
                 {"energy", json_numbers(each.course())},
@@ -183,7 +161,7 @@ Json report_spectrum(Job& job, const OneTest& test) {
   });
   json["last_shell"] = last;
   json["unit"] = json_number(found.unit);
-  write_spectrum(job, test);
+  write_spectrum(report, test);
   return json;
 }
 
@@ -215,19 +193,19 @@ std::string staying_text(const TrajectoryTest& test) {
                      counted_runs(all.size()), test.times.back());
 }
 
-Json report_correlation(Job& job, const OneTest& test) {
+Json correlation_report(Report& report, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("correlation {} over {}: time until it falls below {:.6g}\n", found.name,
-                      counted_runs(found.runs.size()), found.threshold));
-  Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
+  report.say(fmt::format("correlation {} over {}: time until it falls below {:.6g}\n", found.name,
+                         counted_runs(found.runs.size()), found.threshold));
+  Json json = report_all(report, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
     const auto all = crossings(each);
     const auto staying = std::ranges::count(all, false, &training::Crossing::reached);
     const auto is_this = [&](const TrajectoryTest& beside) { return &beside == &each; };
     if (std::ranges::none_of(*test.beside, is_this))  // those are said with what they cost
-      job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file,
-                          staying_text(each)));
+      report.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file,
+                             staying_text(each)));
     if (std::ranges::any_of(all, [](const training::Crossing& one) { return std::isnan(one.time); }))
-      job.say("    the data do not vary at some frames: nothing correlates with them\n");
+      report.say("    the data do not vary at some frames: nothing correlates with them\n");
     return Json{{"file", each.file},
                 {"time", json_of(times_of(each))},
                 {"staying", staying},
@@ -235,8 +213,8 @@ Json report_correlation(Job& job, const OneTest& test) {
   });
   json["threshold"] = found.threshold;
   json["t"] = json_numbers(found.times);
-  report_beside(job, test, json);
+  report_beside(report, test, json);
   return json;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

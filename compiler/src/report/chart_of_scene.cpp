@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "chart_output.h"
+#include "report/chart_of_scene.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,9 +12,8 @@
 #include "chart/points_file.h"
 #include "driver/machine_speed.h"
 #include "plot/chart_panel.h"
-#include "scene_output.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -123,26 +122,8 @@ std::string csv_field(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string csv_of(const std::vector<Point>& points) {
-  std::string text =
-      "method,cells,step,steps,solve,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure,"
-      "gradient_error,gradient_wall_s,gradient_pareto,gradient_failure\n";
-  for (const Point& point : points) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}", csv_field(chart::method_text(point.variant)),
-                        cells_of(point), point.step, point.steps, csv_field(solve_of(point)),
-                        point.failure.empty() ? fmt::format("{}", point.error) : "", point.seconds, point.low_quartile,
-                        point.high_quartile, point.compile_seconds, point.memory_bytes, point.is_pareto ? 1 : 0,
-                        csv_field(point.failure));
-    text += point.gradient ? fmt::format(",{},{},{},", point.gradient->error, point.gradient->seconds,
-                                         point.gradient->is_pareto ? 1 : 0)
-                           : ",,,,";
-    text += csv_field(point.gradient_failure) + "\n";
-  }
-  return text;
-}
-
 /// The fastest that meets the tolerance, as text.
-std::string report_tolerance(const ChartResult& chart, Json& result) {
+std::string report_tolerance(const ChartOfScene& chart, Json& result) {
   if (!(chart.tolerance > 0)) return "";
   const Point* fastest = nullptr;
   for (const Point& point : chart.points) {
@@ -157,7 +138,7 @@ std::string report_tolerance(const ChartResult& chart, Json& result) {
                      solve_text(*fastest));
 }
 
-plot::LinePanel state_panel(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods) {
+plot::LinePanel state_panel(const ChartOfScene& chart, const std::vector<chart::MethodMarks>& methods) {
   const std::string threads = fmt::format("({} thread{})", chart.threads, chart.threads == 1 ? "" : "s");
   const std::string unit = chart.problem.unit_of("t");
   return plot::chart_panel(
@@ -167,7 +148,7 @@ plot::LinePanel state_panel(const ChartResult& chart, const std::vector<chart::M
       methods, chart.references.states.uncertainty(), chart.tolerance);
 }
 
-plot::LinePanel gradient_panel(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods) {
+plot::LinePanel gradient_panel(const ChartOfScene& chart, const std::vector<chart::MethodMarks>& methods) {
   return plot::chart_panel({fmt::format("{}: gradient", chart.task), "relative error of the gradient",
                             "seconds for value and gradient", driver::machine_name()},
                            methods, chart.references.gradient.uncertainty(), 0);
@@ -215,7 +196,7 @@ std::string budget_rows(const std::vector<Point>& points) {
 }
 
 /// As text, and as JSON in `result`.
-std::string report_gradients(const ChartResult& chart, const std::vector<chart::MethodMarks>& methods, Json& result) {
+std::string report_gradients(const ChartOfScene& chart, const std::vector<chart::MethodMarks>& methods, Json& result) {
   const chart::GradientReference& reference = chart.references.gradient;
   result = {{"task", chart.task},
             {"reference", reference_json(reference.text(), reference.uncertainty())},
@@ -228,7 +209,9 @@ std::string report_gradients(const ChartResult& chart, const std::vector<chart::
 
 }  // namespace
 
-void write_chart(Job& job, const ChartResult& chart, Json& result) {
+Report chart_report(const ChartOfScene& chart) {
+  Report report;
+  Json& result = report.json;
   const model::Problem& problem = chart.problem;
   const chart::Reference& reference = chart.references.states;
   const std::vector<chart::MethodMarks> methods = chart::marks_of(chart.points, chart::ChartOf::states),
@@ -241,32 +224,47 @@ void write_chart(Job& job, const ChartResult& chart, Json& result) {
   result["points"] = Json::array();
   for (const Point& point : chart.points) result["points"].push_back(chart::point_json(point));
   result["methods"] = slopes_of(methods, reference.uncertainty());
-  job.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
-                      problem.t_begin + problem.steps * problem.step, reference.text(),
-                      known_to(reference.uncertainty())));
-  job.say(marks_table(methods, reference.uncertainty(), "s per unit"));
-  job.say(report_speed_ups(methods, result["speed_up"]));
-  job.say(report_tolerance(chart, result));
+  report.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
+                         problem.t_begin + problem.steps * problem.step, reference.text(),
+                         known_to(reference.uncertainty())));
+  report.say(marks_table(methods, reference.uncertainty(), "s per unit"));
+  report.say(report_speed_ups(methods, result["speed_up"]));
+  report.say(report_tolerance(chart, result));
   const std::string budget = budget_rows(chart.points);
-  job.say(budget);
+  report.say(budget);
   if (!budget.empty() && !chart.task.empty())
-    job.say("  this is of the fields: errors of gradients are not taken apart\n");
-  if (!chart.task.empty()) job.say(report_gradients(chart, gradients, result["gradient"]));
-  if (chart::is_machine_busy(methods)) job.say("timings vary: the machine is busy, and times are worth little\n");
-  if (!job.options().out.empty()) {
-    std::vector<plot::Panel> panels;
-    for (plot::LinePanel& panel :
-         std::vector<plot::LinePanel>{state_panel(chart, methods), gradient_panel(chart, gradients)}) {
-      if (!panel.curves.empty()) panels.push_back(std::move(panel));
-    }
-    save_text(job, chart.name + ".csv", csv_of(chart.points));
-    if (!panels.empty())
-      save_picture(job, chart.name, panels);
-    else
-      job.say("no picture: its axis is logarithmic, and no point has an error above 0\n");
-    save_text(job, chart.name + ".json", result.dump(1) + "\n");
-  }
-  result["files"] = job.files();
+    report.say("  this is of the fields: errors of gradients are not taken apart\n");
+  if (!chart.task.empty()) report.say(report_gradients(chart, gradients, result["gradient"]));
+  if (chart::is_machine_busy(methods)) report.say("timings vary: the machine is busy, and times are worth little\n");
+  return report;
 }
 
-}  // namespace dpde::tools
+std::string chart_table(const std::vector<Point>& points) {
+  std::string text =
+      "method,cells,step,steps,solve,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure,"
+      "gradient_error,gradient_wall_s,gradient_pareto,gradient_failure\n";
+  for (const Point& point : points) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}", csv_field(chart::method_text(point.variant)),
+                        cells_of(point), point.step, point.steps, csv_field(solve_of(point)),
+                        point.failure.empty() ? fmt::format("{}", point.error) : "", point.seconds, point.low_quartile,
+                        point.high_quartile, point.compile_seconds, point.memory_bytes, point.is_pareto ? 1 : 0,
+                        csv_field(point.failure));
+    text += point.gradient ? fmt::format(",{},{},{},", point.gradient->error, point.gradient->seconds,
+                                         point.gradient->is_pareto ? 1 : 0)
+                           : ",,,,";
+    text += csv_field(point.gradient_failure) + "\n";
+  }
+  return text;
+}
+
+std::vector<plot::Panel> chart_panels(const ChartOfScene& chart) {
+  std::vector<plot::Panel> panels;
+  for (plot::LinePanel& panel :
+       std::vector<plot::LinePanel>{state_panel(chart, chart::marks_of(chart.points, chart::ChartOf::states)),
+                                    gradient_panel(chart, chart::marks_of(chart.points, chart::ChartOf::gradient))}) {
+    if (!panel.curves.empty()) panels.emplace_back(std::move(panel));
+  }
+  return panels;
+}
+
+}  // namespace dpde::report

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "beside_figures.h"
+#include "report/beside_figures.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace dpde::tools {
+namespace dpde::report {
 
 using analysis::Equal;
 using analysis::PairedRatio;
@@ -101,4 +101,4 @@ Equals BesideFigures::equals(const std::vector<std::size_t>& scenes) const {
   return all;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

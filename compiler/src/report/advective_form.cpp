@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flux_form.h"
+#include "report/advective_form.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "model/build.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -49,7 +48,7 @@ bool carries_itself(const model::Problem& problem, const model::State& state, co
 
 }  // namespace
 
-std::string report_flux_form(const model::Problem& problem, Json& result) {
+std::vector<std::string> advective_velocities(const model::Problem& problem) {
   std::vector<std::string> names;
   for (const model::State& state : problem.states) {
     const bool is_found =
@@ -60,9 +59,12 @@ std::string report_flux_form(const model::Problem& problem, Json& result) {
     const std::string vector = vector_of(state.name);
     if (is_found && std::ranges::find(names, vector) == names.end()) names.push_back(vector);
   }
-  result["advective_form"] = names;
+  return names;
+}
+
+std::string flux_form_text(const std::vector<std::string>& velocities) {
   std::string text;
-  for (const std::string& name : names) {
+  for (const std::string& name : velocities) {
     text += fmt::format(
         "momentum: -div(outer(interpolate({0}), interpolate({0}))) in place of -advect({0}, {0}) conserves it; by "
         "central(2) it had half the error in a cavity\n",
@@ -71,4 +73,4 @@ std::string report_flux_form(const model::Problem& problem, Json& result) {
   return text;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability_report.h"
+#include "report/verdict.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,13 +7,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "command.h"
 #include "model/metric.h"
 #include "stability/equations.h"
 #include "stability/folded_products.h"
 #include "stability/wall_spectrum.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -177,9 +176,12 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
 
 }  // namespace
 
-StabilityReport report_of(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
+Report verdict_report(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
-  return {verdict_json(problem, verdict, term, source), term_text(problem, verdict, term, source)};
+  Report report;
+  report.say(term_text(problem, verdict, term, source));
+  report.json = verdict_json(problem, verdict, term, source);
+  return report;
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "beside_output.h"
+#include "report/beside.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,11 +8,12 @@
 #include <cmath>
 #include <set>
 
-#include "beside_figures.h"
+#include "report/beside_figures.h"
+#include "report/solves.h"
 #include "support/evaluate.h"
 #include "support/number_text.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -41,7 +42,7 @@ Json ratio_json(const PairedRatio& ratio) {
           {"seeds", ratio.seeds}};
 }
 
-std::string cost_text(const Investment& spent) {
+std::string cost_text(const training::Investment& spent) {
   const auto one = [](const char* what, double seconds) {
     return std::isnan(seconds) ? fmt::format("the cost of the {} is not known and left out", what)
                                : fmt::format("{} of a processor's time for the {}", human_seconds(seconds), what);
@@ -54,7 +55,7 @@ std::string cost_text(const Investment& spent) {
 
 class Comparison : private BesideFigures {
  public:
-  Comparison(Job& job, const OneTest& test) : BesideFigures(test), job_(job) {}
+  Comparison(Report& report, const OneTest& test) : BesideFigures(test), report_(report) {}
 
   void report(Json& json) {
     json["cost_s"] = json_number(cost_);
@@ -63,7 +64,7 @@ class Comparison : private BesideFigures {
     for (std::size_t s = 0; s < beside_.size(); ++s) report_scene(s, json["beside"]);
     say_others();
     say_of_what();
-    if (!job_.options().out.empty()) save_text(job_, test_.found().name + "_beside.csv", table());
+    report_.add(test_.found().name + "_beside.csv", table());
     report_failures(json);
     if (!can_be_compared()) return;
     const Equals all = equals(plain_);
@@ -82,14 +83,14 @@ class Comparison : private BesideFigures {
       return std::ranges::any_of(errors, [](double error) { return error < 0; });
     };
     if (std::ranges::any_of(own_, is_signed) || std::ranges::any_of(beside_, is_signed)) {
-      job_.say(fmt::format("  {} has negative values and is no error to compare by: take its size, abs(...)\n",
-                           test_.found().name));
+      report_.say(fmt::format("  {} has negative values and is no error to compare by: take its size, abs(...)\n",
+                              test_.found().name));
       return false;
     }
     if (plain_.empty() && std::ranges::any_of(*test_.beside, &TrajectoryTest::made_data))
-      job_.say("  no plain scheme is left to compare with: those here give these data but for rounding\n");
+      report_.say("  no plain scheme is left to compare with: those here give these data but for rounding\n");
     if (!plain_.empty() && !std::isfinite(error_))
-      job_.say("  the network blows up: no plain scheme is compared with it\n");
+      report_.say("  the network blows up: no plain scheme is compared with it\n");
     return !plain_.empty() && std::isfinite(error_) && std::isfinite(cost_);
   }
 
@@ -100,9 +101,9 @@ class Comparison : private BesideFigures {
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
     const char* maker = each.made_data ? "; it gives these data but for rounding, and is left out of what follows" : "";
     const std::string staying = is_time_ ? staying_text(each) : "";
-    job_.say(fmt::format("  {}: {} on {}{}, {}{}{}\n", each.scene, text_of(mean_and_spread(figures_of(each))),
-                         each.file, staying, time, rest, maker));
-    if (!test_.is_chart && each.is_named) say_solves(job_, each);
+    report_.say(fmt::format("  {}: {} on {}{}, {}{}{}\n", each.scene, text_of(mean_and_spread(figures_of(each))),
+                            each.file, staying, time, rest, maker));
+    if (!test_.is_chart && each.is_named) say_solves(report_, each);
   }
 
   /// Over the trials, as all ratios are.
@@ -113,11 +114,11 @@ class Comparison : private BesideFigures {
     std::vector<double> means;
     for (const TrajectoryTest* trial : test_.trials) means.push_back(mean_and_spread(figures_of(*trial)).mean);
     if (test_.has_trials())
-      job_.say(fmt::format("  {}: {} over {} trials on {}, {}\n", found.scene, text_of(mean_and_spread(means)),
-                           means.size(), found.file, cost));
+      report_.say(fmt::format("  {}: {} over {} trials on {}, {}\n", found.scene, text_of(mean_and_spread(means)),
+                              means.size(), found.file, cost));
     else
-      job_.say(fmt::format("  {}: {}\n", found.scene, cost));  // the rest is said above
-    if (!test_.is_chart) say_solves(job_, found);
+      report_.say(fmt::format("  {}: {}\n", found.scene, cost));  // the rest is said above
+    if (!test_.is_chart) say_solves(report_, found);
   }
 
   std::string ratio_text(std::size_t s, const PairedRatio& ratio) const {
@@ -132,10 +133,10 @@ class Comparison : private BesideFigures {
     const double cost = test_.costs[s + 1];
     const PairedRatio ratio = error_ratio(s);
     if (each.is_named || front_.contains(each.scene)) say_row(each, cost, each.made_data ? "" : ratio_text(s, ratio));
-    if (each.is_named && !test_.is_chart) say_blow_up(job_, each);
+    if (each.is_named && !test_.is_chart) say_blow_up(report_, each);
     Json json = json_of(figures_of(each));
     json["course"] = json_numbers(each.course());
-    if (!each.solves.empty()) json["solves"] = tools::json_of(each.solves);
+    if (!each.solves.empty()) json["solves"] = report::json_of(each.solves);
     json.update({{"file", each.file},
                  {"network", each.has_network},
                  {"made_data", each.made_data},
@@ -154,8 +155,9 @@ class Comparison : private BesideFigures {
       if (scene(s).is_named || front_.contains(scene(s).scene)) continue;
       std::isfinite(error_of(scene(s))) && error_of(scene(s)) > 0 ? ++others : ++blown_up;
     }
-    if (others > 0) job_.say(fmt::format("  {} other plain methods are dearer and worse than one of these\n", others));
-    if (blown_up > 0) job_.say(fmt::format("  {} other plain methods blow up\n", blown_up));
+    if (others > 0)
+      report_.say(fmt::format("  {} other plain methods are dearer and worse than one of these\n", others));
+    if (blown_up > 0) report_.say(fmt::format("  {} other plain methods blow up\n", blown_up));
   }
 
   /// What intervals are of, and whether there is any.
@@ -166,13 +168,13 @@ class Comparison : private BesideFigures {
     if (!has_ratio) return;
     const auto runs = own_[0].size(), seeds = own_.size();
     if (runs < 2 && seeds < 2) {
-      job_.say("  one run and one seed: nothing tells how far these ratios would be others with other ones\n");
+      report_.say("  one run and one seed: nothing tells how far these ratios would be others with other ones\n");
       return;
     }
     const std::string of = seeds < 2  ? fmt::format("{} runs, with one seed of the training", runs)
                            : runs < 2 ? fmt::format("{} seeds, with one run: other runs may give other ratios", seeds)
                                       : fmt::format("{} runs and {} seeds", runs, seeds);
-    job_.say(fmt::format("  ratios are paired by run, geometric means with intervals of 95 %, over {}\n", of));
+    report_.say(fmt::format("  ratios are paired by run, geometric means with intervals of 95 %, over {}\n", of));
   }
 
   std::string table() const {
@@ -258,14 +260,14 @@ class Comparison : private BesideFigures {
         fmt::format("{} a unit of time, {:.3g} times as long", human_seconds(equal.value), equal.value / cost_);
     switch (equal.kind) {
       case Equal::Kind::found:
-        job_.say(fmt::format("  for {} plain schemes take {} ({}){}\n", own_text(), took, between_text(equal),
-                             cost_by_run(point)));
+        report_.say(fmt::format("  for {} plain schemes take {} ({}){}\n", own_text(), took, between_text(equal),
+                                cost_by_run(point)));
         return;
       case Equal::Kind::beyond_all:
-        job_.say(fmt::format("  for {}: none of the {} reaches it\n", own_text(), schemes_text()));
+        report_.say(fmt::format("  for {}: none of the {} reaches it\n", own_text(), schemes_text()));
         return;
       case Equal::Kind::within_all:
-        job_.say(fmt::format("  for {}: the cheapest plain scheme is better, and takes {}\n", own_text(), took));
+        report_.say(fmt::format("  for {}: the cheapest plain scheme is better, and takes {}\n", own_text(), took));
         return;
     }
   }
@@ -276,15 +278,15 @@ class Comparison : private BesideFigures {
     const std::string much = much_text(equal.value / error_);
     switch (equal.kind) {
       case Equal::Kind::found:
-        job_.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {} ({}){}\n", test_.found().name, value,
-                             much, between_text(equal), error_by_run(point)));
+        report_.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {} ({}){}\n", test_.found().name, value,
+                                much, between_text(equal), error_by_run(point)));
         return;
       case Equal::Kind::beyond_all:
-        job_.say(fmt::format("  for its time: none of the {} is as cheap\n", schemes_text()));
+        report_.say(fmt::format("  for its time: none of the {} is as cheap\n", schemes_text()));
         return;
       case Equal::Kind::within_all:
-        job_.say(fmt::format("  for its time: the most accurate plain scheme takes less, with {} = {:.4g}, {}\n",
-                             test_.found().name, value, much));
+        report_.say(fmt::format("  for its time: the most accurate plain scheme takes less, with {} = {:.4g}, {}\n",
+                                test_.found().name, value, much));
         return;
     }
   }
@@ -316,7 +318,7 @@ class Comparison : private BesideFigures {
                         error = at_cost.kind == Equal::Kind::beyond_all ? "none is as cheap"
                                 : is_time_ ? "the network's lasts " + ratio + " times as long"
                                            : "for its time " + ratio + " times the error";
-      job_.say(fmt::format("    {}: {}; {}\n", kind, time, error));
+      report_.say(fmt::format("    {}: {}; {}\n", kind, time, error));
     }
   }
 
@@ -337,17 +339,17 @@ class Comparison : private BesideFigures {
     }
     json["failures"] = {{"blown_up", blown_up}, {"worse", worse}};
     if (!blown_up.empty())
-      job_.say(fmt::format("  the network blows up in {} of {} runs ({})\n", blown_up.size(), own_[0].size(),
-                           fmt::join(blown_up, ", ")));
+      report_.say(fmt::format("  the network blows up in {} of {} runs ({})\n", blown_up.size(), own_[0].size(),
+                              fmt::join(blown_up, ", ")));
     if (!worse.empty())
-      job_.say(fmt::format("  in {} of {} runs a plain scheme of no more time is better than it ({})\n", worse.size(),
-                           own_[0].size(), fmt::join(worse, ", ")));
+      report_.say(fmt::format("  in {} of {} runs a plain scheme of no more time is better than it ({})\n",
+                              worse.size(), own_[0].size(), fmt::join(worse, ", ")));
   }
 
   /// After how many runs as long as the test's data and training are earned.
   void say_break_even(const EqualPoint& point, Json& json) {
     const Equal& at_error = point.of_means;
-    const Investment& spent = *test_.spent;
+    const training::Investment& spent = *test_.spent;
     const bool knows_data = !std::isnan(spent.data_s), knows_training = !std::isnan(spent.training_s);
     const double length = test_.found().times.back(),
                  sum = (knows_data ? spent.data_s : 0) + (knows_training ? spent.training_s : 0);
@@ -361,16 +363,16 @@ class Comparison : private BesideFigures {
                           {"training_s", knows_training ? Json(spent.training_s) : Json(nullptr)},
                           {"all_trainings_s", knows_training ? Json(spent.training_s * spent.trials) : Json(nullptr)}};
     if (even.kind == When::never) {
-      job_.say("  data and training never pay for themselves: plain schemes are as good in no more time\n");
+      report_.say("  data and training never pay for themselves: plain schemes are as good in no more time\n");
     } else if (even.kind == When::unknown) {
-      job_.say("  whether data and training pay for themselves is not known: no plain scheme is as good\n");
+      report_.say("  whether data and training pay for themselves is not known: no plain scheme is as good\n");
     } else if (!knows_data && !knows_training) {
-      job_.say(
+      report_.say(
           "  after how many runs data and training pay for themselves is not known: neither file tells what they "
           "cost\n");
     } else {
       const std::string doubt = point.is_of_all_runs() ? "" : ", by the means alone: not every run has such a scheme";
-      job_.say(
+      report_.say(
           fmt::format("  data and training pay for themselves after {:.4g} runs{} of {:.4g} units of time ({}){}\n",
                       std::ceil(even.runs), runs_between(point, length, sum), length, cost_text(spent), doubt));
     }
@@ -384,13 +386,13 @@ class Comparison : private BesideFigures {
     return point.by_run.high > 1 ? fmt::format(" ({:.4g} to {})", runs(point.by_run.high), last) : "";
   }
 
-  Job& job_;
+  Report& report_;
 };
 
 }  // namespace
 
-void report_beside(Job& job, const OneTest& test, Json& json) {
-  if (!test.beside->empty()) Comparison(job, test).report(json);
+void report_beside(Report& report, const OneTest& test, Json& json) {
+  if (!test.beside->empty()) Comparison(report, test).report(json);
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

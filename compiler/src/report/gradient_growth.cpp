@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "growth_report.h"
+#include "report/gradient_growth.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "analysis/instability.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 namespace {
 
@@ -23,34 +23,27 @@ std::string cause_text(const GradientGrowth& growth) {
              : fmt::format("with half the step it grows at {:.4g}: the step is too large for the scheme; ", half);
 }
 
-void warn(Job& job, const TaskRun& run, const GradientGrowth& growth) {
-  const model::Problem& problem = run.session->problem();
-  const double end = problem.t_begin + growth.safe_window;
-  job.sink().report(
-      "gradient-lost-digits", run.task().losses.front().origin.range,
-      {fmt::format("{:.4g}", growth.perturbation->growth.rate), fmt::format("{:.4g}", growth.adjoint.rate),
-       fmt::format("{:.2g}", growth.rounding), growth.is_of_gradient ? "gradient" : "state"},
-      cause_text(growth) +
-          fmt::format("a window of {:.4g}, to t = {:.4g}, would leave about three digits", growth.safe_window, end));
-}
-
 /// Of the gradient, in parts of it, where each unknown is one rounding larger.
-double change_by_rounding(const TaskRun& run, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
-  const bool is_single = run.session->problem().scheme.real == Precision::f32;
+double change_by_rounding(const driver::Session& session, driver::Inverse& inverse, const Eigen::VectorXd& x,
+                          const Eigen::VectorXd& gradient) {
+  const bool is_single = session.problem().scheme.real == Precision::f32;
   const double largest = x.cwiseAbs().maxCoeff();
   const Eigen::VectorXd sizes = x.cwiseAbs().cwiseMax(largest > 0 ? 0.01 * largest : 1);  // 0 is larger by something
   Eigen::VectorXd other(gradient.size());
-  run.inverse->value_and_gradient(x + (is_single ? 0x1p-23 : 0x1p-52) * sizes, other);
+  inverse.value_and_gradient(x + (is_single ? 0x1p-23 : 0x1p-52) * sizes, other);
   const double size = gradient.norm();
   return size > 0 ? (other - gradient).norm() / size : 0;
 }
 
 }  // namespace
 
-Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks,
-                   const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
-  const auto beside = [&] { return change_by_rounding(run, x, gradient); };
-  const std::optional<GradientGrowth> growth = analysis::gradient_growth(*run.session, looks, beside);
+std::optional<GradientGrowth> gradient_growth(driver::Session& session, driver::Inverse& inverse,
+                                              const std::vector<analysis::AdjointWatch::Look>& looks,
+                                              const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
+  return analysis::gradient_growth(session, looks, [&] { return change_by_rounding(session, inverse, x, gradient); });
+}
+
+Json json_of(const std::optional<GradientGrowth>& growth) {
   if (!growth) return nullptr;
   Json json = {{"adjoint_rate", json_number(growth->adjoint.rate)},
                {"adjoint_growth_ln", json_number(growth->adjoint.logarithm)},
@@ -59,19 +52,26 @@ Json report_growth(Job& job, const TaskRun& run, const std::vector<analysis::Adj
                {"rounding", growth->rounding},
                {"lost", growth->is_lost()},
                {"window", growth->window},
-               {"safe_window", nullptr}};
+               {"safe_window", growth->is_lost() ? Json(growth->safe_window) : Json(nullptr)}};
   if (growth->perturbation) json["perturbation_rate"] = json_number(growth->perturbation->growth.rate);
   if (growth->at_half_step) json["perturbation_rate_at_half_step"] = json_number(growth->at_half_step->growth.rate);
-  if (!growth->is_lost()) return json;
-  json["safe_window"] = growth->safe_window;
-  warn(job, run, *growth);
   return json;
 }
 
-std::string help_for_growth(const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks) {
+void warn_of_growth(const model::Problem& problem, const std::optional<GradientGrowth>& growth, DiagnosticSink& sink) {
+  if (!growth || !growth->is_lost()) return;
+  const double end = problem.t_begin + growth->safe_window;
+  sink.report("gradient-lost-digits", problem.task->losses.front().origin.range,
+              {fmt::format("{:.4g}", growth->perturbation->growth.rate), fmt::format("{:.4g}", growth->adjoint.rate),
+               fmt::format("{:.2g}", growth->rounding), growth->is_of_gradient ? "gradient" : "state"},
+              cause_text(*growth) + fmt::format("a window of {:.4g}, to t = {:.4g}, would leave about three digits",
+                                                growth->safe_window, end));
+}
+
+std::string help_for_growth(driver::Session& session, const std::vector<analysis::AdjointWatch::Look>& looks) {
   constexpr double far = 100;  // ln: no formula without a derivative does that by steps
   const std::optional<analysis::Growth> growth = analysis::growth_of_adjoint(looks);
-  if (!growth || growth->logarithm < far || !analysis::instability(*run.session).empty()) return "";
+  if (!growth || growth->logarithm < far || !analysis::instability(session).empty()) return "";
   return fmt::format(
       "on its way back the adjoint has grown by a factor of e^{:.0f}, at a rate of {:.4g} (1/time), and then beyond "
       "all "
@@ -79,4 +79,4 @@ std::string help_for_growth(const TaskRun& run, const std::vector<analysis::Adjo
       growth->logarithm, growth->rate);
 }
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

@@ -3,11 +3,13 @@
 // plain methods; and what it costs with data and training, beside the plain method of the same error.
 #pragma once
 
-#include "train.h"
+#include "report/report.h"
+#include "training/test_results.h"
+#include "training/trajectory_test.h"
 
-namespace dpde::tools {
+namespace dpde::report {
 
 /// `results` are those of the tests of `scenes`. The picture and table TEST_chart, and the keys points and best_plain.
-void write_training_chart(Job& job, const training::TestScenes& scenes, const TestResults& results, Json& json);
+Report training_chart(const training::TestScenes& scenes, const training::TestResults& results);
 
-}  // namespace dpde::tools
+}  // namespace dpde::report

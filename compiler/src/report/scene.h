@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is said of a scene before it runs: its grid and names, order, stability, costs, and what it does not use.
+#pragma once
+
+#include "driver/session.h"
+#include "report/costs.h"
+#include "report/report.h"
+#include "stability/verdict.h"
+
+namespace dpde::report {
+
+struct CheckedScene {
+  const SourceFile& source;
+  const driver::Compiled& compiled;  // a scene
+  driver::Session* session;          // as a run would begin; null where its initial state cannot be made
+};
+struct SceneOptions {
+  GradientLimits gradient;
+  stability::Look look;
+  bool shows_waves = false;       // how a step damps and delays waves
+  bool measures_machine = false;  // again
+};
+
+/// The JSON is that of dpde check. Warnings go to `sink`.
+Report scene_report(const CheckedScene& scene, const SceneOptions& options, DiagnosticSink& sink);
+
+}  // namespace dpde::report

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is said of the largest stable step of a scene.
+#pragma once
+
+#include "report/report.h"
+#include "source/source_file.h"
+#include "stability/verdict.h"
+
+namespace dpde::report {
+
+/// One line or more; the JSON is the object `stability` of dpde check.
+Report verdict_report(const model::Problem& problem, const stability::Verdict& verdict, const SourceFile& source);
+
+}  // namespace dpde::report
