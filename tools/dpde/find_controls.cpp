@@ -104,23 +104,25 @@ Json leave_out(Job& job, const training::TrainingScene& scene, Found& all) {
 
 constexpr const char* what_may_help = "bounds of the controls, shorter windows or a smaller step of the scene may help";
 
-void report(Job& job, const std::string& task, const Found& all, Told& told) {
+report::Report found_report(const std::string& task, const Found& all) {
+  report::Report report;
   const std::vector<double> losses = mean_losses(all);
   double norm = 0;
   for (const training::FoundControls& found : all) norm = std::hypot(norm, found.norm);
-  told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(),
-                            shown(losses.back()), shown(losses.front())));
-  told.json["iterations"] = losses.size() - 1;
-  told.json["loss"] = json_numbers(losses);
-  told.json["windows"] = all.size();
-  told.json["unknowns"] = {{"controls", {{"norm", json_number(norm)}}}};
-  told.json["test"] = Json::object();
+  report.say(fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(),
+                         shown(losses.back()), shown(losses.front())));
+  report.json["iterations"] = losses.size() - 1;
+  report.json["loss"] = json_numbers(losses);
+  report.json["windows"] = all.size();
+  report.json["unknowns"] = {{"controls", {{"norm", json_number(norm)}}}};
+  report.json["test"] = Json::object();
+  return report;
 }
 
 /// Of a search that was finished before.
-Json again(Job& job, const std::string& task, const Told& told) {
-  job.say(fmt::format("{0}: all windows are searched already, {0}.nc is there\n{1}", task, told.text));
-  Json json = told.json;
+Json again(Job& job, const std::string& task, const report::Report& report) {
+  job.say(fmt::format("{0}: all windows are searched already, {0}.nc is there\n{1}", task, report.text()));
+  Json json = report.json;
   json["finished"] = true;
   json["files"] = job.files();
   return json;
@@ -166,18 +168,19 @@ bool takes(Job& job, const OptimizeOptions& options, const training::TrainingSce
 }
 
 /// Takes the windows that lack something out of `all`.
-Told told_of_rest(Job& job, const training::TrainingScene& scene, const training::WindowControls& controls,
-                  Found& all) {
-  Told told;
-  told.json["left_out"] = leave_out(job, scene, all);
-  told.json["frames_left_over"] = controls.frames_left_over();
+report::Report report_of_rest(Job& job, const training::TrainingScene& scene, const training::WindowControls& controls,
+                              Found& all) {
+  report::Report report;
+  report.json["left_out"] = leave_out(job, scene, all);
+  report.json["frames_left_over"] = controls.frames_left_over();
   if (controls.frames_left_over() > 0) {
-    told.say(job, fmt::format(
-                      "the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
-                      controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
+    report.say(
+        fmt::format("the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
+                    controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
   }
-  if (!told.json["left_out"].empty()) job.tell(what_may_help);
-  return told;
+  tell(job, report);
+  if (!report.json["left_out"].empty()) job.tell(what_may_help);
+  return report;
 }
 
 }  // namespace
@@ -196,8 +199,8 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   const auto part = [file = std::filesystem::path(options.out) / result_file, key](const training::Window& window) {
     return WindowPart(file, key, window);
   };
-  if (const std::optional<Told> told = options.resume ? told_of_finished(job, result_file, key) : std::nullopt) {
-    json = again(job, task, *told);
+  if (const auto finished = options.resume ? report_of_finished(job, result_file, key) : std::nullopt) {
+    json = again(job, task, *finished);
     json["resumed_windows"] = controls.windows().size();
     return json;
   }
@@ -213,21 +216,23 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   if (!search(job, controls, part, options.quiet || options.json, all)) return json;
   std::ranges::sort(
       all, {}, [](const training::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
-  Told told = told_of_rest(job, scene, controls, all);
-  json.update(told.json);
+  report::Report report = report_of_rest(job, scene, controls, all);
+  json.update(report.json);
   if (all.empty()) {
     job.sink().report("run-failed", {},
                       {fmt::format("every run has a window without controls: nothing is written to {}.nc", task)},
                       what_may_help);
     return json;
   }
-  report(job, task, all, told);
+  const report::Report found = found_report(task, all);
+  tell(job, found);
+  report.append(found);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   job.say(fmt::format("found in {}\n", human_seconds(seconds)));
   NetcdfContent content = content_of(job, *session, scene, controls.states(), all);
-  add_told(content, key, told);
+  add_report(content, key, report);
   save_text(job, result_file, compose_netcdf(std::move(content)));
-  json.update(told.json);
+  json.update(report.json);
   json["finished"] = true;
   json["wall_s"] = seconds;
   json["compile_s"] = run.compiled->seconds;

@@ -8,30 +8,24 @@
 
 #include "command.h"
 #include "dpde/runtime/run_file.h"
+#include "driver/run_description.h"
 #include "driver/session.h"
+#include "report/report.h"
 
 namespace dpde::tools {
 
-/// Text, settings and numbers that make it again by `dpde VERB`; of a scene, or with `name` of a task.
+/// What makes it again by `dpde VERB`; of a scene, or with `name` of a task.
+driver::RunOrigin origin_of(const Job& job, const std::string& verb = "run", const std::string& name = "");
+/// That with text, settings and numbers.
 NetcdfAttributes attributes_of(const Job& job, const driver::Session& session, const std::string& verb = "run",
                                const std::string& name = "");
 /// Names that no variable of the scene has.
 NetcdfNames free_names(const driver::Session& session);
 
-/// What is told of a job that has its result in one file: in words, and as JSON. Nothing that is another number the
-/// next time.
-struct Told {
-  std::string text;
-  Json json = Json::object();
-  void say(Job& job, const std::string& words) {
-    text += words;
-    job.say(words);
-  }
-};
-/// Marks the content as the result of the job with this key; and what was told of it, where the file in the folder of
-/// --out has such a mark.
-void add_told(NetcdfContent& content, std::uint64_t key, const Told& told);
-std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key);
+/// Marks the content as the result of the job with this key, with what is reported of it, in which there is nothing
+/// that is another number the next time; and that report, where the file in the folder of --out has such a mark.
+void add_report(NetcdfContent& content, std::uint64_t key, const report::Report& report);
+std::optional<report::Report> report_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 
 /// What the files of a run say of it. `with_centres`: of what lies on faces also the values at the centres.
 RunDescription description_of(const Job& job, driver::Session& session, bool with_centres);
