@@ -38,7 +38,8 @@ class FieldSolve {
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
            const std::function<void()>& precondition);
 
-  const std::string& unknown() const { return name_; }
+  /// The field of the program.
+  int unknown() const { return solve_.unknowns[0]; }
   /// Of its vectors, and of the solver that solves with the same operator share. Operators are taken to be the same
   /// where they reach as far by the same method, with the same coefficients.
   std::vector<OwnedMemory> memory(const std::string& owner) const;

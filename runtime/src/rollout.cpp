@@ -83,7 +83,7 @@ struct Rollout::Impl {
   double loss();
   const GradientResult& gradient();
 
-  RolloutSetup setup;
+  ResolvedSetup setup;
   RunMemory memory;
   GradientResult result;
   GradientSums sums;
@@ -119,10 +119,10 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose purpose)
       sums(setup, result),
       states(setup, memory),
       inputs(setup),
-      binder(setup, states.names(), memory, sums),
+      binder(setup, states.ids(), memory, sums),
       stepper(setup, inputs, states, binder),
       losses(setup, inputs, states),
-      trajectory(setup, states.names(), losses),
+      trajectory(setup, states.ids(), losses),
       watch(setup),
       steady(setup, inputs, states, stepper, watch),
       forward(setup, inputs, states, stepper, losses, steady, watch) {
@@ -195,13 +195,17 @@ void Rollout::Impl::set_tuning(std::string_view text) {
 }
 
 void Rollout::Impl::set_control(std::string_view name, int every, std::span<const double> values) {
-  if (const std::optional<size_t> number = inputs.set_control(name, every, values)) {
+  if (every < 1 || values.empty())
+    throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
+  const ValueId id = setup.values().find(name);
+  if (id == no_value) return;  // nothing reads it
+  if (const std::optional<size_t> number = inputs.set_control(id, every, values)) {
     for_each_program([&](BoundProgram& program) {
-      const int param = program.executor.param_index(name);
+      const int param = setup.ids(program.executor.program()).param(id);
       if (param >= 0) program.controls.emplace_back(param, *number);
     });
   }
-  sums.set_control(name, every, values.size());
+  sums.set_control(id, every, values.size());
 }
 
 void Rollout::Impl::update_weights() {
@@ -287,16 +291,19 @@ std::string Rollout::tuning() const { return impl_->tuning(); }
 int Rollout::gradient_block_steps() const { return impl_->back ? impl_->back->legs.block_steps() : 1; }
 int Rollout::state_count() const { return static_cast<int>(impl_->states.count()); }
 const std::string& Rollout::state_name(int state) const {
-  return impl_->states.names().now[static_cast<size_t>(state)];
+  return impl_->setup.values().name(impl_->states.ids().now[static_cast<size_t>(state)]);
 }
-int Rollout::state_index(std::string_view name) const { return impl_->states.index_of(name); }
+int Rollout::state_index(std::string_view name) const {
+  return impl_->states.index_of(impl_->setup.values().find(name));
+}
 void Rollout::update_weights() { impl_->update_weights(); }
 Field& Rollout::initial(int state) { return impl_->states.initial(static_cast<size_t>(state)); }
 
 bool Rollout::set_param(std::string_view name, double value) {
   bool found = false;
+  const ValueId id = impl_->setup.values().find(name);
   impl_->for_each_program([&](BoundProgram& program) {
-    const int param = program.executor.param_index(name);
+    const int param = impl_->setup.ids(program.executor.program()).param(id);
     if (param < 0) return;
     program.executor.set_param(param, value);  // uniforms, which may cost as much as a step, wait for the next run
     found = true;
@@ -332,24 +339,26 @@ const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 std::vector<std::pair<std::string, double>> Rollout::derivatives_of_averages() {
   std::vector<std::pair<std::string, double>> all;
   impl_->losses.derive_averages([&](std::span<const double> sums, const BoundLossAdjoint& adjoint) {
-    for (const ParamBar& param : adjoint.params) all.emplace_back(impl_->sums.params()[param.param], sums[param.sum]);
+    for (const ParamBar& param : adjoint.params)
+      all.emplace_back(impl_->sums.param_names()[param.param], sums[param.sum]);
   });
   return all;
 }
 void Rollout::set_weight(std::size_t term, double weight) { impl_->losses.terms()[term].weight = weight; }
-const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->sums.params(); }
+const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->sums.param_names(); }
 FieldView Rollout::bar_of(std::string_view field) const {
-  const int state = impl_->states.index_of(field);
-  return state >= 0 ? impl_->result.state_bars[static_cast<size_t>(state)] : impl_->sums.field_bar(field);
+  const ValueId id = impl_->setup.values().find(field);
+  const int state = impl_->states.index_of(id);
+  return state >= 0 ? impl_->result.state_bars[static_cast<size_t>(state)] : impl_->sums.field_bar(id);
 }
 void Rollout::copy_field_bar(std::string_view field, std::span<double> to) const {
-  if (!impl_->sums.copy_field_bar(field, to)) copy_out(bar_of(field), to);
+  if (!impl_->sums.copy_field_bar(impl_->setup.values().find(field), to)) copy_out(bar_of(field), to);
 }
 void Rollout::copy_param_bar(std::string_view param, std::span<double> to) const {
-  impl_->sums.copy_param_bar(param, to);
+  impl_->sums.copy_param_bar(impl_->setup.values().find(param), to);
 }
 void Rollout::copy_rate_bar(std::string_view network, std::span<double> to) const {
-  impl_->sums.copy_rate_bar(network, to);
+  impl_->sums.copy_rate_bar(impl_->setup.values().find(network), to);
 }
 void Rollout::watch_gradient(GradientCallback call, int every) { impl_->watch.set_callback(std::move(call), every); }
 const FarState* Rollout::far_state() const { return impl_->losses.far_state(); }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of a rollout with all names resolved. Inside the runtime only.
+// Programs of a rollout, bound. Inside the runtime only.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -13,12 +12,13 @@
 #include "dpde/runtime/executor.h"
 #include "field_pool.h"
 #include "reversal.h"
+#include "run/value_ids.h"
 
 namespace dpde {
 
-/// Of the states, and what adjoints call their next values.
-struct StateNames {
-  std::vector<std::string> now, next;
+/// The states, and their next values as adjoints know them.
+struct StateIds {
+  std::vector<ValueId> now, next;
 };
 
 /// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
@@ -26,6 +26,7 @@ struct BoundProgram {
   Executor executor;
   int t_param = -1, dt_param = -1;
   std::vector<std::pair<int, size_t>> controls;        // parameter, and number among the rollout's controls
+  std::vector<std::pair<int, size_t>> averages;        // parameter, and number among those of the losses
   std::vector<std::pair<int, size_t>> control_fields;  // field, and number among those of the setup
   std::vector<int> states;                             // field of each state; -1 when the program does not read it
   std::vector<int> fill_states;                        // fields of states whose halo the step does not keep filled

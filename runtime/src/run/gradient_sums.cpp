@@ -6,11 +6,10 @@
 #include <algorithm>
 
 #include "dpde/runtime/error.h"
-#include "dpde/runtime/links.h"
 
 namespace dpde {
 
-GradientSums::GradientSums(const RolloutSetup& setup, GradientResult& result)
+GradientSums::GradientSums(const ResolvedSetup& setup, GradientResult& result)
     : setup_(setup), result_(result), layout_(setup.layout) {
   layout_.real = DPDE_F64;
   for (const ControlField& control : setup.control_fields) {
@@ -19,20 +18,25 @@ GradientSums::GradientSums(const RolloutSetup& setup, GradientResult& result)
                   fmt::format("control field {} needs intervals of at least one step, and fields", control.name));
   }
   size_t next = 0;
-  for (const std::string& name : setup.sought) {
+  for (size_t i = 0; i < setup.sought.size(); ++i) {
     SoughtField& field = sought_.emplace_back(SoughtField{next});
-    const auto control = std::ranges::find(setup.control_fields, name, &ControlField::name);
-    if (control != setup.control_fields.end()) field = {next, control->at.size(), control->every};
+    if (const int number = setup.control_fields_at()[setup.sought_id(i)]; number >= 0) {
+      const ControlField& control = setup.control_fields[static_cast<size_t>(number)];
+      field = {next, control.at.size(), control.every};
+    }
     next += field.count;
   }
 }
 
 std::vector<ParamBar> GradientSums::bind_params(const dpde_program& adjoint) {
   std::vector<ParamBar> found;
-  for (const dpde_link& link : links_of(adjoint)) {
+  for (const ProgramIds::Link& link : setup_.ids(adjoint).links) {
     if (link.kind != DPDE_LINK_PARAM || link.derived < 0) continue;
     auto place = std::ranges::find(params_, link.primal);
-    if (place == params_.end()) place = params_.emplace(place, link.primal);
+    if (place == params_.end()) {
+      param_names_.push_back(setup_.values().name(link.primal));
+      place = params_.insert(place, link.primal);
+    }
     found.push_back({static_cast<size_t>(link.derived), static_cast<size_t>(place - params_.begin())});
   }
   return found;
@@ -42,7 +46,7 @@ std::vector<ParamBar> GradientSums::bind_params(const dpde_program& adjoint) {
 std::vector<FieldBar> GradientSums::bind_fields(const dpde_program& adjoint) const {
   std::vector<FieldBar> found;
   for (size_t i = 0; i < setup_.sought.size(); ++i) {
-    const int field = find_derived(adjoint, DPDE_LINK_FIELD, setup_.sought[i]);
+    const int field = setup_.ids(adjoint).derived(DPDE_LINK_FIELD, setup_.sought_id(i));
     if (field >= adjoint.input_count) found.push_back({field, i});
   }
   return found;
@@ -52,13 +56,15 @@ void GradientSums::bind_weights(Executor& executor, bool adds) {
   const dpde_program& program = executor.program();
   for (int i = 0; i < program.network_count; ++i) {
     const dpde_network& network = *program.networks[i];
-    const auto given = std::ranges::find(setup_.weights, network.name, &BoundWeights::network);
-    if (given == setup_.weights.end() || (given->values == nullptr && network.weight_count > 0))
+    const ValueId id = setup_.ids(program).networks[static_cast<size_t>(i)];
+    const int number = setup_.weights_at()[id];
+    const BoundWeights* const given = number < 0 ? nullptr : &setup_.weights[static_cast<size_t>(number)];
+    if (given == nullptr || (given->values == nullptr && network.weight_count > 0))
       throw_not_bound(program, "network", network.name);
-    auto bars = std::ranges::find(weights_, network.name, &WeightBars::network);
+    auto bars = std::ranges::find(weights_, id, &WeightBars::network);
     if (given->learned && bars == weights_.end()) {
       const std::vector<double> zero(static_cast<size_t>(network.weight_count));
-      bars = weights_.insert(bars, {network.name, zero, zero});
+      bars = weights_.insert(bars, {id, zero, zero});
     }
     const bool is_added_to = given->learned && adds;
     executor.bind_weights(i, {given->values, given->rates, is_added_to ? bars->values.data() : nullptr,
@@ -79,8 +85,8 @@ void GradientSums::size_params() {
   control_every_.assign(params_.size(), 1);
 }
 
-void GradientSums::set_control(std::string_view name, int every, size_t intervals) {
-  const auto place = std::ranges::find(params_, name);
+void GradientSums::set_control(ValueId id, int every, size_t intervals) {
+  const auto place = std::ranges::find(params_, id);
   if (place == params_.end()) return;
   const auto number = static_cast<size_t>(place - params_.begin());
   result_.control_bars[number].resize(intervals);
@@ -113,17 +119,22 @@ void GradientSums::add_fields(const Executor& executor, const std::vector<FieldB
     add_interior(layout_, field(of.number, n), {&setup_.layout, executor.bound(of.field)}, setup_.team);
 }
 
-const GradientSums::SoughtField* GradientSums::find_sought(std::string_view field) const {
-  const auto found = std::ranges::find(setup_.sought, field);
-  return found == setup_.sought.end() ? nullptr : &sought_[static_cast<size_t>(found - setup_.sought.begin())];
+const GradientSums::SoughtField* GradientSums::find_sought(ValueId field) const {
+  const int number = setup_.sought_at()[field];
+  return number < 0 ? nullptr : &sought_[static_cast<size_t>(number)];
 }
 
-FieldView GradientSums::field_bar(std::string_view field) const {
+const GradientSums::WeightBars* GradientSums::find_weights(ValueId network) const {
+  const auto found = std::ranges::find(weights_, network, &WeightBars::network);
+  return found == weights_.end() ? nullptr : &*found;
+}
+
+FieldView GradientSums::field_bar(ValueId field) const {
   const SoughtField* const found = find_sought(field);
   return found == nullptr ? FieldView{} : result_.field_bars[found->first];
 }
 
-bool GradientSums::copy_field_bar(std::string_view field, std::span<double> to) const {
+bool GradientSums::copy_field_bar(ValueId field, std::span<double> to) const {
   const SoughtField* const of = find_sought(field);
   if (of == nullptr) return false;
   const size_t size = to.size() / of->count;
@@ -131,10 +142,9 @@ bool GradientSums::copy_field_bar(std::string_view field, std::span<double> to) 
   return true;
 }
 
-void GradientSums::copy_param_bar(std::string_view param, std::span<double> to) const {
+void GradientSums::copy_param_bar(ValueId param, std::span<double> to) const {
   std::ranges::fill(to, 0.0);
-  const auto network = std::ranges::find(weights_, param, &WeightBars::network);
-  if (network != weights_.end()) {
+  if (const WeightBars* const network = find_weights(param)) {
     std::ranges::copy(network->values, to.begin());
     return;
   }
@@ -149,10 +159,9 @@ void GradientSums::copy_param_bar(std::string_view param, std::span<double> to) 
   }
 }
 
-void GradientSums::copy_rate_bar(std::string_view network, std::span<double> to) const {
+void GradientSums::copy_rate_bar(ValueId network, std::span<double> to) const {
   std::ranges::fill(to, 0.0);
-  const auto bars = std::ranges::find(weights_, network, &WeightBars::network);
-  if (bars != weights_.end()) std::ranges::copy(bars->rates, to.begin());
+  if (const WeightBars* const bars = find_weights(network)) std::ranges::copy(bars->rates, to.begin());
 }
 
 }  // namespace dpde

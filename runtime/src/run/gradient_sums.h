@@ -5,7 +5,6 @@
 #include <deque>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "dpde/runtime/rollout.h"
@@ -18,7 +17,7 @@ class GradientSums {
  public:
   /// Into `result`: bars of parameters, controls and sought fields.
   /// @throws Error(input) for control fields without intervals or fields.
-  GradientSums(const RolloutSetup& setup, GradientResult& result);
+  GradientSums(const ResolvedSetup& setup, GradientResult& result);
 
   // Preparation
   /// Sums of an adjoint; parameters that no other has get a place.
@@ -31,7 +30,7 @@ class GradientSums {
   /// Once all adjoints have said which there are.
   void size_params();
   void allocate(RunMemory& memory);
-  void set_control(std::string_view name, int every, size_t intervals);
+  void set_control(ValueId id, int every, size_t intervals);
 
   // In a gradient
   void begin();
@@ -44,13 +43,14 @@ class GradientSums {
   /// Whether steps n and n - 1 add to the same one.
   bool continues(size_t number, int n) const { return sought_[number].at(n) == sought_[number].at(n - 1); }
 
-  // Afterwards, by name
-  const std::vector<std::string>& params() const { return params_; }
-  FieldView field_bar(std::string_view field) const;
+  // Afterwards
+  const std::vector<std::string>& param_names() const { return param_names_; }
+  ValueId param_id(size_t param) const { return params_[param]; }
+  FieldView field_bar(ValueId field) const;
   /// False where it is none.
-  bool copy_field_bar(std::string_view field, std::span<double> to) const;
-  void copy_param_bar(std::string_view param, std::span<double> to) const;
-  void copy_rate_bar(std::string_view network, std::span<double> to) const;
+  bool copy_field_bar(ValueId field, std::span<double> to) const;
+  void copy_param_bar(ValueId param, std::span<double> to) const;
+  void copy_rate_bar(ValueId network, std::span<double> to) const;
 
  private:
   /// A control field has one place an interval, from the first on.
@@ -61,14 +61,16 @@ class GradientSums {
   };
   /// By the weights of a network that is learned, and by their rates.
   struct WeightBars {
-    std::string network;
+    ValueId network;
     std::vector<double> values, rates;
   };
-  const SoughtField* find_sought(std::string_view field) const;
+  const SoughtField* find_sought(ValueId field) const;
+  const WeightBars* find_weights(ValueId network) const;
 
-  const RolloutSetup& setup_;
+  const ResolvedSetup& setup_;
   GradientResult& result_;
-  std::vector<std::string> params_;
+  std::vector<ValueId> params_;
+  std::vector<std::string> param_names_;
   std::vector<int> control_every_;  // steps an interval, for those that are controls
   std::deque<WeightBars> weights_;  // a deque: programs add to them
   std::vector<SoughtField> sought_;

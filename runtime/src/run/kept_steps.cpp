@@ -3,39 +3,34 @@
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 
 namespace dpde {
-namespace {
 
-std::vector<std::string> names_of(const std::vector<std::pair<int, int>>& kept, const dpde_program& step) {
-  std::vector<std::string> names;
-  for (const auto& [field, input] : kept) names.emplace_back(step.fields[field]);
-  return names;
-}
-
-}  // namespace
-
-std::vector<std::pair<int, int>> kept_fields(const dpde_program& step, const dpde_program& adjoint) {
+std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup) {
+  const dpde_program &step = *setup.keeping_step, &adjoint = *setup.kept_adjoint;
   const std::span swaps(step.swaps, static_cast<size_t>(step.swap_count));
-  const std::span inputs(adjoint.fields, static_cast<size_t>(adjoint.input_count));
   std::vector<std::pair<int, int>> kept;
   for (int field = step.input_count; field < step.field_count; ++field) {
-    const auto input = std::ranges::find(inputs, std::string_view(step.fields[field]));
+    const int input = setup.ids(adjoint).field(setup.ids(step).fields[static_cast<size_t>(field)]);
     const bool is_next = std::ranges::find(swaps, field, &dpde_swap::next) != swaps.end();
-    if (input != inputs.end() && !is_next) kept.emplace_back(field, static_cast<int>(input - inputs.begin()));
+    if (input >= 0 && input < adjoint.input_count && !is_next) kept.emplace_back(field, input);
   }
   return kept;
 }
 
-KeptSteps::KeptSteps(const RolloutSetup& setup, const StepInputs& inputs, int steps, Binder& binder)
+KeptSteps::KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder)
     : setup_(setup),
       inputs_(inputs),
       steps_(steps),
-      kept_(kept_fields(*setup.keeping_step, *setup.kept_adjoint)),
-      step_(binder.bind_step(*setup.keeping_step, names_of(kept_, *setup.keeping_step))) {}
+      kept_(kept_fields(setup)),
+      step_(binder.bind_step(*setup.keeping_step, ids_of(kept_))) {}
 
-std::vector<std::string> KeptSteps::names() const { return names_of(kept_, *setup_.keeping_step); }
+std::vector<ValueId> KeptSteps::ids_of(const std::vector<std::pair<int, int>>& kept) const {
+  std::vector<ValueId> ids;
+  for (const auto& [field, input] : kept)
+    ids.push_back(setup_.ids(*setup_.keeping_step).fields[static_cast<size_t>(field)]);
+  return ids;
+}
 
 void KeptSteps::step(int n, const StateBuffer& from, const StateBuffer& to) {
   step_.bind(from, to);

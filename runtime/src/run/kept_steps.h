@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,14 +14,14 @@
 namespace dpde {
 
 /// The inputs of the adjoint that the step makes and that are no states: fields of the step, and of the adjoint.
-std::vector<std::pair<int, int>> kept_fields(const dpde_program& step, const dpde_program& adjoint);
+std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup);
 
 class KeptSteps {
  public:
-  KeptSteps(const RolloutSetup& setup, const StepInputs& inputs, int steps, Binder& binder);
+  KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder);
   void allocate(RunMemory& memory) { pool_ = memory.pool(setup_.layout, fields()); }
-  /// As the adjoint knows them.
-  std::vector<std::string> names() const;
+  /// As the adjoint knows them, too.
+  std::vector<ValueId> ids() const { return ids_of(kept_); }
   /// Of all steps.
   int64_t fields() const { return int64_t{steps_} * std::ssize(kept_); }
   BoundProgram& program() { return step_.program; }
@@ -33,11 +32,12 @@ class KeptSteps {
   void bind(Executor& adjoint, int n) const;
 
  private:
+  std::vector<ValueId> ids_of(const std::vector<std::pair<int, int>>& kept) const;
   void* at(int n, size_t i) const {
     return pool_.base(static_cast<int64_t>(n) * std::ssize(kept_) + static_cast<int64_t>(i));
   }
 
-  const RolloutSetup& setup_;
+  const ResolvedSetup& setup_;
   const StepInputs& inputs_;
   int steps_;
   std::vector<std::pair<int, int>> kept_;

@@ -24,7 +24,7 @@ void LossSeeds::add(int k, const StateBuffer& state) {
 void LossSeeds::seed_averages() {
   losses_.derive_averages([&](std::span<const double> sums, const BoundLossAdjoint& adjoint) {
     sums_.add_params(sums, adjoint.params, losses_.last());
-    for (const ParamBar& param : adjoint.params) losses_.add_to_average(sums_.params()[param.param], sums[param.sum]);
+    for (const ParamBar& param : adjoint.params) losses_.add_to_average(sums_.param_id(param.param), sums[param.sum]);
   });
   losses_.weigh_averages();
 }

@@ -55,8 +55,7 @@ std::span<const LossEvent> LossEvents::at(int k) {
 }
 
 void Losses::bind(Binder& binder) {
-  for (const LossTerm& term : setup_.losses)
-    terms_.push_back(binder.bind_term(term, term.average.empty() ? -1 : average_called(term.average, binder)));
+  for (size_t term = 0; term < setup_.losses.size(); ++term) terms_.push_back(binder.bind_term(term));
 }
 
 void Losses::begin() {
@@ -81,20 +80,8 @@ void Losses::add(std::span<const LossEvent> due, int k, const StateBuffer& state
   value_ = far_.look(states_.first(), k, inputs_.time(k), state, value_);
 }
 
-/// Its number; new where it is not known yet.
-int Losses::average_called(const std::string& name, Binder& binder) {
-  const auto found = std::ranges::find(averages_, name, &Average::name);
-  if (found != averages_.end()) return static_cast<int>(found - averages_.begin());
-  averages_.push_back({name});
-  binder.add_average(name);
-  return static_cast<int>(averages_.size()) - 1;
-}
-
 void Losses::give_averages(BoundProgram& program) {
-  for (const Average& average : averages_) {
-    const int param = program.executor.param_index(average.name);
-    if (param >= 0) program.executor.set_param(param, average.value);
-  }
+  for (const auto& [param, number] : program.averages) program.executor.set_param(param, averages_[number].value);
   inputs_.set(program, last());
   program.prepare_inputs();
 }
@@ -119,9 +106,9 @@ void Losses::derive_averages(const std::function<void(std::span<const double> su
   }
 }
 
-void Losses::add_to_average(std::string_view name, double bar) {
-  const auto found = std::ranges::find(averages_, name, &Average::name);
-  if (found != averages_.end()) found->bar += bar;
+void Losses::add_to_average(ValueId id, double bar) {
+  const int number = setup_.averages_at()[id];
+  if (number >= 0) averages_[static_cast<size_t>(number)].bar += bar;
 }
 
 void Losses::weigh_averages() {

@@ -61,8 +61,13 @@ class LossEvents {
 
 class Losses {
  public:
-  Losses(const RolloutSetup& setup, const StepInputs& inputs, const States& states)
-      : setup_(setup), inputs_(inputs), states_(states), events_(setup.losses), far_(setup) {}
+  Losses(const ResolvedSetup& setup, const StepInputs& inputs, const States& states)
+      : setup_(setup),
+        inputs_(inputs),
+        states_(states),
+        events_(setup.losses),
+        averages_(setup.average_count()),
+        far_(setup) {}
   void bind(Binder& binder);
 
   int last() const { return events_.last(); }
@@ -84,21 +89,19 @@ class Losses {
   /// `take` gets what the adjoint of each loss of averages has found.
   void derive_averages(const std::function<void(std::span<const double> sums, const BoundLossAdjoint&)>& take);
   /// What a loss of averages changes with one of them; nothing where it is none.
-  void add_to_average(std::string_view name, double bar);
+  void add_to_average(ValueId id, double bar);
   /// Before the way back: their adjoints are weighed with that.
   void weigh_averages();
 
  private:
   /// What a run's states add up to, and what the losses that are made of it change with it.
   struct Average {
-    std::string name;
     double value = 0, bar = 0;
   };
-  int average_called(const std::string& name, Binder& binder);
   void give_averages(BoundProgram& program);
   void add_losses_of_averages();
 
-  const RolloutSetup& setup_;
+  const ResolvedSetup& setup_;
   const StepInputs& inputs_;
   const States& states_;
   LossEvents events_;

@@ -16,14 +16,14 @@ namespace dpde {
 
 int64_t BufferPlan::fields() const { return std::accumulate(of_state.begin(), of_state.end(), int64_t{0}); }
 
-States::States(const RolloutSetup& setup, RunMemory& memory) : layout_(setup.layout), ranks_(setup.ranks) {
+States::States(const ResolvedSetup& setup, RunMemory& memory) : layout_(setup.layout), ranks_(setup.ranks) {
   if (setup.step == nullptr) throw Error(ErrorKind::run, "a rollout needs a step program");
   const dpde_program& program = setup.trial != nullptr ? *setup.trial : *setup.step;
   if (setup.trial != nullptr && (program.sum_count != 1 || !(setup.first_part > 0) || setup.error_order < 1))
     throw Error(ErrorKind::run, fmt::format("program {} does not estimate the error of its step", program.name));
   for (int s = 0; s < program.swap_count; ++s) {
-    names_.now.emplace_back(program.fields[program.swaps[s].state]);
-    names_.next.emplace_back(setup.step->fields[setup.step->swaps[s].next]);  // as the adjoint knows them
+    ids_.now.push_back(setup.ids(program).fields[static_cast<size_t>(program.swaps[s].state)]);
+    ids_.next.push_back(setup.ids(*setup.step).fields[static_cast<size_t>(setup.step->swaps[s].next)]);
     memory.add_initial(layout_, s);
     if (!memory.is_plan()) initial_.emplace_back(layout_, s);
   }
@@ -43,9 +43,9 @@ void States::allocate(const BufferPlan& plan, RunMemory& memory, const std::stri
   }
 }
 
-int States::index_of(std::string_view name) const {
-  const auto found = std::ranges::find(names_.now, name);
-  return found == names_.now.end() ? -1 : static_cast<int>(found - names_.now.begin());
+int States::index_of(ValueId id) const {
+  const auto found = std::ranges::find(ids_.now, id);
+  return found == ids_.now.end() ? -1 : static_cast<int>(found - ids_.now.begin());
 }
 
 int States::free_buffer(int kept) const {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states of a rollout: their names, their memory, and the look at their values. Inside the runtime only.
+// The states of a rollout: which they are, their memory, and the look at their values. Inside the runtime only.
 #pragma once
 
 #include <deque>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "dpde/runtime/rollout.h"
@@ -27,12 +26,12 @@ struct BufferPlan {
 class States {
  public:
   /// @throws Error(run) where there is no step, or the trial estimates nothing.
-  States(const RolloutSetup& setup, RunMemory& memory);
+  States(const ResolvedSetup& setup, RunMemory& memory);
   void allocate(const BufferPlan& plan, RunMemory& memory, const std::string& folder);
 
-  size_t count() const { return names_.now.size(); }
-  const StateNames& names() const { return names_; }
-  int index_of(std::string_view name) const;
+  size_t count() const { return ids_.now.size(); }
+  const StateIds& ids() const { return ids_; }
+  int index_of(ValueId id) const;
   Field& initial(size_t state) { return initial_[state]; }
 
   const StateBuffer& first() const { return buffers_.front(); }
@@ -55,7 +54,7 @@ class States {
 
   const dpde_layout& layout_;
   Communicator* const ranks_;
-  StateNames names_;
+  StateIds ids_;
   std::vector<Field> initial_;
   FieldPool pool_;
   std::vector<StateBuffer> buffers_;

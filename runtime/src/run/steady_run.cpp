@@ -25,11 +25,10 @@ struct StoppedBetweenProducts {};
 
 }  // namespace
 
-SteadyRun::SteadyRun(const RolloutSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper,
+SteadyRun::SteadyRun(const ResolvedSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper,
                      RunWatch& watch)
     : setup_(setup), inputs_(inputs), states_(states), stepper_(stepper), watch_(watch) {
-  for (const std::string& name : states.names().now)
-    is_rate_.push_back(std::ranges::find(setup.rates, name) != setup.rates.end() ? 1 : 0);
+  for (const ValueId id : states.ids().now) is_rate_.push_back(setup.is_rate(id) ? 1 : 0);
 }
 
 /// One step, or one product with a step's derivative, more; false where somebody wants no more.

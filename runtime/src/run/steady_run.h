@@ -23,7 +23,7 @@ namespace dpde {
 
 class SteadyRun {
  public:
-  SteadyRun(const RolloutSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, RunWatch& watch);
+  SteadyRun(const ResolvedSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, RunWatch& watch);
 
   /// Of all states but rates, a unit of time.
   double largest_change(const StateBuffer& from, const StateBuffer& to) const;

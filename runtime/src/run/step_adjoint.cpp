@@ -31,7 +31,7 @@ void SingleTotals::flush(const BoundAdjoint& adjoint, GradientSums& sums, int n)
   steps_ = 0;
 }
 
-StepAdjoint::StepAdjoint(const RolloutSetup& setup, const StepInputs& inputs, Stepper& stepper, GradientSums& sums,
+StepAdjoint::StepAdjoint(const ResolvedSetup& setup, const StepInputs& inputs, Stepper& stepper, GradientSums& sums,
                          AdjointStates& bars, Binder& binder)
     : setup_(setup),
       inputs_(inputs),
@@ -43,7 +43,7 @@ StepAdjoint::StepAdjoint(const RolloutSetup& setup, const StepInputs& inputs, St
 void StepAdjoint::replace(const dpde_program& program, Binder& binder, RunMemory& memory) {
   memory.give_back(bound_->program.executor.program(), bound_->bytes);
   bound_.reset();
-  bound_.emplace(binder.bind_adjoint(program, kept_ ? kept_->names() : std::vector<std::string>()));
+  bound_.emplace(binder.bind_adjoint(program, kept_ ? kept_->ids() : std::vector<ValueId>()));
 }
 
 void StepAdjoint::replace_by_kept(int steps, Binder& binder, RunMemory& memory) {

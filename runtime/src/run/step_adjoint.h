@@ -35,7 +35,7 @@ class SingleTotals {
 
 class StepAdjoint {
  public:
-  StepAdjoint(const RolloutSetup& setup, const StepInputs& inputs, Stepper& stepper, GradientSums& sums,
+  StepAdjoint(const ResolvedSetup& setup, const StepInputs& inputs, Stepper& stepper, GradientSums& sums,
               AdjointStates& bars, Binder& binder);
 
   // Preparation
@@ -71,7 +71,7 @@ class StepAdjoint {
   void reverse_parts(int n, int parts, const StateBuffer& state, bool new_seeds);
   void reverse_part(int n, const PartOfStep& part, const StateBuffer& state, bool new_seeds);
 
-  const RolloutSetup& setup_;
+  const ResolvedSetup& setup_;
   const StepInputs& inputs_;
   Stepper& stepper_;
   GradientSums& sums_;

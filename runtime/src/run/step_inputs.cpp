@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/step_inputs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 
-#include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
 
 namespace dpde {
 
-std::optional<size_t> StepInputs::set_control(std::string_view name, int every, std::span<const double> values) {
-  if (every < 1 || values.empty())
-    throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
-  auto control = std::ranges::find(controls_, name, &Control::name);
+std::optional<size_t> StepInputs::set_control(ValueId id, int every, std::span<const double> values) {
+  auto control = std::ranges::find(controls_, id, &Control::id);
   const bool is_new = control == controls_.end();
-  if (is_new) control = controls_.insert(control, {std::string(name), every, {}});
+  if (is_new) control = controls_.insert(control, {id, every, {}});
   control->every = every;
   control->values.assign(values.begin(), values.end());
   return is_new ? std::optional(controls_.size() - 1) : std::nullopt;

@@ -4,8 +4,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "dpde/runtime/rollout.h"
@@ -20,13 +18,12 @@ inline bool has_parts(const RolloutSetup& setup) {
 
 class StepInputs {
  public:
-  explicit StepInputs(const RolloutSetup& setup) : setup_(setup), t0_(setup.t0), sets_dt_(has_parts(setup)) {}
+  explicit StepInputs(const ResolvedSetup& setup) : setup_(setup), t0_(setup.t0), sets_dt_(has_parts(setup)) {}
 
   double time(int step) const { return t0_ + step * setup_.dt; }
   void set_begin(double t0) { t0_ = t0; }
   /// Its number among the controls, where it is a new one.
-  /// @throws Error(input) for every < 1 or no values.
-  std::optional<size_t> set_control(std::string_view name, int every, std::span<const double> values);
+  std::optional<size_t> set_control(ValueId id, int every, std::span<const double> values);
 
   /// Time and controls in step n, or of a loss at state n, and whatever parameters have been set since.
   void set(BoundProgram& program, int n) const { set(program, n, {0, setup_.dt}); }
@@ -43,13 +40,13 @@ class StepInputs {
  private:
   /// A parameter that has values[n / every] in step n, the last one beyond.
   struct Control {
-    std::string name;
+    ValueId id;
     int every;
     std::vector<double> values;
     double at(int n) const { return values[control_interval(n, every, values.size())]; }
   };
 
-  const RolloutSetup& setup_;
+  const ResolvedSetup& setup_;
   double t0_;
   const bool sets_dt_;
   std::vector<Control> controls_;

@@ -22,13 +22,15 @@ struct Pair {
   std::function<void(const std::shared_ptr<Tapes>&)> connect;
 };
 
-void add_networks(Executor& program, Executor& adjoint, int64_t runs, std::vector<Pair>& pairs) {
+void add_networks(const ResolvedSetup& setup, const ProgramPair& of, std::vector<Pair>& pairs) {
+  Executor &program = of.program, &adjoint = of.adjoint;
+  const ProgramIds &own = setup.ids(program.program()), &others = setup.ids(adjoint.program());
   for (int i = 0; i < program.program().network_count; ++i) {
-    const int number = adjoint.network_index(program.program().networks[i]->name);
+    const int number = others.network(own.networks[static_cast<size_t>(i)]);
     Network *const value = program.network(i), *const other = number < 0 ? nullptr : adjoint.network(number);
     if (value == nullptr || other == nullptr) continue;
     if (applications(adjoint.program(), number, DPDE_NETWORK_ADJOINT) == 0) continue;
-    const int64_t bytes = value->tape_bytes(), count = runs * applications(program.program(), i, DPDE_NETWORK_VALUE);
+    const int64_t bytes = value->tape_bytes(), count = of.runs * applications(program.program(), i, DPDE_NETWORK_VALUE);
     if (bytes == 0 || count == 0) continue;
     const auto connect = [=](const std::shared_ptr<Tapes>& tapes) {
       value->write_tapes(tapes);
@@ -39,12 +41,15 @@ void add_networks(Executor& program, Executor& adjoint, int64_t runs, std::vecto
 }
 
 /// Solves of an adjoint whose unknown is one of the program's make it again. All of them share their tapes.
-void add_solves(Executor& program, Executor& adjoint, int64_t runs, std::vector<Pair>& pairs) {
+void add_solves(const ResolvedSetup& setup, const ProgramPair& of, std::vector<Pair>& pairs) {
+  const auto unknown = [&](const Executor& executor, const FieldSolve* solve) {
+    return setup.ids(executor.program()).fields[static_cast<size_t>(solve->unknown())];
+  };
   std::vector<FieldSolve*> writers, readers;
-  const std::vector<FieldSolve*> again = adjoint.field_solves();
+  const std::vector<FieldSolve*> again = of.adjoint.field_solves();
   int64_t bytes = 0;
-  for (FieldSolve* const solve : program.field_solves()) {
-    const auto same = [&](const FieldSolve* other) { return other->unknown() == solve->unknown(); };
+  for (FieldSolve* const solve : of.program.field_solves()) {
+    const auto same = [&](const FieldSolve* other) { return unknown(of.adjoint, other) == unknown(of.program, solve); };
     const auto reader = std::ranges::find_if(again, same);
     if (reader == again.end()) continue;
     writers.push_back(solve);
@@ -56,16 +61,17 @@ void add_solves(Executor& program, Executor& adjoint, int64_t runs, std::vector<
     for (FieldSolve* const solve : writers) solve->write_tapes(tapes);
     for (FieldSolve* const solve : readers) solve->read_tapes(tapes);
   };
-  pairs.push_back({runs * std::ssize(writers), bytes, true, connect});
+  pairs.push_back({of.runs * std::ssize(writers), bytes, true, connect});
 }
 
 }  // namespace
 
-void TapeStore::plan(std::span<const ProgramPair> programs, int64_t left, double most_share, bool is_plan) {
+void TapeStore::plan(const ResolvedSetup& setup, std::span<const ProgramPair> programs, int64_t left, double most_share,
+                     bool is_plan) {
   std::vector<Pair> pairs;
   for (const ProgramPair& of : programs) {
-    add_networks(of.program, of.adjoint, of.runs, pairs);
-    add_solves(of.program, of.adjoint, of.runs, pairs);
+    add_networks(setup, of, pairs);
+    add_solves(setup, of, pairs);
   }
   double wanted = 0;
   for (const Pair& pair : pairs) wanted += static_cast<double>(pair.runs) * static_cast<double>(pair.bytes);

@@ -11,6 +11,7 @@
 
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/tapes.h"
+#include "run/value_ids.h"
 
 namespace dpde {
 
@@ -25,7 +26,8 @@ class TapeStore {
  public:
   /// States come first, since steps cost more than networks and solves: `left` bytes of the budget are there. All pairs
   /// get the same share of their runs, at most `most_share`.
-  void plan(std::span<const ProgramPair> pairs, int64_t left, double most_share, bool is_plan);
+  void plan(const ResolvedSetup& setup, std::span<const ProgramPair> pairs, int64_t left, double most_share,
+            bool is_plan);
   int64_t bytes() const { return bytes_; }
   /// Begins to record, or ends that.
   void record(bool on);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 #include <span>
-#include <string_view>
 
 #include "dpde/runtime/communicator.h"
 
@@ -12,10 +11,8 @@ namespace dpde {
 
 /// Which states the reverse pass reads of any step but the last, with this adjoint of a step.
 std::vector<char> Trajectory::states_read(const dpde_program& adjoint, const BoundProgram* rate) const {
-  std::vector<char> read(names_.now.size(), 0);
-  const std::span fields(adjoint.fields, static_cast<size_t>(adjoint.field_count));
-  for (size_t s = 0; s < read.size(); ++s)
-    read[s] = std::ranges::find(fields, std::string_view(names_.now[s])) != fields.end() ? 1 : 0;
+  std::vector<char> read(states_.now.size(), 0);
+  for (size_t s = 0; s < read.size(); ++s) read[s] = setup_.ids(adjoint).field(states_.now[s]) >= 0 ? 1 : 0;
   const auto note = [&](const BoundProgram& program) {
     for (size_t s = 0; s < read.size(); ++s) read[s] = read[s] != 0 || program.states[s] >= 0;
   };
@@ -45,7 +42,7 @@ int64_t Trajectory::count_recomputed(const Legs& legs) const {
 /// again: of states that nothing reads on the way back three are enough.
 void Trajectory::plan_buffers(int slots, const std::vector<char>& read, const Legs* legs) {
   buffers_.count = std::max(slots + 1, 3);
-  buffers_.of_state.assign(names_.now.size(), buffers_.count);
+  buffers_.of_state.assign(states_.now.size(), buffers_.count);
   if (!is_stored_ || slots < losses_.last() - 1 || has_parts(setup_) || legs->block_steps() > 1) return;
   for (size_t s = 0; s < read.size(); ++s) {
     if (read[s] == 0) buffers_.of_state[s] = 3;
@@ -79,8 +76,8 @@ bool Trajectory::keeps_less_than(const std::vector<char>& read, const BoundProgr
     return false;
   const int last = losses_.last();
   const std::vector<char> still_read = states_read(*setup_.kept_adjoint, rate);
-  const int64_t kept = std::ssize(kept_fields(*setup_.keeping_step, *setup_.kept_adjoint)),
-                all = std::ranges::count(read, char{1}), others = std::ranges::count(still_read, char{1});
+  const int64_t kept = std::ssize(kept_fields(setup_)), all = std::ranges::count(read, char{1}),
+                others = std::ranges::count(still_read, char{1});
   const int64_t buffers = std::max<int64_t>(last, 3);
   const int64_t fields = kept * last + others * buffers + 3 * (count() - others) + count();
   return kept + others <= all && fields * FieldPool::stride_of(setup_.layout) <= setup_.checkpoint_bytes;
@@ -97,7 +94,7 @@ void Trajectory::plan_tapes(Executor& step, Executor& adjoint, Losses& losses, i
         {term.loss.program.executor, term.adjoint->program.executor, std::ssize(setup_.losses[i].at_steps)});
   }
   const double most_share = setup_.slots > 0 ? static_cast<double>(setup_.slots) / std::max(losses.last(), 1) : 1.0;
-  tapes_.plan(pairs, left, most_share, is_plan);
+  tapes_.plan(setup_, pairs, left, most_share, is_plan);
 }
 
 /// The legs and the adjoint of steps with which the way back stores least.

@@ -13,8 +13,8 @@ namespace dpde {
 
 class Trajectory {
  public:
-  Trajectory(const RolloutSetup& setup, const StateNames& names, const Losses& losses)
-      : setup_(setup), names_(names), losses_(losses) {}
+  Trajectory(const ResolvedSetup& setup, const StateIds& states, const Losses& losses)
+      : setup_(setup), states_(states), losses_(losses) {}
 
   /// Once all programs are bound; chooses the legs and the adjoint too. `back` is null where no gradient is asked for.
   void plan(Stepper& stepper, Losses& losses, WayBack* back, Binder& binder, RunMemory& memory);
@@ -42,10 +42,10 @@ class Trajectory {
                      RunMemory& memory);
   void plan_tapes(Executor& step, Executor& adjoint, Losses& losses, int64_t left, bool is_plan);
   int64_t bytes_of_states(int64_t kept_fields) const;
-  int64_t count() const { return std::ssize(names_.now); }
+  int64_t count() const { return std::ssize(states_.now); }
 
-  const RolloutSetup& setup_;
-  const StateNames& names_;
+  const ResolvedSetup& setup_;
+  const StateIds& states_;
   const Losses& losses_;
   bool is_stored_ = false;
   int slots_ = 1;

@@ -7,7 +7,7 @@
 namespace dpde {
 
 struct WayBack {
-  WayBack(const RolloutSetup& setup, const StepInputs& inputs, Stepper& stepper, Losses& losses, GradientSums& sums,
+  WayBack(const ResolvedSetup& setup, const StepInputs& inputs, Stepper& stepper, Losses& losses, GradientSums& sums,
           size_t states, Binder& binder)
       : bars(setup, states),
         adjoint(setup, inputs, stepper, sums, bars, binder),
