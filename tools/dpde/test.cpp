@@ -174,7 +174,7 @@ Beginning beginning_of(const training::TrainingScene& scene) {
 
 /// What TASK.training holds: as many trials as the task wants. False after a diagnostic.
 bool take_found(Job& job, const std::string& folder, const training::TrainingScene& scene, const Beginning& begin,
-                TestedValues& tested) {
+                training::TestedValues& tested) {
   const std::string& task = scene.task().name;
   const std::string path = (std::filesystem::path(folder) / (task + ".training")).string();
   const std::optional<std::string> bytes = files::read_file(path, {}, job.sink());
@@ -207,7 +207,8 @@ bool take_found(Job& job, const std::string& folder, const training::TrainingSce
 }
 
 /// False after a diagnostic. Settings and files of weights stand above what was found.
-bool take_values(Job& job, const TestOptions& options, const training::TrainingScene& scene, TestedValues& tested) {
+bool take_values(Job& job, const TestOptions& options, const training::TrainingScene& scene,
+                 training::TestedValues& tested) {
   const model::Problem& problem = *scene.compiled->problem;
   const Beginning begin = beginning_of(scene);
   const training::UnknownValues own = training::values_of(begin.parts, begin.values);
@@ -262,7 +263,7 @@ Json test_on_trajectories(Job& job, const TestOptions& options) {
   const model::Task& task = scene->task();
   const std::unique_ptr<training::TestScenes> tests =
       training::TestScenes::open(*scene, job.source(), task.tests, task.growths, job.sink());
-  TestedValues values;
+  training::TestedValues values;
   if (!tests || !take_values(job, options, *scene, values)) return json;
   preparing.reset();
   training::BatchOptions batch{.threads = thread_count(options), .stop = &interrupt_flag()};
@@ -271,7 +272,7 @@ Json test_on_trajectories(Job& job, const TestOptions& options) {
   if (values.trials.size() > 1) json["best_trial"] = values.best + 1;
   json["compile_s"] = run.compiled->seconds;
   const auto start = std::chrono::steady_clock::now();
-  run_tests(job, {*tests, batch, options.only_named, {}, knows_training}, values, json);
+  run_tests(job, {*tests, batch, options.only_named, {}, knows_training}, values, "", json);
   json["wall_s"] = seconds_of_tests_since(start);
   return json;
 }

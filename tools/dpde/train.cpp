@@ -275,8 +275,8 @@ double mean_cost(const training::Trials& trials) {
   return sum / static_cast<double>(trials.all().size());
 }
 
-TestedValues tested_values(const training::Trials& trials, const training::TrainingScene& scene) {
-  TestedValues values;
+training::TestedValues tested_values(const training::Trials& trials, const training::TrainingScene& scene) {
+  training::TestedValues values;
   values.best = trials.best();
   for (const training::Trial& trial : trials.all())
     values.trials.push_back(training::values_of(trial.trainer->parts(), trial.trainer->best()));
@@ -358,7 +358,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   batch.seed = options.seed;
   const std::unique_ptr<training::TestScenes> scenes = open_tests(job, *scene, options.chart.has_value());
   if (!scenes) return json;
-  const TestRun tests{*scenes, batch, options.only_named, options.chart, true, how_to_test(job, options)};
+  const training::TestRun tests{*scenes, batch, options.only_named, options.chart};
   if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
     return find_controls(job, options, run, *scene, batch);
@@ -376,7 +376,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   write_trained(job, *trials);
   json["test"] = Json::object();
   const auto is_stopped = [](const training::Trial& trial) { return trial.end == training::TrainingEnd::stopped; };
-  if (std::ranges::none_of(trials->all(), is_stopped)) run_tests(job, tests, tested_values(*trials, *scene), json);
+  if (std::ranges::none_of(trials->all(), is_stopped))
+    run_tests(job, tests, tested_values(*trials, *scene), how_to_test(job, options), json);
   json["files"] = job.files();
   return json;
 }

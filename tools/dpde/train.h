@@ -5,8 +5,7 @@
 #include <optional>
 
 #include "task_run.h"
-#include "training/test_results.h"
-#include "training/trajectory_test.h"
+#include "training/all_tests.h"
 #include "training/trials.h"
 
 namespace dpde::tools {
@@ -28,24 +27,10 @@ bool is_step_stable(Job& job, const TaskOptions& options, const TaskRun& run);
 
 Json train(Job& job, const OptimizeOptions& options);
 
-/// What tests are run with: the values of each trial, and those that the best one began with.
-struct TestedValues {
-  std::size_t best = 0;
-  std::vector<training::UnknownValues> trials = {};
-  training::UnknownValues start = {};
-  training::Investment spent = {};
-};
-struct TestRun {
-  training::TestScenes& scenes;  // the plain methods are added to it
-  training::BatchOptions options;
-  bool only_named = false;                    // see OptimizeOptions
-  std::optional<training::CostTiming> chart;  // see there
-  bool knows_training = true;                 // scenes.own is of the data that were learnt from
-  std::string if_stopped = {};                // how these tests are run after all
-};
-/// Runs all tests and reports them, unless that is interrupted, which is an error. So is a test that has a finite
-/// number in none of its runs.
-void run_tests(Job& job, const TestRun& run, const TestedValues& values, Json& json);
+/// Runs all tests and reports them, unless that is interrupted, which is an error that says `if_stopped`: how these
+/// tests are run after all. An error is also a test that has a finite number in none of its runs.
+void run_tests(Job& job, const training::TestRun& run, const training::TestedValues& values,
+               const std::string& if_stopped, Json& json);
 
 /// Losses as tables and a curve, what the best trial has learnt as files.
 void write_trained(Job& job, const training::Trials& trials);

@@ -364,4 +364,28 @@ Report growths_report(const training::GrowthResults& results) {
   return report;
 }
 
+std::string weights_not_used_text(const training::TestScenes& scenes) {
+  std::string text;
+  const model::Problem& own = *scenes.own.compiled->problem;
+  std::set<std::string> told;
+  for (const model::Test& test : scenes.tests) {
+    for (const model::Test::Beside& beside : test.beside) {
+      const model::Problem& problem = *scenes.beside->scene(beside).compiled->problem;
+      for (const model::GivenWeights& given : problem.weights) {
+        const auto is_it = [&](const model::Unknown& unknown) { return unknown.name == given.network; };
+        const auto same = std::ranges::find(own.weights, given.network, &model::GivenWeights::network);
+        const bool is_same = same != own.weights.end() && same->from.file == given.from.file;
+        if (is_same || std::ranges::none_of(own.task->unknowns, is_it) ||
+            !told.insert(problem.scene + " " + given.network).second)
+          continue;
+        text += fmt::format(
+            "warning: scene {} beside is tested with the weights of {} that task {} learns, not with "
+            "those of {}, which another network can have\n",
+            problem.scene, given.network, own.task->name, given.from.file);
+      }
+    }
+  }
+  return text;
+}
+
 }  // namespace dpde::report

@@ -2,8 +2,11 @@
 // What the tests of a training say: in words, as tables, curves and JSON.
 #pragma once
 
+#include <string>
+
 #include "report/report.h"
 #include "training/test_results.h"
+#include "training/trajectory_test.h"
 
 namespace dpde::report {
 
@@ -12,5 +15,9 @@ namespace dpde::report {
 Report tests_report(const training::TestResults& results);
 /// The key growth; none where there are no such tests.
 Report growths_report(const training::GrowthResults& results);
+
+/// Weights are the network's in all scenes: what is learnt stands above the file of weights that a scene beside names.
+/// Warnings of such files, a line each.
+std::string weights_not_used_text(const training::TestScenes& scenes);
 
 }  // namespace dpde::report
