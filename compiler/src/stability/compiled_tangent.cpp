@@ -134,7 +134,8 @@ struct CompiledTangent::Run {
     if (const dpde_program* fixed = tangent.fixed()) make_fixed(*fixed, inputs, params, known);
     executor.prepare();
   }
-  /// Of what is in the first field of each pair a step makes the second. False where a solve finds no solution.
+  /// Of what is in the first field of each pair a step makes the second. False where a solve finds no solution, which
+  /// `unsolved` tells.
   bool advance(int steps, const std::vector<std::pair<int, int>>& states) try {
     for (int i = 0; i < steps; ++i) {
       executor.prepare();
@@ -146,12 +147,17 @@ struct CompiledTangent::Run {
       }
     }
     return true;
-  } catch (const NoSolution&) {
+  } catch (const NoSolution& error) {
+    // The unknown has a name of the tangent's; the run, which fails likewise, has the model's and its place.
+    unsolved = error.what();
+    const std::string unknown = "solve for " + error.solve_for() + ": ";
+    if (unsolved.starts_with(unknown)) unsolved.erase(0, unknown.size());
     return false;
   }
 
   dpde_layout layout;
   Executor executor;
+  std::string unsolved;
   std::deque<Field> fields;  // of the executor's program
 
  private:
@@ -316,7 +322,7 @@ CompiledTangent::Repeated CompiledTangent::repeated(const State& inputs, const P
     if (step + steps_between_growths == kept_steps) kept = all;
     if (growth > enough) break;
   }
-  return {std::move(growths), std::move(all), std::move(kept)};
+  return {std::move(growths), std::move(all), std::move(kept), run.unsolved};
 }
 
 KrylovSpace CompiledTangent::on_krylov_space(const State& inputs, const Params& params,

@@ -56,8 +56,9 @@ class CompiledTangent {
     /// ln of what a perturbation is multiplied by from the eighth step up to each eighth, and to the last. In the first
     /// ones noise becomes what states are to one another: those that are rates of others are as fast as these.
     std::vector<double> growths;
-    Eigen::MatrixXd last;  // what it has become, of length 1: cells by states that anything depends on
-    Eigen::MatrixXd kept;  // what it was after `kept_steps`
+    Eigen::MatrixXd last;       // what it has become, of length 1: cells by states that anything depends on
+    Eigen::MatrixXd kept;       // what it was after `kept_steps`
+    std::string unsolved = {};  // what a solve said that found no solution; "": all did
   };
   /// Of a random perturbation; the last growth is infinite where it leaves the range of numbers or a solve finds no
   /// solution. It ends early where ln of the growth is above `enough`. `kept_steps`: a multiple of

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "dpde/runtime/error.h"
 #include "stability/amplification.h"
 #include "stability/eigenvalues.h"
 #include "stability/folded_products.h"
@@ -145,7 +146,7 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   State inputs = initial_inputs(session, linear);
   auto result = std::unique_ptr<CoupledRuns>(
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
-                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run))));
+                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), problem.step));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
   result->tells_eigenvalues_ = !folds;
@@ -168,7 +169,9 @@ bool CoupledRuns::are_too_long(driver::Session& session, const LinearStep& linea
 CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
   Params params = params_;
   params["dt"] = step;
-  return tangent_->repeated(inputs_, params, steps, enough, kept_steps);
+  CompiledTangent::Repeated result = tangent_->repeated(inputs_, params, steps, enough, kept_steps);
+  if (!result.unsolved.empty() && step <= own_step_) throw NoSolution(result.unsolved);
+  return result;
 }
 
 /// Most steps beyond a limit show it soon, and the equations need not be followed for long.

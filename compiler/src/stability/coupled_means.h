@@ -85,8 +85,13 @@ class CoupledRuns {
     double at(double time) const;
     double up_to(double time) const;
   };
-  CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps)
-      : tangent_(std::move(tangent)), inputs_(std::move(inputs)), params_(std::move(params)), steps_(steps) {}
+  CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps,
+              double own_step)
+      : tangent_(std::move(tangent)),
+        inputs_(std::move(inputs)),
+        params_(std::move(params)),
+        steps_(steps),
+        own_step_(own_step) {}
   /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
   struct OfSpace {
     double growth = 0;
@@ -102,6 +107,8 @@ class CoupledRuns {
   /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
+  /// \throws NoSolution where a solve fails in a step no longer than the scene's: so it does in the run, and that is
+  /// no growth.
   CompiledTangent::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
                                      int kept_steps = 0) const;
   /// Along the axis where they are shortest, of the states that grow from what is kept of the run on; by `growth` in
@@ -117,6 +124,7 @@ class CoupledRuns {
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
+  double own_step_;                   // the scene's
   int parts_ = 4;                     // of a step: short ones
   bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
   std::vector<bool> are_rings_ = {};  // axes

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dpde/runtime/error.h"
 #include "model/build.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
@@ -90,7 +91,10 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session) {
     model::Problem other = problem;
     std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
     other.scheme.time = time;
-    if (const std::optional<double> limit = limit_by_other_scheme(session, other)) return OtherScheme{name, *limit};
+    try {
+      if (const std::optional<double> limit = limit_by_other_scheme(session, other)) return OtherScheme{name, *limit};
+    } catch (const NoSolution&) {  // of a solve in its steps: it is none to name
+    }
   }
   return std::nullopt;
 }

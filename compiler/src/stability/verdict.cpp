@@ -9,6 +9,7 @@
 #include <complex>
 #include <numbers>
 
+#include "dpde/runtime/error.h"
 #include "model/metric.h"
 #include "stability/consistent_start.h"
 #include "stability/courant_number.h"
@@ -69,7 +70,16 @@ Verdict verdict_on(driver::Session& session, const GroupStep& step, double most,
   if (!linear) return verdict_on_networks(session, group, most, why);
   Verdict verdict;
   verdict.group = group;
-  if (!examine_group(session, *linear, look, verdict)) {
+  bool is_finite = false;
+  try {
+    is_finite = examine_group(session, *linear, look, verdict);
+  } catch (const NoSolution& error) {
+    verdict = {};
+    verdict.group = group;
+    verdict.why = fmt::format("a step finds no solution ({})", error.what());
+    return verdict;
+  }
+  if (!is_finite) {
     verdict.why = linear->solves() ? "what the step solves for is not known at the initial state"
                                    : "the step's tangent is not finite at the initial state";
     return verdict;
@@ -112,11 +122,13 @@ Verdict merged(const Verdict& a, const Verdict& b) {
 
 }  // namespace
 
-bool look_for_growth(driver::Session& session, const Look& look) {
+bool look_for_growth(driver::Session& session, const Look& look) try {
   const ConsistentStart start(session);
   return std::ranges::all_of(steps_of_groups(session), [&](const GroupStep& step) {
     return step.linear ? grows_nothing_in(session, *step.linear, look) : networks_grow_nothing(session, step.group);
   });
+} catch (const NoSolution&) {
+  return false;  // the verdict says it
 }
 
 bool Verdict::is_above() const {
