@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 
 #include "stability/eigenvalues.h"
+#include "stability/fixed_part.h"
 #include "stability/ring_spectrum.h"
 #include "stencil/build.h"
 #include "stencil/interpret.h"
@@ -99,9 +102,13 @@ class SmallGrid {
     const std::size_t states = linear_.states().size();
     const auto size = static_cast<Eigen::Index>(cells * states);
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
+    const ApartModule apart = module_of_columns();
+    stencil::State memory = inputs();
+    if (!apart.fixed.empty())
+      stencil::interpret(apart.module, *apart.module.find_program(apart.fixed), memory, params_);
     for (std::size_t s = 0; s < states; ++s) {
       for (std::size_t c = 0; c < cells && !linear_.perturbation_of(s).empty(); ++c) {
-        result.col(static_cast<Eigen::Index>(s * cells + c)) = column(s, c, cells);
+        result.col(static_cast<Eigen::Index>(s * cells + c)) = column(apart.module, memory, s, c, cells);
       }
     }
     return result;
@@ -132,15 +139,24 @@ class SmallGrid {
     return memory;
   }
 
-  Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
-    stencil::State memory = inputs();
+  /// What the tangent makes of its inputs alone is the same for all columns.
+  ApartModule module_of_columns() const {
+    stencil::Module module = linear_.module();
+    module.programs.front() = program_;
+    std::set<std::string> perturbations;
+    for (std::size_t s = 0; s < linear_.states().size(); ++s) perturbations.insert(linear_.perturbation_of(s));
+    return with_fixed_part_apart(std::move(module), perturbations);
+  }
+
+  Eigen::VectorXd column(const stencil::Module& module, stencil::State memory, std::size_t state, std::size_t cell,
+                         std::size_t cells) const {
     for (std::size_t s = 0; s < linear_.states().size(); ++s) {
       if (linear_.perturbation_of(s).empty()) continue;
       std::vector<double> values(cells, 0.0);
       if (s == state) values[cell] = 1;
       memory.set(linear_.perturbation_of(s), values);
     }
-    stencil::interpret(linear_.module(), program_, memory, params_);
+    stencil::interpret(module, module.programs.front(), memory, params_);
     Eigen::VectorXd result = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cells * linear_.states().size()));
     for (std::size_t s = 0; s < linear_.states().size(); ++s) {
       if (linear_.perturbation_of(s).empty()) continue;
