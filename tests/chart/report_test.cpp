@@ -33,8 +33,8 @@ TEST(Reports, OfAScene) {
   ASSERT_NE(opened.session, nullptr);
   SceneOptions options;
   options.shows_waves = true;
-  const Report report =
-      scene_report({opened.source, opened.session->compiled(), opened.session.get()}, options, opened.sink);
+  const auto compiled = opened.session->shared_compiled();
+  const Report report = scene_report({opened.source, *compiled, std::move(opened.session)}, options, opened.sink);
   EXPECT_TRUE(report.text().starts_with("scene rod: x = 0 .. 1 in 16 periodic cells, 20 steps of 0.005\n"))
       << report.text();
   // rk4 on the negative real axis is stable to z = -2.785; central2 has eigenvalues down to -4*k/h^2.

@@ -20,7 +20,7 @@ struct MachineSpeed {
   double points(double bytes, double flops) const;
 };
 
-/// For fields of together `footprint` bytes, rounded to a power of four from 32 KiB to 256 MiB. The best of several
+/// For fields of together `footprint` bytes, rounded to a power of four from 32 KiB to 128 MiB. The best of several
 /// short windows, and of all measurements until one was undisturbed; on another day it is measured once more, and what
 /// is better in an undisturbed moment stays. `anew` forgets all. The cache may be null.
 MachineSpeed machine_speed(codegen::CodeCache* cache, double footprint, int threads, bool anew = false);

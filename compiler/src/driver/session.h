@@ -6,6 +6,7 @@
 #include <atomic>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,6 +79,9 @@ class Session {
   double end_time() const { return problem().t_begin + steps_ * problem().step; }
   double time_of(int step) const { return problem().t_begin + step * problem().step; }
   const std::vector<DataStates>& data() const { return data_; }
+  /// Fields that were made of the scene as it stood then, by a text that says of what: see stability/zero_step.h.
+  using Findings = std::map<std::string, std::map<std::string, std::vector<double>>>;
+  Findings& findings() { return findings_; }
 
   /// The grid's axes, `cells` applied.
   const std::vector<model::Axis>& axes() const { return axes_; }
@@ -130,6 +134,7 @@ class Session {
   std::shared_ptr<const SceneTable> table_;
   std::unique_ptr<Engine> engine_;
   std::vector<DataStates> data_;
+  Findings findings_;
   std::string tuning_;  // of the rollout, as it was found in the cache
 };
 

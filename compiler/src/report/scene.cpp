@@ -18,6 +18,7 @@
 #include "report/advective_form.h"
 #include "report/formal_order.h"
 #include "report/solves.h"
+#include "stability/zero_step.h"
 #include "report/step_character.h"
 #include "report/verdict.h"
 #include "stability/equations.h"
@@ -210,10 +211,23 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   return text;
 }
 
-/// By one step from where the scene begins: the operators are known then.
-Report first_solves_report(driver::Session* session) {
+/// By one step from where the scene begins: the operators are known then. On a large grid that would take what a run
+/// takes, and one with longer cells shows the same methods.
+Report first_solves_report(const SourceFile& source, driver::Session* session) {
   Report report;
   if (session == nullptr || model::solves_of(session->problem()).empty()) return report;
+  const stability::CoarseGrid grid = stability::grid_of_solutions(*session);
+  if (!grid.is_own()) {
+    driver::SessionOptions options = session->options();
+    options.cells = grid.cells();
+    DiagnosticSink silent;
+    const auto coarse = driver::Session::open(source, session->shared_compiled(), options, silent);
+    if (coarse == nullptr) return report;
+    report.say(fmt::format("by a step on {}:\n", grid.text()));
+    report.append(first_solves_report(source, coarse.get()));
+    if (report.json.contains("solves")) report.json["solves_cells"] = grid.cells();
+    return report;
+  }
   RolloutSetup setup = session->setup();
   setup.steps = 1;
   setup.steady = 0;
@@ -237,7 +251,7 @@ Report first_solves_report(driver::Session* session) {
 
 }  // namespace
 
-Report scene_report(const CheckedScene& scene, const SceneOptions& options, DiagnosticSink& sink) {
+Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticSink& sink) {
   const driver::Compiled& compiled = scene.compiled;
   const model::Problem& problem = *compiled.problem;
   const driver::Memory memory = driver::memory_of(compiled);
@@ -257,8 +271,10 @@ Report scene_report(const CheckedScene& scene, const SceneOptions& options, Diag
   result["advective_form"] = velocities;
   report.say(flux_form_text(velocities));
   report.append(step_report(scene, options, sink));
-  if (problem.task) report.say(stability_of_start_text(*problem.task, scene.session, result));
-  report.append(first_solves_report(scene.session));
+  if (problem.task) report.say(stability_of_start_text(*problem.task, scene.session.get(), result));
+  report.append(first_solves_report(scene.source, scene.session.get()));
+  const Report unused = unused_report(compiled, scene.source, scene.session.get());
+  scene.session.reset();  // its fields would lie beside those that measure the machine
   report.append(networks_report(problem));
   double cells = 1;
   for (const model::Axis& axis : problem.axes) cells *= axis.cells;
@@ -275,7 +291,7 @@ Report scene_report(const CheckedScene& scene, const SceneOptions& options, Diag
   for (const std::string& dropped : problem.dropped) {
     if (told.insert(dropped).second) report.say(fmt::format("dropped: {}\n", dropped));
   }
-  report.append(unused_report(compiled, scene.source, scene.session));
+  report.append(unused);
   report.append(savings_report(compiled, scene.source));
   return report;
 }

@@ -2,6 +2,8 @@
 // What is said of a scene before it runs: its grid and names, order, stability, costs, and what it does not use.
 #pragma once
 
+#include <memory>
+
 #include "driver/session.h"
 #include "report/costs.h"
 #include "report/report.h"
@@ -12,7 +14,7 @@ namespace dpde::report {
 struct CheckedScene {
   const SourceFile& source;
   const driver::Compiled& compiled;  // a scene
-  driver::Session* session;          // as a run would begin; null where its initial state cannot be made
+  std::unique_ptr<driver::Session> session;  // as a run would begin; null where its initial state cannot be made
 };
 struct SceneOptions {
   GradientLimits gradient;
@@ -22,6 +24,6 @@ struct SceneOptions {
 };
 
 /// The JSON is that of dpde check. Warnings go to `sink`.
-Report scene_report(const CheckedScene& scene, const SceneOptions& options, DiagnosticSink& sink);
+Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticSink& sink);
 
 }  // namespace dpde::report

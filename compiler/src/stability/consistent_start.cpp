@@ -8,6 +8,19 @@
 
 namespace dpde::stability {
 
+namespace {
+
+/// By what the step changes in the means of cells.
+std::vector<double> corrected(std::vector<double> values, std::vector<double> means, const CoarseGrid& grid) {
+  const std::vector<double> before = grid.restricted(values);
+  for (std::size_t i = 0; i < means.size(); ++i) means[i] -= before[i];
+  const std::vector<double> change = grid.prolonged(means);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += change[i];
+  return values;
+}
+
+}  // namespace
+
 bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
   return problem.is_projected(state) || std::ranges::any_of(problem.events, [&](const model::Event& event) {
            return is_of_each_step(event, problem) &&
@@ -39,12 +52,16 @@ bool ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, 
   if (set.empty()) return false;
   std::vector<std::string> fields;
   for (const auto& [state, next] : set) fields.push_back(next);
-  const auto found = after_step_of_no_length(session_, fields, t);
+  const CoarseGrid grid = grid_of_solutions(session_);
+  const auto found = after_step_of_no_length(session_, fields, t, grid);
   bool is_other = false;
   for (const auto& [state, next] : set) {
     const auto values = found.find(next);
-    if (values == found.end() || values->second == session_.initial(state)) continue;
-    session_.rollout().initial(state).copy_in(values->second);
+    if (values == found.end()) continue;
+    const std::vector<double> before = session_.initial(state);
+    const std::vector<double> behind = grid.is_own() ? values->second : corrected(before, values->second, grid);
+    if (behind == before) continue;
+    session_.rollout().initial(state).copy_in(behind);
     is_other = true;
   }
   return is_other;

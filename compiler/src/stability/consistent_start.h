@@ -17,7 +17,7 @@ bool is_set_by_steps(const model::Problem& problem, const std::string& state);
 
 /// While it lives a run of the session begins as a step of no length leaves its initial states: those that are held
 /// inside masks have the value there, those of a constraint fulfil it, events of each step have happened. What is not
-/// finite so stays as it was.
+/// finite so stays as it was. On large grids a step that solves corrects means of cells: see coarse_grid.h.
 class ConsistentStart {
  public:
   explicit ConsistentStart(driver::Session& session);

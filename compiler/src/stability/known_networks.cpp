@@ -59,7 +59,7 @@ std::map<std::string, std::vector<double>> values_of_networks(driver::Session& s
   take_out_networks(module, body, made);
   std::vector<std::string> fields;
   std::ranges::set_intersection(results, made, std::back_inserter(fields));
-  return after_step_of_no_length(session, fields, t);
+  return after_step_of_no_length(session, fields, t, CoarseGrid::own(session.axes()));
 }
 
 }  // namespace dpde::stability

@@ -82,10 +82,12 @@ void Sampler::for_each_field(const Tell& tell) const {
   }
 }
 
-void Sampler::add_extremes(std::span<const double> values, std::set<std::size_t>& cells) const {
+void Sampler::add_extremes(std::span<const double> values, bool is_whole, std::set<std::size_t>& cells) const {
   const auto [low, high] = std::ranges::minmax_element(values);
-  for (const auto& extreme : {low, high})
-    cells.insert(static_cast<std::size_t>(extreme - values.begin()) % session_.workspace().cell_count());
+  for (const auto& extreme : {low, high}) {
+    const auto place = static_cast<std::size_t>(extreme - values.begin());
+    cells.insert(is_whole ? states_.grid_of_whole().middle_of(place) : place % session_.workspace().cell_count());
+  }
 }
 
 /// One place does not tell: outside of a mask nothing depends on what it holds.
@@ -93,7 +95,9 @@ void Sampler::find_dependences(const LinearStep& linear) {
   const std::size_t count = session_.workspace().cell_count();
   std::vector<std::size_t> cells{count / 2};
   std::set<std::size_t> extremes;
-  for_each_field([&](const std::string&, std::span<const double> values, bool) { add_extremes(values, extremes); });
+  for_each_field([&](const std::string&, std::span<const double> values, bool is_whole) {
+    add_extremes(values, is_whole, extremes);
+  });
   add_along_axes(extremes);
   cells.insert(cells.end(), extremes.begin(), extremes.end());
   for (std::size_t i = 0; i < std::min(count, most_different); ++i) cells.push_back(spread(i, count));
@@ -132,7 +136,7 @@ std::set<std::size_t> Sampler::cells() const {
   std::set<std::size_t> result;
   const std::size_t count = session_.workspace().cell_count();
   for_each_field([&](const std::string& name, std::span<const double> values, bool is_whole) {
-    if ((is_whole ? varied_whole_ : varied_).contains(name)) add_extremes(values, result);
+    if ((is_whole ? varied_whole_ : varied_).contains(name)) add_extremes(values, is_whole, result);
   });
   for (std::size_t i = 0; i < places_between && varies_in_space(); ++i)
     result.insert(i * (count - 1) / (places_between - 1));
@@ -163,8 +167,9 @@ std::set<std::size_t> Sampler::steepest_cells() const {
     if (!is_whole || !varied_whole_.contains(name)) return;
     std::array<double, 3> steepest{};
     std::array<std::size_t, 3> cells{};
-    for (std::size_t cell = 0; cell < values.size(); ++cell) {
-      const FrozenValue here = about(values, cell, mean);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t cell = states_.grid_of_whole().middle_of(i);
+      const FrozenValue here = about_whole(values, cell);
       for (std::size_t a = 0; a < session_.axes().size(); ++a) {
         if (!(std::abs(here.slope[a]) > steepest[a])) continue;
         steepest[a] = std::abs(here.slope[a]);
@@ -215,13 +220,13 @@ ScenePoint Sampler::at(std::size_t cell, double t) const {
   const SceneStates::Moment& moment = states_.nearest(t);
   for (const Fields* fields : {&states_.fixed(), &moment.set}) {
     for (const auto& [name, values] : *fields) {
-      FrozenValue& value = result.point.fields[name] = about(now(name, values, t), cell, smaller);
+      FrozenValue& value = result.point.fields[name] = about(now(name, values, t), cell);
       if (is_clamped(name)) value.slope.fill(small_slope * std::abs(value.value));
     }
   }
-  for (const auto& [name, values] : moment.whole) result.point.whole[name] = about(values, cell, mean);
+  for (const auto& [name, values] : moment.whole) result.point.whole[name] = about_whole(values, cell);
   result.point.params["t"] = t;
-  const std::array<std::size_t, 3> place = place_of(cell);
+  const Place place = place_of(cell);
   for (std::size_t a = 0; a < session_.axes().size(); ++a) {
     const model::Axis& axis = session_.axes()[a];
     result.point.cells[a] = axis.cells;
@@ -252,29 +257,38 @@ bool Sampler::is_clamped(const std::string& name) const {
          (advect == model::Advection::maccormack || advect == model::Advection::maccormack_steady);
 }
 
+FrozenValue Sampler::about(std::span<const double> values, std::size_t cell) const {
+  const auto n = [&](std::size_t axis) {
+    return axis < session_.axes().size() ? static_cast<std::size_t>(session_.axes()[axis].cells) : 1;
+  };
+  return about_place([&](const Place& place) { return values[place[0] + n(0) * (place[1] + n(1) * place[2])]; }, cell,
+                     smaller);
+}
+
+FrozenValue Sampler::about_whole(std::span<const double> values, std::size_t cell) const {
+  return about_place([&](const Place& place) { return states_.grid_of_whole().at(values, place); }, cell, mean);
+}
+
 /// No slope at the ends of bounded axes, and where the flow is followed.
-FrozenValue Sampler::about(std::span<const double> values, std::size_t cell,
-                           const std::function<double(double, double)>& slope) const {
-  FrozenValue result(values[cell]);
+template <class Value>
+FrozenValue Sampler::about_place(const Value& value, std::size_t cell, double (*slope)(double up, double down)) const {
+  const Place place = place_of(cell);
+  FrozenValue result(value(place));
   if (follows_flow_) return result;
-  const std::array<std::size_t, 3> place = place_of(cell);
-  std::size_t stride = 1;
   for (std::size_t a = 0; a < session_.axes().size(); ++a) {
     const auto n = static_cast<std::size_t>(session_.axes()[a].cells);
     const bool is_periodic = session_.axes()[a].topology == Topology::periodic;
-    const std::size_t first = cell - place[a] * stride;
-    const std::size_t high = place[a] + 1 < n ? place[a] + 1 : is_periodic ? 0 : place[a];
-    const std::size_t low = place[a] > 0 ? place[a] - 1 : is_periodic ? n - 1 : 0;
-    const double up = values[first + high * stride] - values[cell], down = values[cell] - values[first + low * stride];
-    const bool is_inside = high != place[a] && low != place[a];
-    if (is_inside) result.slope[a] = slope(up, down);
-    stride *= n;
+    Place high = place, low = place;
+    high[a] = place[a] + 1 < n ? place[a] + 1 : is_periodic ? 0 : place[a];
+    low[a] = place[a] > 0 ? place[a] - 1 : is_periodic ? n - 1 : 0;
+    const bool is_inside = high[a] != place[a] && low[a] != place[a];
+    if (is_inside) result.slope[a] = slope(value(high) - result.value, result.value - value(low));
   }
   return result;
 }
 
-std::array<std::size_t, 3> Sampler::place_of(std::size_t cell) const {
-  std::array<std::size_t, 3> place{};
+Sampler::Place Sampler::place_of(std::size_t cell) const {
+  Place place{};
   for (std::size_t a = 0; a < session_.axes().size(); ++a) {
     const auto n = static_cast<std::size_t>(session_.axes()[a].cells);
     place[a] = cell % n;

@@ -49,12 +49,15 @@ class Sampler {
   void for_each_field(const Tell& tell) const;
   void find_dependences(const LinearStep& linear);
   void add_dependences(const LinearStep& linear, const FrozenPoint& point, double step);
-  void add_extremes(std::span<const double> values, std::set<std::size_t>& cells) const;
+  void add_extremes(std::span<const double> values, bool is_whole, std::set<std::size_t>& cells) const;
   std::span<const double> now(const std::string& name, std::span<const double> values, double t) const;
   bool is_clamped(const std::string& name) const;
-  FrozenValue about(std::span<const double> values, std::size_t cell,
-                    const std::function<double(double, double)>& slope) const;
-  std::array<std::size_t, 3> place_of(std::size_t cell) const;
+  using Place = CoarseGrid::Place;
+  FrozenValue about(std::span<const double> values, std::size_t cell) const;
+  FrozenValue about_whole(std::span<const double> values, std::size_t cell) const;
+  template <class Value>
+  FrozenValue about_place(const Value& value, std::size_t cell, double (*slope)(double up, double down)) const;
+  Place place_of(std::size_t cell) const;
   void add_along_axes(std::set<std::size_t>& cells) const;
 
   driver::Session& session_;

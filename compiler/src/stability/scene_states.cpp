@@ -7,6 +7,7 @@
 #include "stability/consistent_start.h"
 #include "stability/known_networks.h"
 #include "stability/whole_fields.h"
+#include "stability/zero_step.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/contains.h"
@@ -28,10 +29,10 @@ bool may_vary_in_time(const driver::Session& session) {
 }
 
 SceneStates::Moment moment_at(driver::Session& session, const std::vector<std::string>& set,
-                              const std::set<std::string>& networks, bool has_whole, double t) {
+                              const std::set<std::string>& networks, const CoarseGrid* whole, double t) {
   SceneStates::Moment result{t, values_of_networks(session, networks, t), {}};
   for (const std::string& name : set) result.set[name] = session.initial(session.engine().state_index(name));
-  if (has_whole) result.whole = whole_fields(session, t);
+  if (whole != nullptr) result.whole = whole_fields(session, t, *whole);
   return result;
 }
 
@@ -42,7 +43,8 @@ double time_within(const driver::Session& session, double part) {
   return problem.t_begin + std::max(1.0, part * session.steps()) * problem.step;
 }
 
-SceneStates::SceneStates(driver::Session& session, const LinearStep& linear) {
+SceneStates::SceneStates(driver::Session& session, const LinearStep& linear)
+    : grid_of_whole_(grid_of_solutions(session)) {
   std::vector<std::string> set;
   const std::set<std::string>& networks = linear.known_networks();
   for (const std::string& name : linear.inputs()) {
@@ -53,8 +55,8 @@ SceneStates::SceneStates(driver::Session& session, const LinearStep& linear) {
     else
       fixed_[name] = state < 0 ? session.workspace().dense(name) : session.initial(state);
   }
-  const bool has_whole = linear.solves() || linear.reduces();
-  moments_.push_back(moment_at(session, set, networks, has_whole, session.problem().t_begin));
+  const CoarseGrid* const whole = linear.solves() || linear.reduces() ? &grid_of_whole_ : nullptr;
+  moments_.push_back(moment_at(session, set, networks, whole, session.problem().t_begin));
   const std::size_t fields = moments_.front().set.size() + moments_.front().whole.size();
   if (fields == 0 || !may_vary_in_time(session)) return;
   const double values = static_cast<double>(session.workspace().cell_count()) * static_cast<double>(fields);
@@ -63,7 +65,7 @@ SceneStates::SceneStates(driver::Session& session, const LinearStep& linear) {
   for (double k = 0; k <= 2 * halves; ++k) {
     const double t = time_within(session, k / (2 * halves));
     const ConsistentStart start(session, t);
-    moments.push_back(moment_at(session, set, networks, has_whole, t));
+    moments.push_back(moment_at(session, set, networks, whole, t));
   }
   const Moment& first = moments.front();
   const bool are_alike =

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "stability/coarse_grid.h"
 #include "stability/linear_step.h"
 
 namespace dpde::stability {
@@ -27,8 +28,11 @@ class SceneStates {
   /// One where all are alike, else from the first step to the last.
   const std::vector<Moment>& moments() const { return moments_; }
   const Moment& nearest(double t) const;
+  /// Of `whole`; all else is in all cells of the scene.
+  const CoarseGrid& grid_of_whole() const { return grid_of_whole_; }
 
  private:
+  CoarseGrid grid_of_whole_;
   Fields fixed_;
   std::vector<Moment> moments_;
 };

@@ -22,7 +22,7 @@ constexpr const char* last_line = "end of the verdict";
 
 }  // namespace
 
-std::string key_of(driver::Session& session) {
+std::string key_of_fields(driver::Session& session) {
   std::uint64_t fields = 14695981039346656037ull;  // FNV-1a, of numbers in the place of bytes
   const auto add = [&](const std::vector<double>& values) {
     for (const double value : values) {
@@ -34,12 +34,17 @@ std::string key_of(driver::Session& session) {
   for (const model::Coefficient& coefficient : session.problem().coefficients)
     add(session.workspace().dense(coefficient.name));
   for (const auto& [name, weights] : session.workspace().weights()) add(weights.values);
-  std::string key = fmt::format("verdict\n{} steps, fields {:x}\n", session.steps(), fields);
+  std::string key = fmt::format("fields {:x}\n", fields);
   for (const auto& [name, value] : session.workspace().params()) key += fmt::format("{} = {}\n", name, value);
   for (const auto& [name, control] : session.workspace().controls()) {
     for (const double value : control.values) key += fmt::format("{}: {}\n", name, value);
   }
-  return key + print(session.problem()) + print(session.compiled().stencil);
+  return key;
+}
+
+std::string key_of(driver::Session& session) {
+  return fmt::format("verdict\n{} steps, ", session.steps()) + key_of_fields(session) + print(session.problem()) +
+         print(session.compiled().stencil);
 }
 
 namespace {

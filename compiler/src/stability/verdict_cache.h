@@ -14,6 +14,8 @@ bool look_for_growth(driver::Session& session, const Look& look = {});
 void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict);
 bool networks_grow_nothing(driver::Session& session, const StateGroup& group);
 
+/// The numbers and fields of a scene as its run begins.
+std::string key_of_fields(driver::Session& session);
 /// What a verdict is kept by.
 std::string key_of(driver::Session& session);
 

@@ -41,7 +41,7 @@ void collect(const std::vector<Statement>& body, const std::vector<const model::
 
 }  // namespace
 
-std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t) {
+std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t, const CoarseGrid& grid) {
   const model::Problem& problem = session.problem();
   const driver::Compiled& compiled = session.compiled();
   const bool is_program = !problem.program.empty();
@@ -52,7 +52,7 @@ std::map<std::string, std::vector<double>> whole_fields(driver::Session& session
   if (names.empty()) return {};
   std::vector<std::string> fields;
   for (const auto& [key, field] : names) fields.push_back(field);
-  const auto found = after_step_of_no_length(session, fields, t);
+  const auto found = after_step_of_no_length(session, fields, t, grid);
   std::map<std::string, std::vector<double>> result;
   for (const auto& [key, field] : names) {
     if (const auto values = found.find(field); values != found.end()) result[key] = values->second;

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stability/zero_step.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "dpde/runtime/error.h"
+#include "driver/workspace.h"
+#include "stability/survey.h"
+#include "stability/verdict_cache.h"
 
 namespace dpde::stability {
 
@@ -25,28 +31,96 @@ class WithoutStep {
   double dt_;
 };
 
-}  // namespace
+using Fields = std::map<std::string, std::vector<double>>;
 
-std::map<std::string, std::vector<double>> after_step_of_no_length(driver::Session& session,
-                                                                   const std::vector<std::string>& fields, double t) {
-  Workspace& workspace = session.workspace();
-  const dpde_program& step = *session.compiled().program(session.compiled().step_name());
-  Workspace::Bound bound;
-  for (int s = 0; s < session.rollout().state_count(); ++s)
-    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
-  std::map<std::string, std::vector<double>> result;
+/// What is not finite is left out, as of a right side that is divided by dt; all is where an operator is.
+Fields after_step_in(Workspace& workspace, const dpde_program& step, const std::vector<std::string>& fields, double t,
+                     const Workspace::Bound& bound) {
+  Fields result;
   try {
     const WithoutStep without_step(workspace);
     workspace.execute(step, t, bound);
     for (const std::string& field : fields) result[field] = workspace.dense(field);
   } catch (const Error&) {
-    result.clear();  // as of an operator that is divided by dt
+    result.clear();
   }
   workspace.release(step);
-  // As of a right side that is divided by dt.
   const auto is_finite = [](double value) { return std::isfinite(value); };
   std::erase_if(result, [&](const auto& entry) { return !std::ranges::all_of(entry.second, is_finite); });
   return result;
+}
+
+Fields on_own_grid(driver::Session& session, const std::vector<std::string>& fields, double t) {
+  Workspace::Bound bound;
+  for (int s = 0; s < session.rollout().state_count(); ++s)
+    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
+  return after_step_in(session.workspace(), *session.compiled().program(session.compiled().step_name()), fields, t,
+                       bound);
+}
+
+/// With the session's numbers, and means of its fields.
+Workspace coarse_workspace(driver::Session& session, const CoarseGrid& grid) {
+  const model::Problem& problem = session.problem();
+  Workspace result = driver::make_workspace(problem, *session.compiled().code, grid.cells());
+  const auto is_of_grid = [](const std::string& name) {
+    return name == "hx" || name == "hy" || name == "hz" || name == "cells";
+  };
+  for (const auto& [name, value] : session.workspace().params()) {
+    if (!is_of_grid(name)) result.set_param(name, value);
+  }
+  for (const auto& [name, control] : session.workspace().controls())
+    result.set_control(name, control.every, control.values);
+  for (auto& [name, weights] : result.weights()) {
+    if (const auto own = session.workspace().weights().find(name); own != session.workspace().weights().end())
+      weights = own->second;
+  }
+  const std::size_t count = session.workspace().cell_count();
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    const std::vector<double> all = session.workspace().dense(coefficient.name);
+    std::vector<double> restricted;
+    for (std::size_t first = 0; first < all.size(); first += count) {
+      const std::span<const double> values = std::span(all).subspan(first, count);
+      const std::vector<double> next = coefficient.is_mask ? grid.sampled(values) : grid.restricted(values);
+      restricted.insert(restricted.end(), next.begin(), next.end());
+    }
+    result.set_dense(coefficient.name, restricted);
+  }
+  for (int s = 0; s < session.rollout().state_count(); ++s)
+    result.set_dense(session.rollout().state_name(s), grid.restricted(session.initial(s)));
+  return result;
+}
+
+}  // namespace
+
+Fields after_step_of_no_length(driver::Session& session, const std::vector<std::string>& fields, double t,
+                               const CoarseGrid& grid) {
+  constexpr std::size_t most_values = std::size_t{1} << 22;  // that are kept
+  const std::string key =
+      fmt::format("{} at {} on {}\n{}", fmt::join(fields, " "), t, grid.text(), key_of_fields(session));
+  driver::Session::Findings& known = session.findings();
+  if (const auto found = known.find(key); found != known.end()) return found->second;
+  Fields result;
+  if (grid.is_own()) {
+    result = on_own_grid(session, fields, t);
+  } else {
+    Workspace coarse = coarse_workspace(session, grid);
+    result = after_step_in(coarse, *session.compiled().program(session.compiled().step_name()), fields, t, {});
+  }
+  std::size_t values = 0;
+  for (const auto& [other, kept] : known) {
+    for (const auto& [field, of_cells] : kept) values += of_cells.size();
+  }
+  if (values > most_values) known.clear();
+  return known.emplace(key, std::move(result)).first->second;
+}
+
+CoarseGrid grid_of_solutions(const driver::Session& session) {
+  const CoarseGrid own = CoarseGrid::own(session.axes());
+  if (!session.problem().program.empty()) return own;
+  const stencil::Module& module = session.compiled().stencil;
+  Survey found;
+  survey(module, module.find_program(session.compiled().step_name())->body, found);
+  return found.solves || found.reduces ? CoarseGrid(session.axes()) : own;
 }
 
 }  // namespace dpde::stability

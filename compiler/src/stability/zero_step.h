@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step of a scene with dt = 0: what it makes of the initial states without moving them.
+// The step of a scene with dt = 0: what it makes of the initial states without moving them. The session keeps what was
+// found: a verdict asks for the same many times, and it may take solves.
 #pragma once
 
 #include <map>
@@ -7,12 +8,18 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "stability/coarse_grid.h"
 
 namespace dpde::stability {
 
-/// The values of these fields of the step's program at this time; those that are not finite are left out, and all are
-/// where a solve does not bear a dt of 0.
+/// The values of these fields of the step's program at this time, in the cells of `grid`; those that are not finite are
+/// left out, and all are where a solve does not bear a dt of 0. On a coarser grid than the scene's the step is run on
+/// means of its states and coefficients, which is no use where a program is written for cells of one size.
 std::map<std::string, std::vector<double>> after_step_of_no_length(driver::Session& session,
-                                                                   const std::vector<std::string>& fields, double t);
+                                                                   const std::vector<std::string>& fields, double t,
+                                                                   const CoarseGrid& grid);
+
+/// For a step that solves, or reduces over space: the scene's for others, and for programs written by hand.
+CoarseGrid grid_of_solutions(const driver::Session& session);
 
 }  // namespace dpde::stability
