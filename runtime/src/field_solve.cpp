@@ -59,6 +59,13 @@ SmootherKind smoother_of(int32_t kind) {
   }
 }
 
+OperatorKnowledge known_of(const dpde_solve& solve) {
+  return {.is_symmetric = solve.is_symmetric != 0,
+          .takes_constants_to_zero = solve.takes_constants_to_zero != 0,
+          .sums_to_zero = solve.sums_to_zero != 0,
+          .has_coefficients = solve.coefficient_count > 0};
+}
+
 std::vector<std::string> names_of_coefficients(const dpde_solve& solve, const dpde_program& program) {
   std::vector<std::string> names;
   for (int32_t i = 0; i < solve.coefficient_count; ++i) names.emplace_back(program.fields[solve.coefficients[i]]);
@@ -77,7 +84,7 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
       periodic_(periodic_axes(solve, layout)),
       inputs_(solve, layout),
       probe_({layout_.cells[0], layout_.cells[1], layout_.cells[2]}, periodic_,
-             {solve_.reach[0], solve_.reach[1], solve_.reach[2]}, rounding_of(layout_), name_),
+             {solve_.reach[0], solve_.reach[1], solve_.reach[2]}, rounding_of(layout_), name_, known_of(solve_)),
       shelf_(std::move(shelf)),
       note_(&shelf_->add_note(name_)) {}
 

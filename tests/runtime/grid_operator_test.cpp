@@ -10,6 +10,7 @@
 
 #include "dpde/runtime/error.h"
 #include "solve/linear_solver.h"
+#include "solve/multigrid.h"
 #include "solve/operator_probe.h"
 #include "solve_operators.h"
 
@@ -71,7 +72,7 @@ TEST(GridOperators, RowsThatAreAlikeAreFoundWithoutAMatrix) {
         const LinearImage image = reach == 1 ? image_of(matrix) : square_of(matrix);
         OperatorProbe probe = probe_of(matrix, reach);
         const GridOperator found = probe.find(image);
-        EXPECT_LE(probe.images(), 5);
+        EXPECT_LE(probe.images(), 6);
         ASSERT_NE(found.constant_rows(), nullptr) << name_of_walls(walls) << reach;
         expect_same_products(found, image, name_of_walls(walls));
       }
@@ -169,6 +170,51 @@ TEST(GridOperators, PatternsThatMissAnEntryAreGivenUp) {
   matrix.values.emplace_back(static_cast<std::size_t>(matrix.size()), 0.0);
   matrix.values.back()[number_of(matrix.cells, {4, 5, 5})] = 1e-3;
   expect_same_products(probe_of(matrix, 1).find(image_of(matrix)), image_of(matrix), "diagonal");
+}
+
+/// Of f32: of neighbours' entries 4e-6 is that of advection.
+TEST(GridOperators, WeakAdvectionIsNoRoundingOfASymmetricOperator) {
+  const Walls rings{all_walls[0], all_walls[0], all_walls[0]};
+  for (const double advection : {0.0, 4e-6}) {
+    StencilMatrix matrix = diffusion({17, 12, 1}, rings, 0.5, constant_one);
+    for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+      for (double& value : matrix.values[k]) value *= 1 + advection * matrix.offsets[k][0];
+    }
+    const GridOperator rows(matrix, 0x1p-23), alike = probe_of(matrix, 1).find(image_of(matrix));
+    ASSERT_NE(alike.constant_rows(), nullptr);
+    EXPECT_EQ(rows.is_symmetric(0x1p-23), advection == 0);
+    EXPECT_EQ(alike.is_symmetric(0x1p-23), advection == 0);
+    std::string why;
+    EXPECT_EQ(Multigrid::of(matrix, rows.null_space(), {.rounding = 0x1p-23}, why).has_value(), advection == 0);
+  }
+}
+
+/// A k that the diagonals hold to a few digits, or not at all, by operators whose images are floats made of
+/// differences.
+TEST(GridOperators, SumsOfRowsAreThoseOfWhatTheOperatorMakesOfOnes) {
+  const double stiff = 0x1p20;
+  for (const double k : {0.0, 1e-3, 0.3, 1.5, 100.0}) {
+    for (const bool is_alike : {true, false}) {
+      const std::int64_t n = 96;
+      const LinearImage image = [&](std::span<const double> x, std::span<double> y) {
+        for (std::int64_t i = 0; i < n; ++i) {
+          const auto at = [&](std::int64_t j) { return static_cast<float>(x[static_cast<std::size_t>((j + n) % n)]); };
+          const auto c = [&](std::int64_t j) {
+            return static_cast<float>(stiff * (is_alike ? 1 : 1.25 + 0.2 * std::sin(static_cast<double>((j + n) % n))));
+          };
+          y[static_cast<std::size_t>(i)] =
+              c(i) * (at(i) - at(i + 1)) + c(i - 1) * (at(i) - at(i - 1)) + static_cast<float>(k) * at(i);
+        }
+      };
+      const GridOperator found = OperatorProbe({n, 1, 1}, {true, false, false}, {1, 0, 0}, 0x1p-23, "p").find(image);
+      EXPECT_EQ(found.constant_rows() != nullptr, is_alike);
+      EXPECT_EQ(found.null_space().is_empty(), k != 0) << k;
+      EXPECT_FALSE(found.null_space().is_lopsided());
+      std::vector<double> ones(static_cast<std::size_t>(n), 1.0), sums(ones.size());
+      found.multiply(ones, sums);
+      for (const double sum : sums) ASSERT_NEAR(sum, k, 1e-7 * k + 1e-8) << k;
+    }
+  }
 }
 
 /// All that is known of a constant row is that of its matrix.

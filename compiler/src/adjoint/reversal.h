@@ -86,6 +86,8 @@ class Reversal {
 
   /// One solve with the transposed operator, and what the coefficients of the operator get.
   void reverse_solve(const stencil::Solve& solve, int index);
+  std::vector<std::string> add_same_solve(const stencil::Solve& solve, const std::vector<std::string>& seeds,
+                                          int index);
   std::vector<std::string> add_transposed_solve(const stencil::Solve& solve, const std::vector<std::string>& seeds,
                                                 int index);
   void reverse_coefficients(const stencil::Solve& solve, const std::vector<std::string>& multipliers, int index);

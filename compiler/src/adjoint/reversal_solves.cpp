@@ -6,6 +6,7 @@
 #include "adjoint/solves.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "stencil/operator_traits.h"
 
 namespace dpde::adjoint {
 
@@ -30,10 +31,25 @@ void Reversal::reverse_solve(const Solve& solve, int index) {
   }
 }
 
+/// A symmetric operator is its own transpose. Its block makes differences before it multiplies, where the transpose of
+/// its statements adds products of single values: in f32 these leave little of a term without derivatives.
+std::vector<std::string> Reversal::add_same_solve(const Solve& solve, const std::vector<std::string>& seeds,
+                                                  int index) {
+  std::vector<std::string> multipliers{names_.fresh(solve.unknowns.front() + "_multiplier")};
+  Solve same = copy_of(module_, solve, multipliers, names_, kernels_);
+  same.rights = seeds;
+  for (const std::string& field : coefficients_of(kernels_, same)) needed[field] = index;
+  for (const std::string& field : fields_beside_residual(same)) needed[field] = index;
+  if (solve.by.method != SolveMethod::cg) same.preconditioner.reset();
+  body.push_back(std::move(same));
+  return multipliers;
+}
+
 /// Returns the fields that hold A^+T*seeds. Where the solve is not linear A is the derivative of its block at the
 /// solution: that is what the copy of the unknown holds.
 std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, const std::vector<std::string>& seeds,
                                                         int index) {
+  if (certain_traits_of(module_, program_, solve).is_symmetric) return add_same_solve(solve, seeds, index);
   Module source;
   std::vector<std::string> unknowns;
   for (const std::string& unknown : solve.unknowns) unknowns.push_back(names_.fresh(unknown));

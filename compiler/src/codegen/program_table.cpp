@@ -368,7 +368,10 @@ dpde_solve ProgramTables::Table::solve(const loop::Module& module, const loop::P
           kind_of(source.by.preconditioner),
           static_cast<int32_t>(source.guesses.size()),
           indices(source.guesses),
-          preconditioner};
+          preconditioner,
+          source.traits.is_symmetric,
+          source.traits.takes_constants_to_zero,
+          source.traits.sums_to_zero};
 }
 
 dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,

@@ -15,6 +15,7 @@
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/operator_reach.h"
+#include "stencil/operator_traits.h"
 #include "stencil/symbol.h"
 #include "support/assert.h"
 #include "support/contains.h"
@@ -345,7 +346,8 @@ Solve ModuleBuilder::solve_of(const stencil::Solve& solve, const stencil::Progra
                solve.is_linear,
                {},
                solve.guesses,
-               solve.preconditioner};
+               solve.preconditioner,
+               stencil::certain_traits_of(source_, program, solve)};
   ScheduleInput input{items_of(block), result.coefficients, {}, program.axes, time_dependent_fields(block, counters_)};
   input.filled_each_run.insert(contested_.begin(), contested_.end());
   input.filled_each_run.insert(filled_each_run.begin(), filled_each_run.end());

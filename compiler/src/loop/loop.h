@@ -269,6 +269,7 @@ struct Solve {
   std::vector<Operation> step;            // of one that is not: a linear solve for the change of the unknowns
   std::vector<std::string> guesses = {};  // fields with the best sum of whose multiples it begins; none: with 0
   std::optional<NetworkCall> preconditioner = {};  // of what an iteration leaves, its first input
+  OperatorTraits traits = {};                      // whatever the values of coefficients are
   bool operator==(const Solve& other) const;
 };
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
@@ -306,7 +307,7 @@ inline bool Solve::operator==(const Solve& other) const {
   return images == other.images && rights == other.rights && unknowns == other.unknowns && body == other.body &&
          by == other.by && reach == other.reach && coefficients == other.coefficients && params == other.params &&
          is_linear == other.is_linear && step == other.step && guesses == other.guesses &&
-         preconditioner == other.preconditioner;
+         preconditioner == other.preconditioner && traits == other.traits;
 }
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&

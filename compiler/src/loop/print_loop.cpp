@@ -242,6 +242,11 @@ std::string repeat_text(const Module& module, const Repeat& repeat, const std::s
   return text + margin + "}";
 }
 
+std::string text_of(const OperatorTraits& traits) {
+  return std::string(traits.is_symmetric ? " symmetric" : "") +
+         (traits.takes_constants_to_zero ? " takes constants to 0" : "") + (traits.sums_to_zero ? " sums to 0" : "");
+}
+
 std::string solve_text(const Module& module, const Solve& solve, const std::string& margin) {
   const std::string warning = solve.by.warns ? " or warn" : "";
   const std::string smoother =
@@ -250,11 +255,12 @@ std::string solve_text(const Module& module, const Solve& solve, const std::stri
            ? ""
            : fmt::format(" preconditioner {}", name_of(solve.by.preconditioner))) +
       (solve.preconditioner ? " preconditioner " + network::text_of(*solve.preconditioner) : "");
-  std::string text = fmt::format(
-      "{} {} = {} for {}{} by {}{} tolerance {} iterations {}{} reach {} {{\n", solve.is_linear ? "solve" : "newton",
-      fmt::join(solve.images, ", "), fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),
-      solve.guesses.empty() ? "" : fmt::format(" from {}", fmt::join(solve.guesses, ", ")), name_of(solve.by.method),
-      smoother, solve.by.tolerance, solve.by.most_iterations, warning, fmt::join(solve.reach, ", "));
+  std::string text = fmt::format("{} {} = {} for {}{} by {}{} tolerance {} iterations {}{} reach {}{} {{\n",
+                                 solve.is_linear ? "solve" : "newton", fmt::join(solve.images, ", "),
+                                 fmt::join(solve.rights, ", "), fmt::join(solve.unknowns, ", "),
+                                 solve.guesses.empty() ? "" : fmt::format(" from {}", fmt::join(solve.guesses, ", ")),
+                                 name_of(solve.by.method), smoother, solve.by.tolerance, solve.by.most_iterations,
+                                 warning, fmt::join(solve.reach, ", "), text_of(solve.traits));
   const auto add_list = [&](const char* word, const std::vector<std::string>& names) {
     if (!names.empty()) text += fmt::format("{}  {} {}\n", margin, word, fmt::join(names, ", "));
   };

@@ -2,70 +2,18 @@
 #include "stencil/iterations.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <random>
 #include <tuple>
 #include <utility>
 
 #include "stencil/build.h"
 #include "stencil/effects.h"
-#include "stencil/interpret.h"
-#include "stencil/passes/place_fills.h"
+#include "stencil/operator_traits.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-constexpr std::array<int, max_rank> few_cells{5, 4, 3};
-
-/// What the operator is given: numbers that no terms cancel for but those that always do.
-class ArbitraryInputs {
- public:
-  double number() { return spread_(generator_); }
-  std::vector<double> field(std::size_t cells) {
-    std::vector<double> values(cells);
-    for (double& value : values) value = number();
-    return values;
-  }
-
- private:
-  std::mt19937 generator_{1};
-  std::uniform_real_distribution<double> spread_{0.5, 1.5};
-};
-
-/// The matrix of the operator on a few cells, a column for each of them.
-std::vector<std::vector<double>> columns_of(const Module& module, const Program& operation, const std::string& unknown,
-                                            const Params& known) {
-  Grid grid{static_cast<int>(operation.axes.size()), {1, 1, 1}};
-  std::size_t cells = 1;
-  for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
-    cells *= static_cast<std::size_t>(grid.cells[axis] = few_cells[axis]);
-  int halo = 1;
-  for (const auto& [field, widths] : required_halo(module, operation))
-    halo = std::max(halo, *std::ranges::max_element(widths));
-  State state(grid, halo);
-  ArbitraryInputs arbitrary;
-  const Interface interface = interface_of(module, operation);
-  for (const std::string& field : interface.inputs) state.set(field, arbitrary.field(cells));
-  for (std::size_t axis = 0; axis < operation.axes.size(); ++axis)
-    state.set_coordinate(static_cast<int>(axis), operation.axes[axis], arbitrary.number(), arbitrary.number());
-  Params params;
-  for (const std::string& param : interface.params) {
-    const auto value = known.find(param);
-    params[param] = value == known.end() ? arbitrary.number() : value->second;
-  }
-  std::vector<std::vector<double>> columns;
-  for (std::size_t column = 0; column < cells; ++column) {
-    std::vector<double> unit(cells, 0.0);
-    unit[column] = 1;
-    state.set(unknown, unit);
-    interpret(module, operation, state, params);
-    columns.push_back(state.get(operation.keeps.front()));
-  }
-  return columns;
-}
 
 class Iterations {
  public:
@@ -197,26 +145,6 @@ class Iterations {
 };
 
 }  // namespace
-
-OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known) {
-  require(solve.is_linear && solve.unknowns.size() == 1, "a linear solve for one field");
-  Module small{module};
-  small.programs = {operator_of(solve, program)};
-  place_fills(small);
-  const auto columns = columns_of(small, small.programs.front(), solve.unknowns.front(), known);
-  double largest = 0, asymmetric = 0, of_constant = 0;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    double sum = 0;
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-      largest = std::max(largest, std::abs(columns[j][i]));
-      asymmetric = std::max(asymmetric, std::abs(columns[j][i] - columns[i][j]));
-      sum += columns[j][i];
-    }
-    of_constant = std::max(of_constant, std::abs(sum));
-  }
-  const double rounding = 64 * 0x1p-52 * static_cast<double>(columns.size()) * largest;
-  return {asymmetric <= rounding, of_constant <= rounding};
-}
 
 void add_iterations(const Solve& solve, const IterationFields& fields, const std::string& start, Precision real,
                     const std::string& name, Module& module, Program& program) {

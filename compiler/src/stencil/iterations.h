@@ -24,7 +24,6 @@
 #include <utility>
 #include <vector>
 
-#include "stencil/interpret.h"
 #include "stencil/stencil.h"
 
 namespace dpde::stencil {
@@ -75,14 +74,6 @@ struct IterationFields {
             {"drift", &drift}};
   }
 };
-
-/// What an operator is on a few cells, for arbitrary values of all that it reads.
-struct OperatorTraits {
-  bool is_symmetric = false;
-  bool takes_constants_to_zero = false;
-};
-/// Of a linear solve for one field, whose fills may be placed or not.
-OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known = {});
 
 /// Appends the iterations, whose unknown is the direction in which they go; their kernels are called `name`_...
 void add_iterations(const Solve& solve, const IterationFields& fields, const std::string& start, Precision real,

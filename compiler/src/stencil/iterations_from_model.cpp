@@ -9,7 +9,7 @@
 #include "model/build.h"
 #include "model/uses.h"
 #include "stencil/effects.h"
-#include "stencil/iterations.h"
+#include "stencil/operator_traits.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {

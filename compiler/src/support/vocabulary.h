@@ -54,6 +54,13 @@ enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg,
 enum class Smoother { automatic, red_black, jacobi, chebyshev };
 /// What the iterations of cg, bicgstab and gmres are preconditioned by; automatic: as the runtime chooses.
 enum class Preconditioner { automatic, multigrid, none };
+/// What the operator A of a solve is whatever the values of its coefficients are.
+struct OperatorTraits {
+  bool is_symmetric = false;
+  bool takes_constants_to_zero = false;  // A*1 = 0
+  bool sums_to_zero = false;             // A^T*1 = 0
+  bool operator==(const OperatorTraits&) const = default;
+};
 /// How, and how well. What does not come near enough is an error, or where `warns` a warning.
 struct SolveBy {
   SolveMethod method = SolveMethod::automatic;

@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 26
+#define DPDE_ABI_VERSION 27
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -276,6 +276,8 @@ typedef struct dpde_solve {
   /* Null: none. Else of cg or gmres and in place of the one above: what is made of what an iteration leaves, the first
    * input, over the root of its mean square, is the direction in which the next one looks. */
   const dpde_inference* network;
+  /* What the operator A is whatever the values of coefficients and parameters are. */
+  int32_t is_symmetric, takes_constants_to_zero /* A*1 = 0 */, sums_to_zero /* A^T*1 = 0 */;
 } dpde_solve;
 
 enum {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace dpde {
 namespace {
@@ -113,7 +114,11 @@ std::optional<ConstantRows> ConstantRows::of(const StencilMatrix& matrix, double
 
 ConstantRows::ConstantRows(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides,
                            std::vector<std::array<int, 3>> offsets, std::vector<double> row)
-    : cells_(cells), sides_(sides), offsets_(std::move(offsets)), row_(std::move(row)) {}
+    : cells_(cells),
+      sides_(sides),
+      offsets_(std::move(offsets)),
+      row_(std::move(row)),
+      sum_(std::accumulate(row_.begin(), row_.end(), 0.0)) {}
 
 std::array<bool, 3> ConstantRows::periodic() const {
   std::array<bool, 3> result{};
@@ -136,11 +141,30 @@ bool ConstantRows::is_even(const std::array<bool, 3>& mirrored, double zero) con
   return dpde::is_even(offsets_, row_, mirrored, zero);
 }
 
-ConstantRows ConstantRows::with_diagonal(double change) const {
+/// The sum is kept: that of the entries has the rounding of f64 of the largest.
+ConstantRows ConstantRows::with_sum(double sum) const {
   ConstantRows result = *this;
+  result.sum_ = sum;
   const auto middle = std::ranges::find(offsets_, std::array{0, 0, 0});
-  if (middle != offsets_.end()) result.row_[static_cast<std::size_t>(middle - offsets_.begin())] += change;
+  if (middle != offsets_.end()) {
+    const double before = std::accumulate(row_.begin(), row_.end(), 0.0);
+    result.row_[static_cast<std::size_t>(middle - offsets_.begin())] += sum - before;
+  }
   return result;
+}
+
+bool ConstantRows::take_constants_to_zero() const {
+  return sum_ == 0 && std::ranges::none_of(
+                          sides_, [](Sides sides) { return sides != Sides::periodic && sides != Sides::even_even; });
+}
+
+bool is_symmetric(const ConstantRows& rows, double rounding) {
+  for (std::size_t k = 0; k < rows.row().size(); ++k) {
+    std::array<int, 3> back = rows.offsets()[k];
+    for (int& along : back) along = -along;
+    if (!are_same(rows.row()[k], rows.entry(back), rounding)) return false;
+  }
+  return true;
 }
 
 /// Along bounded axes rows are even, and what images make of them is symmetric.

@@ -38,8 +38,12 @@ class ConstantRows {
   bool is_even(const std::array<bool, 3>& mirrored, double zero) const;
   bool operator==(const ConstantRows&) const = default;
 
-  /// The row with `change` added to its diagonal, if it has one.
-  ConstantRows with_diagonal(double change) const;
+  /// What the row sums to away from walls.
+  double sum() const { return sum_; }
+  /// The same with another diagonal, if it has one, that makes this sum.
+  ConstantRows with_sum(double sum) const;
+  /// Whether no side is that of values.
+  bool take_constants_to_zero() const;
   ConstantRows transposed() const;
   /// The same in a row for each cell.
   StencilMatrix matrix() const;
@@ -70,6 +74,10 @@ class ConstantRows {
   std::array<Sides, 3> sides_;
   std::vector<std::array<int, 3>> offsets_;
   std::vector<double> row_;
+  double sum_ = 0;
 };
+
+/// As of matrices.
+bool is_symmetric(const ConstantRows& rows, double rounding);
 
 }  // namespace dpde

@@ -96,14 +96,15 @@ void FourierSolver::try_floats(const GridOperator& a) {
 
 template <class Real>
 void FourierSolver::find_inverse(const GridWavesOf<Real>& waves, std::vector<Real>& inverse_symbol) {
-  const double zero = 64 * 0x1p-52 * rows_.row_size();  // of balanced rows: what is less is of this sum
+  const double zero = 64 * 0x1p-52 * rows_.row_size();  // what is less is rounding of this sum, but for the mean
   inverse_symbol.assign(static_cast<std::size_t>(waves.size() * (have_phases_ ? 2 : 1)), Real(0));
   const Turns factors = all_turns();
   waves.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
-    if (is_singular_ && turns == std::array<std::int64_t, 3>{}) return;  // the mean
-    Complex symbol = symbol_of(turns, factors);
+    const bool is_mean = turns == std::array<std::int64_t, 3>{};
+    if (is_singular_ && is_mean) return;
+    Complex symbol = is_mean ? rows_.sum() : symbol_of(turns, factors);
     if (!have_phases_) symbol = symbol.real();
-    if (std::abs(symbol) <= zero) return drop(number);
+    if (std::abs(symbol) <= (is_mean ? 0 : zero)) return drop(number);
     const Complex inverse = 1.0 / (symbol * waves.scale());
     inverse_symbol[have_phases_ ? 2 * number : number] = static_cast<Real>(inverse.real());
     if (have_phases_) inverse_symbol[2 * number + 1] = static_cast<Real>(inverse.imag());

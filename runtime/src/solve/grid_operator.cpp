@@ -25,23 +25,25 @@ double norm_of_largest_row(const StencilMatrix& matrix) {
   return std::sqrt(most);
 }
 
-ConstantRows balanced(const ConstantRows& rows, double rounding) {
-  if (!NullSpace::is_singular(rows, rounding)) return rows;
-  double sum = 0;
-  for (const double value : rows.row()) sum += value;
-  return rows.with_diagonal(-sum);
-}
-
 }  // namespace
 
-GridOperator::GridOperator(StencilMatrix matrix, double rounding) : rows_(std::move(matrix)), null_space_() {
+GridOperator::GridOperator(StencilMatrix matrix, std::span<const double> sums, double rounding,
+                           const OperatorKnowledge& known)
+    : rows_(std::move(matrix)), is_known_symmetric_(known.is_symmetric) {
   auto& own = std::get<StencilMatrix>(rows_);
-  null_space_ = NullSpace(own, rounding);
-  null_space_.balance(own);
+  balance(own, sums, rounding);
+  null_space_ = NullSpace(own, sums, rounding, known);
 }
 
-GridOperator::GridOperator(const ConstantRows& rows, double rounding)
-    : rows_(balanced(rows, rounding)), null_space_(rows, rounding) {}
+GridOperator::GridOperator(StencilMatrix matrix, double rounding) : rows_(std::move(matrix)) {
+  auto& own = std::get<StencilMatrix>(rows_);
+  const std::vector<double> sums = row_sums(own, rounding);
+  balance(own, sums, rounding);
+  null_space_ = NullSpace(own, sums, rounding);
+}
+
+GridOperator::GridOperator(const ConstantRows& rows, const OperatorKnowledge& known)
+    : rows_(rows), null_space_(rows), is_known_symmetric_(known.is_symmetric) {}
 
 const std::array<std::int64_t, 3>& GridOperator::cells() const {
   const auto* const rows = constant_rows();
@@ -108,10 +110,7 @@ double GridOperator::largest_row() const {
 }
 
 bool GridOperator::is_symmetric(double rounding) const {
-  if (const ConstantRows* const rows = constant_rows())
-    return rows->is_even({true, true, true}, 64 * rounding * rows->row_size());
-  const Asymmetry asymmetry = asymmetry_of(std::get<StencilMatrix>(rows_));
-  return asymmetry.norm <= 64 * rounding * asymmetry.of_all;
+  return is_known_symmetric_ || visit([&](const auto& rows) { return dpde::is_symmetric(rows, rounding); });
 }
 
 }  // namespace dpde

@@ -17,9 +17,13 @@ namespace dpde {
 
 class GridOperator {
  public:
-  /// `rounding`: relative error of the entries. What it leaves of the sums of rows in singular parts is taken away.
+  /// `rounding`: relative error of the entries. Diagonals are changed so that rows have their `sums`.
+  GridOperator(StencilMatrix matrix, std::span<const double> sums, double rounding,
+               const OperatorKnowledge& known = {});
+  /// Of a matrix that is all that is known.
   GridOperator(StencilMatrix matrix, double rounding);
-  GridOperator(const ConstantRows& rows, double rounding);
+  /// Of rows that have their sum.
+  explicit GridOperator(const ConstantRows& rows, const OperatorKnowledge& known = {});
 
   const std::array<std::int64_t, 3>& cells() const;
   std::int64_t size() const { return cells()[0] * cells()[1] * cells()[2]; }
@@ -47,12 +51,15 @@ class GridOperator {
   double residual(std::span<const double> b, std::span<const double> x, const Team& team = 1) const;
   std::vector<double> diagonal() const;
   double largest_row() const;  // norm
+  bool is_known_symmetric() const { return is_known_symmetric_; }
+  /// Known, or by entries that are the same but for their rounding.
   bool is_symmetric(double rounding) const;
   bool operator==(const GridOperator& other) const { return rows_ == other.rows_; }
 
  private:
   std::variant<ConstantRows, StencilMatrix> rows_;
   NullSpace null_space_;
+  bool is_known_symmetric_ = false;
 };
 
 }  // namespace dpde

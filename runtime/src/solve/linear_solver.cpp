@@ -130,7 +130,7 @@ struct LinearSolver::Impl {
   /// What rounding of the entries makes of A*x, over |x|.
   double rounding_of_x() const { return 8 * options.rounding * largest_row; }
   MultigridOptions cycles(bool are_symmetric) const {
-    return {options.rounding, are_symmetric, options.smoother, team};
+    return {options.rounding, are_symmetric, a->is_known_symmetric(), options.smoother, team};
   }
   bool has_steps() const { return iterations || gmres || is_packed; }
   double out_of_reach(std::span<const double> b, std::span<const double> x) const;

@@ -28,8 +28,9 @@
 namespace dpde {
 
 struct MultigridOptions {
-  double rounding = 0x1p-52;  // as in SolveOptions
-  bool is_symmetric = false;  // to precondition CG
+  double rounding = 0x1p-52;        // as in SolveOptions
+  bool is_symmetric = false;        // to precondition CG
+  bool is_known_symmetric = false;  // the operator, whatever rounding of its entries says
   SmootherKind smoother = SmootherKind::automatic;
   Team team = 1;
 };
@@ -64,8 +65,15 @@ class Multigrid {
   int levels() const { return static_cast<int>(levels_.size()); }
 
  private:
-  /// `level`: couplings of the symmetric part, and the diagonal in its `rest`. `largest`: entry.
-  static std::optional<Multigrid> of_level(MultigridLevel level, double largest, const NullSpace& null_space,
+  template <class Rows>
+  static std::optional<Multigrid> of_all(const Rows& rows, const NullSpace& null_space, const MultigridOptions& options,
+                                         std::string& why);
+  template <class Rows>
+  static std::optional<Multigrid> of_part(const Rows& rows, const NullSpace& null_space,
+                                          const MultigridOptions& options, std::string& why);
+  /// `level`: couplings of the symmetric part, with both signs. `zero`: those of the other sign that are no larger may
+  /// be left out.
+  static std::optional<Multigrid> of_level(MultigridLevel level, double zero, const NullSpace& null_space,
                                            const MultigridOptions& options, std::string& why);
   void add_level(MultigridLevel level);
   static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,

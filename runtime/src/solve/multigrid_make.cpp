@@ -105,54 +105,104 @@ double largest_of(const ConstantRows& rows) {
   return largest;
 }
 
+/// Makes `rest` what rows sum to, which the sums of couplings and of diagonals have to the last digit of those only.
+void take_sums(MultigridLevel& level, const StencilMatrix& matrix) {
+  for (std::size_t cell = 0; cell < level.size(); ++cell) {
+    double sum = 0;
+    for (const std::vector<double>& column : matrix.values) sum += column[cell];
+    level.rest[cell] = sum;
+  }
+}
+
+/// What is beyond a wall with a value is the cell beside it with the other sign.
+void take_sums(MultigridLevel& level, const ConstantRows& rows) {
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    double sum = rows.sum();
+    for (std::size_t k = 0; k < rows.row().size(); ++k) {
+      const auto axis = axis_of(rows.offsets()[k]);
+      if (axis && rows.image(axis->first, cell[axis->first] + axis->second).second < 0) sum -= 2 * rows.row()[k];
+    }
+    level.rest[number] = sum;
+  });
+}
+
+/// Of the diagonal in `rest` leaves what couplings do not have.
+void take_couplings_away(MultigridLevel& level) {
+  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      level.rest[number] -= level.coupling[axis][number];
+      const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
+      if (before >= 0) level.rest[number] -= level.coupling[axis][static_cast<std::size_t>(before)];
+    }
+  });
+}
+
+/// Entries of others than neighbours.
+bool has_others(const StencilMatrix& matrix) {
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    const bool is_near = matrix.offsets[k] == std::array{0, 0, 0} || axis_of(matrix.offsets[k]);
+    if (!is_near && std::ranges::any_of(matrix.values[k], [](double value) { return value != 0; })) return true;
+  }
+  return false;
+}
+bool has_others(const ConstantRows& rows) {
+  return std::ranges::any_of(rows.offsets(), [](const std::array<int, 3>& offset) {
+    return offset != std::array{0, 0, 0} && !axis_of(offset);
+  });
+}
+
 }  // namespace
+
+template <class Rows>
+std::optional<Multigrid> Multigrid::of_all(const Rows& rows, const NullSpace& null_space,
+                                           const MultigridOptions& options, std::string& why) {
+  why = not_symmetric;
+  if (null_space.is_lopsided() || !(options.is_known_symmetric || dpde::is_symmetric(rows, options.rounding)))
+    return std::nullopt;
+  why = not_neighbours;
+  if (has_others(rows)) return std::nullopt;
+  MultigridLevel level = level_of(rows);
+  take_sums(level, rows);
+  return of_level(std::move(level), 0, null_space, options, why);
+}
+
+template <class Rows>
+std::optional<Multigrid> Multigrid::of_part(const Rows& rows, const NullSpace& null_space,
+                                            const MultigridOptions& options, std::string& why) {
+  MultigridLevel level = level_of(rows);
+  take_couplings_away(level);
+  return of_level(std::move(level), 8 * options.rounding * largest_of(rows), null_space, options, why);
+}
 
 std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
                                        const MultigridOptions& options, std::string& why) {
-  const double zero = 64 * options.rounding * largest_of(matrix);
-  why = not_symmetric;
-  if (null_space.is_lopsided() || asymmetry_of(matrix).largest > zero) return std::nullopt;
-  why = not_neighbours;
-  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
-    if (matrix.offsets[k] != std::array{0, 0, 0} && !axis_of(matrix.offsets[k]) &&
-        std::ranges::any_of(matrix.values[k], [&](double value) { return std::abs(value) > zero; }))
-      return std::nullopt;
-  }
-  return of_symmetric_part(matrix, null_space, options, why);
+  return of_all(matrix, null_space, options, why);
 }
-
 std::optional<Multigrid> Multigrid::of(const ConstantRows& rows, const NullSpace& null_space,
                                        const MultigridOptions& options, std::string& why) {
-  const double zero = 64 * options.rounding * largest_of(rows);
-  why = not_symmetric;
-  if (!rows.is_even({true, true, true}, zero)) return std::nullopt;
-  why = not_neighbours;
-  for (std::size_t k = 0; k < rows.row().size(); ++k) {
-    if (rows.offsets()[k] != std::array{0, 0, 0} && !axis_of(rows.offsets()[k]) && std::abs(rows.row()[k]) > zero)
-      return std::nullopt;
-  }
-  return of_symmetric_part(rows, null_space, options, why);
+  return of_all(rows, null_space, options, why);
 }
-
 std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
                                                       const MultigridOptions& options, std::string& why) {
-  return of_level(level_of(matrix), largest_of(matrix), null_space, options, why);
+  return of_part(matrix, null_space, options, why);
 }
-
 std::optional<Multigrid> Multigrid::of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
                                                       const MultigridOptions& options, std::string& why) {
-  return of_level(level_of(rows), largest_of(rows), null_space, options, why);
+  return of_part(rows, null_space, options, why);
 }
 
-std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double largest, const NullSpace& null_space,
+std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double zero, const NullSpace& null_space,
                                              const MultigridOptions& options, std::string& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (level.periodic[axis] && level.cells[axis] == 2) return std::nullopt;
   }
-  double trace = 0;
+  double trace = 0, largest = 0;
   for (const double value : level.rest) trace += value;
-  const double sign = trace < 0 ? -1 : 1, zero = 8 * options.rounding * largest;
+  for (const auto& coupling : level.coupling) {
+    for (const double w : coupling) trace += 2 * w, largest = std::max(largest, std::abs(w));
+  }
+  const double sign = trace < 0 ? -1 : 1;
   why = "cells are coupled with their neighbours with both signs";
   for (auto& coupling : level.coupling) {
     for (double& w : coupling) {
@@ -161,17 +211,12 @@ std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double larges
       w = std::max(w, 0.0);
     }
   }
+  const double least = -std::max(8 * zero, 64 * 0x1p-52 * largest);
   bool is_dominant = true;
-  for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
-    double rest = sign * level.rest[number];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      rest -= level.coupling[axis][number];
-      const std::int64_t before = neighbour(level.cells, level.periodic, cell, axis, -1);
-      if (before >= 0) rest -= level.coupling[axis][static_cast<std::size_t>(before)];
-    }
-    is_dominant = is_dominant && rest > -8 * zero;
-    level.rest[number] = std::max(rest, 0.0);
-  });
+  for (double& rest : level.rest) {
+    is_dominant = is_dominant && sign * rest >= least;
+    rest = std::max(sign * rest, 0.0);
+  }
   why = "rows are not dominated by their diagonals";
   if (!is_dominant) return std::nullopt;
   for (const auto& part : null_space.parts()) {
@@ -215,7 +260,7 @@ std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, con
   }
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
   if (level.size() > most_factored) return std::nullopt;
-  result.coarsest_.emplace(matrix_of(level));
+  result.coarsest_.emplace(matrix_of(level), level.rest);
   const std::size_t size = level.size();
   result.add_level(std::move(level));
   why = "the factors of the coarsest grid have a zero in their diagonal";

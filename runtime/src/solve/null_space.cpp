@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -31,19 +32,41 @@ class Joined {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Of a row or a column.
-struct Balance {
+/// Whether what a column sums to may be rounding of its entries.
+bool may_be_zero(const StencilMatrix& matrix, const GridPlace& cell, double rounding) {
   double sum = 0, size = 0, largest = 0;
-
-  void add(double value) {
+  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
+    std::array<int, 3> back = matrix.offsets[k];
+    for (int& along : back) along = -along;
+    const std::int64_t row = column_of(matrix, cell, back);  // whose entry k is in the column of this cell
+    if (row < 0) continue;
+    const double value = matrix.values[k][static_cast<std::size_t>(row)];
     sum += value;
     size += std::abs(value);
     largest = std::max(largest, std::abs(value));
   }
-  /// Entries that kernels made are off by a few units in the last place of the largest; their sum, here, by those of
-  /// f64. More is a term of its own: that of x - k*lap(x) is 1/(4*k) of the diagonal.
-  bool is_zero(double rounding) const { return std::abs(sum) <= std::max(8 * rounding * largest, 64 * 0x1p-52 * size); }
-};
+  return std::abs(sum) <= std::max(8 * rounding * largest, 64 * 0x1p-52 * size);
+}
+
+/// Of parts whose columns may sum to 0 and rows do not: the sums of rows, which are more exact, say what all entries
+/// sum to, columns too.
+void drop_parts_that_sum(Joined& joined, std::span<const double> sums, double zero,
+                         const std::vector<char>& rows_are_zero, std::vector<char>& columns_are_zero) {
+  struct Total {
+    double sum = 0, size = 0;
+  };
+  std::map<std::uint32_t, Total> totals;
+  for (std::uint32_t cell = 0; cell < sums.size(); ++cell) {
+    const std::uint32_t root = joined.root(cell);
+    if (rows_are_zero[root] != 0 || columns_are_zero[root] == 0) continue;
+    Total& total = totals[root];
+    total.sum += sums[cell];
+    total.size += std::abs(sums[cell]);
+  }
+  for (const auto& [root, total] : totals) {
+    if (std::abs(total.sum) > zero * total.size) columns_are_zero[root] = 0;
+  }
+}
 
 /// The cells of those parts whose `is_singular`(root) is true.
 template <class F>
@@ -66,7 +89,8 @@ std::vector<std::vector<std::uint32_t>> singular_parts(Joined& joined, std::size
 
 }  // namespace
 
-NullSpace::NullSpace(const StencilMatrix& matrix, double rounding) {
+NullSpace::NullSpace(const StencilMatrix& matrix, std::span<const double> sums, double rounding,
+                     const OperatorKnowledge& known) {
   const auto cells = static_cast<std::size_t>(matrix.size());
   Joined joined(cells);
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double) {
@@ -74,18 +98,13 @@ NullSpace::NullSpace(const StencilMatrix& matrix, double rounding) {
   });
   std::vector<char> rows_are_zero(cells, 1), columns_are_zero(cells, 1);  // at the roots of parts
   for_each_cell(matrix.cells, [&](std::size_t cell, const GridPlace& place) {
-    Balance of_row, of_column;
-    for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
-      if (column_of(matrix, place, matrix.offsets[k]) >= 0) of_row.add(matrix.values[k][cell]);
-      std::array<int, 3> back = matrix.offsets[k];
-      for (int& along : back) along = -along;
-      const std::int64_t row = column_of(matrix, place, back);  // whose entry k is in the column of this cell
-      if (row >= 0) of_column.add(matrix.values[k][static_cast<std::size_t>(row)]);
-    }
     const std::uint32_t root = joined.root(static_cast<std::uint32_t>(cell));
-    if (!of_row.is_zero(rounding)) rows_are_zero[root] = 0;
-    if (!of_column.is_zero(rounding)) columns_are_zero[root] = 0;
+    if (sums[cell] != 0) rows_are_zero[root] = 0;
+    const bool is_known = known.is_symmetric || known.sums_to_zero;
+    if (!is_known && columns_are_zero[root] != 0 && !may_be_zero(matrix, place, rounding)) columns_are_zero[root] = 0;
   });
+  if (known.is_symmetric) columns_are_zero = rows_are_zero;
+  if (!known.sums_to_zero) drop_parts_that_sum(joined, sums, std::sqrt(rounding), rows_are_zero, columns_are_zero);
   const auto is_singular_part = [&](std::uint32_t root) {
     is_lopsided_ = is_lopsided_ || rows_are_zero[root] != columns_are_zero[root];
     return rows_are_zero[root] != 0 && columns_are_zero[root] != 0;
@@ -93,17 +112,9 @@ NullSpace::NullSpace(const StencilMatrix& matrix, double rounding) {
   parts_ = singular_parts(joined, cells, is_singular_part);
 }
 
-bool NullSpace::is_singular(const ConstantRows& rows, double rounding) {
-  Balance balance;
-  for (const double value : rows.row()) balance.add(value);
-  const bool has_values = std::ranges::any_of(
-      rows.sides(), [](Sides sides) { return sides != Sides::periodic && sides != Sides::even_even; });
-  return balance.is_zero(rounding) && !has_values;
-}
-
 /// Parts are alike: all are singular, or none is. Where each cell is coupled with the next ones there is one.
-NullSpace::NullSpace(const ConstantRows& rows, double rounding) {
-  if (!is_singular(rows, rounding)) return;
+NullSpace::NullSpace(const ConstantRows& rows) {
+  if (!rows.take_constants_to_zero()) return;
   const auto cells = static_cast<std::size_t>(rows.size());
   bool is_one = true;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -123,19 +134,6 @@ NullSpace::NullSpace(const ConstantRows& rows, double rounding) {
     });
   });
   parts_ = singular_parts(joined, cells, [](std::uint32_t) { return true; });
-}
-
-void NullSpace::balance(StencilMatrix& matrix) const {
-  const auto middle = std::ranges::find(matrix.offsets, std::array{0, 0, 0});
-  if (middle == matrix.offsets.end()) return;
-  std::vector<double>& diagonal = matrix.values[static_cast<std::size_t>(middle - matrix.offsets.begin())];
-  for (const std::vector<std::uint32_t>& part : parts_) {
-    for (const std::uint32_t cell : part) {
-      double sum = 0;
-      for (const std::vector<double>& entries : matrix.values) sum += entries[cell];
-      diagonal[cell] -= sum;
-    }
-  }
 }
 
 double NullSpace::share_of_mean(const Sums& sums, std::size_t count) const {

@@ -11,6 +11,7 @@
 #include "dpde/runtime/team.h"
 #include "solve/constant_rows.h"
 #include "solve/finite.h"
+#include "solve/row_sums.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -18,11 +19,14 @@ namespace dpde {
 class NullSpace {
  public:
   NullSpace() = default;
-  /// `rounding`: relative error of the entries.
-  NullSpace(const StencilMatrix& matrix, double rounding);
-  NullSpace(const ConstantRows& rows, double rounding);
-  /// Whether of a constant the rows make 0.
-  static bool is_singular(const ConstantRows& rows, double rounding);
+  /// `sums`: of its rows (solve/row_sums.h). Where `known` does not say more, columns sum to 0 where what they sum to
+  /// may be rounding of entries and the sums of rows, which are more exact, cancel: those of all entries are the same.
+  NullSpace(const StencilMatrix& matrix, std::span<const double> sums, double rounding,
+            const OperatorKnowledge& known = {});
+  /// Of a matrix that is all that is known; `rounding`: relative error of the entries.
+  NullSpace(const StencilMatrix& matrix, double rounding) : NullSpace(matrix, row_sums(matrix, rounding), rounding) {}
+  /// Where of a constant the rows make 0.
+  explicit NullSpace(const ConstantRows& rows);
 
   /// Takes the mean over each singular part away; |what is taken|/|values|.
   double remove(std::span<double> values, const Team& team = 1) const;
@@ -32,9 +36,6 @@ class NullSpace {
   }
   /// Of so many values with these sums.
   double share_of_mean(const Sums& sums, std::size_t count) const;
-
-  /// Takes away what rounding left of the sums of rows in the singular parts.
-  void balance(StencilMatrix& matrix) const;
 
   bool is_empty() const { return parts_.empty(); }
   /// Whether there are parts where rows sum to 0 and columns do not, or the other way round.

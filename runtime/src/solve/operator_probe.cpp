@@ -94,6 +94,11 @@ double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
   return level;
 }
 
+/// At the low and the high side.
+std::array<bool, 2> has_values(Sides sides) {
+  return {sides == Sides::odd_even || sides == Sides::odd_odd, sides == Sides::even_odd || sides == Sides::odd_odd};
+}
+
 /// Unit vectors whose cells are far apart and from walls.
 bool has_room(const std::array<std::int64_t, 3>& cells, const std::array<std::int64_t, 3>& reach) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -105,8 +110,9 @@ bool has_room(const std::array<std::int64_t, 3>& cells, const std::array<std::in
 }  // namespace
 
 OperatorProbe::OperatorProbe(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
-                             const std::array<std::int64_t, 3>& reach, double rounding, std::string what)
-    : cells_(cells), reach_(reach), periodic_(periodic), rounding_(rounding), what_(std::move(what)) {}
+                             const std::array<std::int64_t, 3>& reach, double rounding, std::string what,
+                             const OperatorKnowledge& known)
+    : cells_(cells), reach_(reach), periodic_(periodic), rounding_(rounding), what_(std::move(what)), known_(known) {}
 
 /// Of what `values_` are.
 void OperatorProbe::make(const LinearImage& image) {
@@ -129,9 +135,27 @@ GridOperator OperatorProbe::find(const LinearImage& image, StencilMatrix used) {
   take_memory();
   if (std::optional<ConstantRows> rows = constant_rows(image)) {
     drop_memory();
-    return {*rows, rounding_};
+    return GridOperator(*rows, known_);
   }
-  return {matrix(image, std::move(used)), rounding_};
+  StencilMatrix found = matrix(image, std::move(used));
+  const std::vector<double> sums = sums_of(found, image);
+  return {std::move(found), sums, rounding_, known_};
+}
+
+LinearImage OperatorProbe::counted(const LinearImage& image) {
+  return [this, &image](std::span<const double> values, std::span<double> made) {
+    ++images_;
+    image(values, made);
+  };
+}
+
+std::vector<double> OperatorProbe::sums_of(const StencilMatrix& matrix, const LinearImage& image) {
+  if (known_.takes_constants_to_zero) return std::vector<double>(cell_count(), 0.0);
+  values_.resize(cell_count());
+  image_.resize(cell_count());
+  std::vector<double> sums = row_sums(counted(image), matrix, rounding_, values_, image_);
+  drop_memory();
+  return sums;
 }
 
 /// The column of a cell in the middle is the row of each, mirrored.
@@ -159,8 +183,11 @@ std::optional<ConstantRows> OperatorProbe::constant_rows(const LinearImage& imag
   const ConstantRows rows(cells_, {}, std::move(offsets), std::move(row));
   const std::optional<std::array<Sides, 3>> sides = find_sides(image, rows);
   if (!sides) return std::nullopt;
-  ConstantRows found(cells_, *sides, rows.offsets(), rows.row());
-  return is_made_by(found, image) ? std::optional(std::move(found)) : std::nullopt;
+  const ConstantRows found(cells_, *sides, rows.offsets(), rows.row());
+  if (!is_made_by(found, image)) return std::nullopt;
+  const std::optional<double> sum = sum_of(found, image);
+  if (!sum || !have_one_moment(found, *sum, image)) return std::nullopt;
+  return found.with_sum(*sum);
 }
 
 /// What cells beside the middles of walls read of themselves and of one another: their images are even or odd,
@@ -215,23 +242,55 @@ bool OperatorProbe::is_made_by(const ConstantRows& rows, const LinearImage& imag
     const double off = largest_residual(rows, image_, values_);
     if (!(off <= 64 * rounding_ * rows.row_size())) return false;
   }
-  return rounding_ < 0x1p-30 || makes_one_number_of_ones(rows, image);
+  return true;
 }
 
-/// Rounding of f32 in what is made of arbitrary values hides a k of less than 60 in lap(p) - k*p on 1024^2 cells. What
-/// cells away from walls make of ones is exact where it is a difference, and the same where rows are.
-bool OperatorProbe::makes_one_number_of_ones(const ConstantRows& rows, const LinearImage& image) {
+/// Rounding of f32 in what is made of arbitrary values hides a k of less than 60 in lap(p) - k*p on 1024^2 cells, and a
+/// wall through which something flows. What is made of ones is exact where it is a difference, and the same where rows
+/// are, but beside walls with a value. Nothing where it is not.
+std::optional<double> OperatorProbe::sum_of(const ConstantRows& rows, const LinearImage& image) {
+  if (known_.takes_constants_to_zero) return 0;
   std::ranges::fill(values_, 1.0);
   make(image);
-  const double expected = image_[number_of(cells_, {cells_[0] / 2, cells_[1] / 2, cells_[2] / 2})];
+  const std::size_t middle = number_of(cells_, {cells_[0] / 2, cells_[1] / 2, cells_[2] / 2});
+  const double sum = image_[middle];
+  const double zero = std::max(4 * rounding_ * std::abs(sum), difference_of_same_rows * rows.row_size());
   bool are_same = true;
   for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const bool is_ring = rows.sides()[axis] == Sides::periodic;
-      if (!is_ring && (cell[axis] < reach_[axis] || cell[axis] >= cells_[axis] - reach_[axis])) return;
+      const auto [low, high] = has_values(rows.sides()[axis]);
+      if ((low && cell[axis] < reach_[axis]) || (high && cell[axis] >= cells_[axis] - reach_[axis])) return;
     }
-    are_same = are_same && std::abs(image_[number] - expected) <= 4 * rounding_ * std::abs(expected);
+    are_same = are_same && std::abs(image_[number] - sum) <= zero;
   });
+  if (!are_same) return std::nullopt;
+  return row_sum(counted(image), rows, middle, sum, rounding_, values_, image_);
+}
+
+/// The same of advection, whose part of what is made of arbitrary values is the cells' length times smaller than that
+/// of diffusion: by the numbers of cells along each axis, of which differences are exact too. Of f64 nothing is hidden.
+bool OperatorProbe::have_one_moment(const ConstantRows& rows, double sum, const LinearImage& image) {
+  if (rounding_ < 0x1p-30 || !known_.has_coefficients) return true;
+  bool are_same = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (cells_[axis] == 1) continue;
+    const std::int64_t middle = cells_[axis] / 2;
+    for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
+      values_[number] = static_cast<double>(cell[axis] - middle);
+    });
+    make(image);
+    const double moment = image_[number_of(cells_, {cells_[0] / 2, cells_[1] / 2, cells_[2] / 2})];
+    for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
+      for (std::size_t other = 0; other < 3; ++other) {
+        const bool is_alike = other != axis && rows.sides()[other] == Sides::periodic;
+        if (!is_alike && (cell[other] < reach_[other] || cell[other] >= cells_[other] - reach_[other])) return;
+      }
+      const double expected = sum * static_cast<double>(cell[axis] - middle) + moment;
+      const double size = std::abs(sum) * static_cast<double>(middle) + std::abs(moment);
+      const double zero = std::max(16 * rounding_ * size, difference_of_same_rows * rows.row_size());
+      are_same = are_same && std::abs(image_[number] - expected) <= zero;
+    });
+  }
   return are_same;
 }
 

@@ -15,6 +15,7 @@
 #include "solve/box_probe.h"
 #include "solve/grid_operator.h"
 #include "solve/pattern_colours.h"
+#include "solve/row_sums.h"
 #include "solve/stencil_matrix.h"
 
 namespace dpde {
@@ -24,9 +25,10 @@ class OperatorProbe {
  public:
   OperatorProbe() = default;
   /// `reach`: how far from a cell its image looks, -1: anywhere. `rounding`: relative error of values. `what`: its name
-  /// in messages.
+  /// in messages. `known`: of the operator whatever its coefficients are.
   OperatorProbe(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
-                const std::array<std::int64_t, 3>& reach, double rounding, std::string what);
+                const std::array<std::int64_t, 3>& reach, double rounding, std::string what,
+                const OperatorKnowledge& known = {});
 
   /// Its rows. `used`: memory of a matrix that is no longer needed.
   /// \throws dpde::Error where the operator is not linear or reaches farther.
@@ -45,7 +47,10 @@ class OperatorProbe {
   std::optional<ConstantRows> constant_rows(const LinearImage& image);
   std::optional<std::array<Sides, 3>> find_sides(const LinearImage& image, const ConstantRows& row);
   bool is_made_by(const ConstantRows& rows, const LinearImage& image);
-  bool makes_one_number_of_ones(const ConstantRows& rows, const LinearImage& image);
+  std::optional<double> sum_of(const ConstantRows& rows, const LinearImage& image);
+  bool have_one_moment(const ConstantRows& rows, double sum, const LinearImage& image);
+  LinearImage counted(const LinearImage& image);
+  std::vector<double> sums_of(const StencilMatrix& matrix, const LinearImage& image);
   bool is_by_pattern(const LinearImage& image, StencilMatrix& matrix);
   void check_zero(const LinearImage& image);
   Departure departure_of(const LinearImage& image, const StencilMatrix& matrix);
@@ -58,6 +63,7 @@ class OperatorProbe {
   std::array<bool, 3> periodic_{};
   double rounding_ = 0;
   std::string what_;
+  OperatorKnowledge known_;
   std::optional<PatternColours> pattern_;
   std::vector<double> values_, image_;
   int images_ = 0;

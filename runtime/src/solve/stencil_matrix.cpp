@@ -82,25 +82,19 @@ void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x,
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) { result[column] += value * x[row]; });
 }
 
-Asymmetry asymmetry_of(const StencilMatrix& matrix) {
-  Asymmetry result;
-  double squares = 0, of_all = 0;
+bool is_symmetric(const StencilMatrix& matrix, double rounding) {
+  bool are_all = true;
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     const std::vector<std::size_t> same = same_column(matrix, k, 1), opposite = same_column(matrix, k, -1);
     if (same.front() != k) continue;
     for_each_cell(matrix.cells, [&](std::size_t row, const GridPlace& cell) {
       const std::int64_t column = column_of(matrix, cell, matrix.offsets[k]);
       if (column < 0) return;
-      const double value = sum_of(matrix, same, row);
-      const double apart = value - sum_of(matrix, opposite, static_cast<std::size_t>(column));
-      result.largest = std::max(result.largest, std::abs(apart));
-      squares += (opposite.empty() ? 2 : 1) * apart * apart;  // where nothing is opposite both are met here
-      of_all += value * value;
+      const double back = sum_of(matrix, opposite, static_cast<std::size_t>(column));
+      are_all = are_all && are_same(sum_of(matrix, same, row), back, rounding);
     });
   }
-  result.norm = std::sqrt(squares);
-  result.of_all = std::sqrt(of_all);
-  return result;
+  return are_all;
 }
 
 }  // namespace dpde

@@ -2,7 +2,9 @@
 // A linear operator on the cells of a grid as a stencil that may differ from cell to cell.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -39,12 +41,13 @@ void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x,
 void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
                     double* result);
 
-/// A - A^T.
-struct Asymmetry {
-  double largest = 0;           // entry
-  double norm = 0, of_all = 0;  // of Frobenius; that of A
-};
-Asymmetry asymmetry_of(const StencilMatrix& matrix);
+/// Whether two entries are the same but for `rounding` of either.
+inline bool are_same(double a, double b, double rounding) {
+  return std::abs(a - b) <= 8 * rounding * std::max(std::abs(a), std::abs(b));
+}
+/// Whether each entry and the one opposite to it are. More is a part of its own, as that of advection, however small:
+/// it is the cells' length times smaller than diffusion in entries, and no smaller in what is solved for.
+bool is_symmetric(const StencilMatrix& matrix, double rounding);
 
 /// The place i along the axis, which may lie beyond its ends; -1 beyond a bounded one.
 inline std::int64_t place_along(const StencilMatrix& matrix, std::size_t axis, std::int64_t i) {

@@ -8,7 +8,8 @@
 
 namespace dpde {
 
-SymmetricFactors::SymmetricFactors(const StencilMatrix& matrix) : null_space_(matrix, 0x1p-52) {
+SymmetricFactors::SymmetricFactors(const StencilMatrix& matrix, std::span<const double> sums)
+    : null_space_(matrix, sums, 0x1p-52, {.is_symmetric = true}) {
   const auto [free, sparse] = without_held_cells(matrix, null_space_);
   if (free.empty()) return;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(sparse);

@@ -15,7 +15,8 @@ namespace dpde {
 
 class SymmetricFactors {
  public:
-  explicit SymmetricFactors(const StencilMatrix& matrix);
+  /// `sums`: of its rows.
+  SymmetricFactors(const StencilMatrix& matrix, std::span<const double> sums);
 
   bool is_there() const { return is_there_; }  // no: the operator is singular in another way
   /// `b` is made compatible.

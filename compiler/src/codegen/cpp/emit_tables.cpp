@@ -203,7 +203,7 @@ std::string Tables::operation(const dpde_operation& o, const dpde_program& progr
 std::string Tables::solve(const dpde_solve& s, const dpde_program& program) {
   const auto& [count, images, rights, unknowns, operation_count, block, method, smoother, tolerance, most_iterations,
                warns, reach, coefficient_count, coefficients, param_count, params, is_linear, step, preconditioner,
-               guess_count, guesses, network] = s;
+               guess_count, guesses, network, is_symmetric, takes_constants_to_zero, sums_to_zero] = s;
   const std::string of_images = indices(images, count), of_rights = indices(rights, count),
                     of_unknowns = indices(unknowns, count), body = operations(block, operation_count, program),
                     read = indices(coefficients, coefficient_count), numbers = indices(params, param_count);
@@ -212,10 +212,11 @@ std::string Tables::solve(const dpde_solve& s, const dpde_program& program) {
   const std::string begin = indices(guesses, guess_count);
   const std::string precondition =
       network == nullptr ? "nullptr" : array("dpde_inference", "preconditioners", {inference(*network, program)});
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}",
-                     count, of_images, of_rights, of_unknowns, operation_count, body, method, smoother,
-                     number(tolerance), most_iterations, warns, three(reach), coefficient_count, read, param_count,
-                     numbers, is_linear, newton_step, preconditioner, guess_count, begin, precondition);
+  return fmt::format(
+      "{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", count,
+      of_images, of_rights, of_unknowns, operation_count, body, method, smoother, number(tolerance), most_iterations,
+      warns, three(reach), coefficient_count, read, param_count, numbers, is_linear, newton_step, preconditioner,
+      guess_count, begin, precondition, is_symmetric, takes_constants_to_zero, sums_to_zero);
 }
 
 std::string Tables::repeat(const dpde_repeat& r, const dpde_program& program) {
