@@ -33,7 +33,7 @@ TEST(Reports, OfAScene) {
   ASSERT_NE(opened.session, nullptr);
   SceneOptions options;
   options.shows_waves = true;
-  const auto compiled = opened.session->shared_compiled();
+  const std::shared_ptr<const driver::Compiled> compiled = opened.session->shared_compiled();
   const Report report = scene_report({opened.source, *compiled, std::move(opened.session)}, options, opened.sink);
   EXPECT_TRUE(report.text().starts_with("scene rod: x = 0 .. 1 in 16 periodic cells, 20 steps of 0.005\n"))
       << report.text();

@@ -48,10 +48,9 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
 void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
   const std::optional<std::int64_t> bytes = compiled.problem->task ? checkpoint_bytes(job, options) : 0;
   if (!bytes) return;
-  std::unique_ptr<driver::Session> session = open_checked(job);
   const report::SceneOptions wanted{
       {thread_count(options), *bytes, options.checkpoint_folder}, look_of(options), options.waves, options.measure};
-  const report::Report report = report::scene_report({job.source(), compiled, std::move(session)}, wanted, job.sink());
+  const report::Report report = report::scene_report({job.source(), compiled, open_checked(job)}, wanted, job.sink());
   result.update(report.json);
   tell(job, report);
 }

@@ -12,17 +12,18 @@
 #include "analysis/unused.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
+#include "driver/cost.h"
 #include "driver/memory_plan.h"
 #include "driver/storage.h"
 #include "model/solves.h"
 #include "report/advective_form.h"
 #include "report/formal_order.h"
 #include "report/solves.h"
-#include "stability/zero_step.h"
 #include "report/step_character.h"
 #include "report/verdict.h"
 #include "stability/equations.h"
 #include "stability/ill_posed.h"
+#include "stability/zero_step.h"
 #include "support/number_text.h"
 
 namespace dpde::report {
@@ -213,7 +214,7 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
 
 /// By one step from where the scene begins: the operators are known then. On a large grid that would take what a run
 /// takes, and one with longer cells shows the same methods.
-Report first_solves_report(const SourceFile& source, driver::Session* session) {
+Report first_solves_report(driver::Session* session, const SourceFile& source) {
   Report report;
   if (session == nullptr || model::solves_of(session->problem()).empty()) return report;
   const stability::CoarseGrid grid = stability::grid_of_solutions(*session);
@@ -224,7 +225,7 @@ Report first_solves_report(const SourceFile& source, driver::Session* session) {
     const auto coarse = driver::Session::open(source, session->shared_compiled(), options, silent);
     if (coarse == nullptr) return report;
     report.say(fmt::format("by a step on {}:\n", grid.text()));
-    report.append(first_solves_report(source, coarse.get()));
+    report.append(first_solves_report(coarse.get(), source));
     if (report.json.contains("solves")) report.json["solves_cells"] = grid.cells();
     return report;
   }
@@ -272,9 +273,9 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   report.say(flux_form_text(velocities));
   report.append(step_report(scene, options, sink));
   if (problem.task) report.say(stability_of_start_text(*problem.task, scene.session.get(), result));
-  report.append(first_solves_report(scene.source, scene.session.get()));
+  report.append(first_solves_report(scene.session.get(), scene.source));
   const Report unused = unused_report(compiled, scene.source, scene.session.get());
-  scene.session.reset();  // its fields would lie beside those that measure the machine
+  scene.session.reset();
   report.append(networks_report(problem));
   double cells = 1;
   for (const model::Axis& axis : problem.axes) cells *= axis.cells;

@@ -13,7 +13,7 @@ namespace dpde::report {
 
 struct CheckedScene {
   const SourceFile& source;
-  const driver::Compiled& compiled;  // a scene
+  const driver::Compiled& compiled;          // a scene
   std::unique_ptr<driver::Session> session;  // as a run would begin; null where its initial state cannot be made
 };
 struct SceneOptions {
@@ -23,7 +23,8 @@ struct SceneOptions {
   bool measures_machine = false;  // again
 };
 
-/// The JSON is that of dpde check. Warnings go to `sink`.
+/// The JSON is that of dpde check. Warnings go to `sink`. The session ends before the machine is measured, so that its
+/// fields do not lie beside what that takes.
 Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticSink& sink);
 
 }  // namespace dpde::report
