@@ -29,6 +29,8 @@ TEST_F(Character, CellReynoldsNumbersAboveTwoAreAWarningOfCentralDifferences) {
   EXPECT_EQ(found["cell_numbers"][0]["rings"], true);
   EXPECT_EQ(found["monotone"]["kept"], false);
   EXPECT_EQ(found["monotone"]["max_step"], 0);
+  const Outcome series = dpde("check s.dpde --set advect=spectral --set dx=spectral");
+  EXPECT_NE(series.err.find("above 2 Fourier series of advection ring"), std::string::npos) << series.err;
   EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind1").codes().empty());
   EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind3").codes().empty());
   EXPECT_TRUE(dpde("check s.dpde --json --set cells.x=317").codes().empty()) << "what the hint says";

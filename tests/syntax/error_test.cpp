@@ -61,6 +61,15 @@ TEST(Errors, SuggestTheWordThatWasMeant) {
             "1:11 E0203 'initial' is not understood in a model | initial belongs in a scene; " + model_words + "\n");
 }
 
+TEST(Errors, SayThatUnknownsStandOnLinesOfTheirOwn) {
+  const std::string hint = "each unknown stands on a line of its own: unknown a; unknown b\n";
+  for (const std::string first : {"k", "k from 1.5", "k in 0 .. 1", "k from 1.5 in 0 .. 1"}) {
+    const std::string before = "task fit : s { unknown " + first;
+    EXPECT_EQ(problems_of(before + ", initial w }"),
+              fmt::format("1:{} E0201 expected the end of the line but found ',' | {}", before.size() + 1, hint));
+  }
+}
+
 TEST(Errors, SayWhatWasExpected) {
   EXPECT_EQ(problems_of("model { field u }"), "1:7 E0201 expected the name of the model but found '{'\n");
   EXPECT_EQ(problems_of("scene s burgers { }"), "1:9 E0201 expected ':' but found 'burgers'\n");

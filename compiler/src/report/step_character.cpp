@@ -14,6 +14,13 @@ namespace {
 
 using stability::CellNumber;
 
+/// Whether advection of the field is by Fourier series, in place of differences.
+bool takes_series(const model::Scheme& scheme, const std::string& field) {
+  const auto own = scheme.transports.find(field);
+  const model::Transport& transport = own == scheme.transports.end() ? scheme.transport : own->second;
+  return model::is_spectral(transport) || scheme.derivative_order == model::spectral;
+}
+
 const char* name_of(const CellNumber& cell) { return cell.is_reynolds ? "Reynolds" : "Peclet"; }
 
 }  // namespace
@@ -31,7 +38,8 @@ void warn_of_cell_numbers(const driver::Session& session, const StepCharacter& c
     const double cells = std::ceil(1.01 * axis.cells * cell.number / 2);  // finer grids come closer to extrema
     sink.report("cell-number", state == nullptr ? SourceRange{} : state->origin.range,
                 {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number),
-                 model::name_of_axis(problem, static_cast<std::size_t>(cell.axis))},
+                 model::name_of_axis(problem, static_cast<std::size_t>(cell.axis)),
+                 takes_series(problem.scheme, cell.field) ? "Fourier series" : "central differences"},
                 fmt::format("--set cells.{}={:.0f} brings it below 2; --set advect=upwind3 damps what rings", axis.name,
                             cells));
   }

@@ -243,7 +243,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0803", "weakly-unstable", Severity::warning,
      "scene {} is unstable at every step: {} grows by a factor of {} a step, a hundredfold in {} steps"},
     {"W0804", "cell-number", Severity::warning,
-     "the cell {} number of {} is {} along {}: above 2 central differences of advection ring where it is steep"},
+     "the cell {} number of {} is {} along {}: above 2 {} of advection ring where it is steep"},
     {"W0805", "sum-drifts", Severity::warning, "{}, which steps conserve, has drifted by {} of its size in the run"},
     {"W0810", "incompatible-right-side", Severity::warning,
      "the right side of the equation for {} has a part that no field makes: {} of its size"},

@@ -69,9 +69,10 @@ ItemKind parse_unknown(Cursor& cursor) {
     item.initial = true;
   }
   constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
+  constexpr const char* one_a_line = "each unknown stands on a line of its own: unknown a; unknown b";
   item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_element(what);
   if (cursor.at(TokenKind::comma)) {
-    cursor.fail_expected("the end of the line", "each unknown stands on a line of its own: unknown a; unknown b");
+    cursor.fail_expected("the end of the line", one_a_line);
     return item;
   }
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
@@ -80,6 +81,7 @@ ItemKind parse_unknown(Cursor& cursor) {
     cursor.expect(TokenKind::dot_dot);
     item.high = parse_expression(cursor);
   }
+  if (cursor.at(TokenKind::comma)) cursor.fail_expected("the end of the line", one_a_line);
   return item;
 }
 
