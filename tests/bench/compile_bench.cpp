@@ -45,6 +45,7 @@ void compile_gradient(benchmark::State& state, std::string (*text_of)(std::int64
   options.selection.name = "g";
   options.backend = driver::Backend::jit;
   options.tangent = options.adjoint = true;
+  options.runs = driver::any_number_of_runs;
   for (auto _ : state) {
     DiagnosticSink sink;
     const auto compiled = driver::compile(source, options, sink);

@@ -30,6 +30,7 @@ inline std::shared_ptr<const driver::Compiled> compile(std::string text, Code co
   DiagnosticSink sink;
   driver::CompileOptions options;
   options.backend = code == cpp || code == cpp_f32 ? driver::Backend::cpp : driver::Backend::jit;
+  options.runs = driver::any_number_of_runs;
   if (is_single(code)) options.real = Precision::f32;
   options.adjoint = true;
   auto compiled = driver::compile(source, options, sink);

@@ -64,9 +64,10 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
     if (!module.find_kernel(kernel.name)) module.kernels.push_back(kernel);
   }
   module.programs.push_back(*derived.module.find_program(derived.program));
-  const codegen::JitResult code = codegen::jit(
-      loop::from_stencil(adjoint::with_newton_steps(module), {"p", derived.program}, real), {.variants = true});
+  const loop::Module loops = loop::from_stencil(adjoint::with_newton_steps(module), {"p", derived.program}, real);
+  const codegen::JitResult code = codegen::jit(loops, {.variants = true}), quick = codegen::jit(loops, {.quick = true});
   EXPECT_EQ(code.error, "");
+  EXPECT_EQ(quick.error, "");
   int count = 0;
   for (const std::string& name : {std::string("p"), derived.program}) {
     const stencil::Program& program = *module.find_program(name);
@@ -79,6 +80,9 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
       EXPECT_EQ(got.fields, wanted.fields) << name << " with variant " << v;
       EXPECT_EQ(got.sums, wanted.sums) << name << " with variant " << v;
     }
+    const testing::Outcome got = testing::run_executed(*quick.module->find(name), program, inputs, 1);
+    EXPECT_EQ(got.fields, wanted.fields) << name << ", compiled quickly";
+    EXPECT_EQ(got.sums, wanted.sums) << name << ", compiled quickly";
   }
   return count;
 }

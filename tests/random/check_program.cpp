@@ -49,6 +49,7 @@ class ProgramCheck {
         differentiate() && derivatives_agree() && wanted_is_finite() && passes_agree() && checks_.jit) {
       if (checks_.without_passes) jit_agrees(false);
       jit_agrees(true);
+      jit_agrees(true, true);
       if (checks_.threads || checks_.ranks) larger_grids_agree();
     }
     return verdict_;
@@ -208,19 +209,19 @@ class ProgramCheck {
     return is_valid(lowered(variants_.module, true), "all passes");
   }
 
-  std::shared_ptr<codegen::CompiledModule> compiled(const std::string& check, bool with_passes) {
+  std::shared_ptr<codegen::CompiledModule> compiled(const std::string& check, bool with_passes, bool quick = false) {
     const loop::Module loops = loop::from_stencil(lowered(variants_.module, with_passes), variants_.programs);
     const std::vector<std::string> problems = loop::verify(loops);
     if (!problems.empty()) fail(check, problems[0] + "\n" + loop::print(loops));
     if (!problems.empty()) return nullptr;
-    codegen::JitResult result = codegen::jit(loops);
+    codegen::JitResult result = codegen::jit(loops, {.quick = quick});
     if (!result.module) fail(check, result.error);
     return result.module;
   }
 
-  bool jit_agrees(bool with_passes) {
-    const std::string check = with_passes ? "jit with passes" : "jit";
-    const auto code = compiled(check, with_passes);
+  bool jit_agrees(bool with_passes, bool quick = false) {
+    const std::string check = quick ? "quick jit" : with_passes ? "jit with passes" : "jit";
+    const auto code = compiled(check, with_passes, quick);
     if (!code) return false;
     for (const std::string& name : variants_.programs) {
       const Program& program = *variants_.module.find_program(name);

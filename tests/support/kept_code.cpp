@@ -18,7 +18,7 @@ class KeptCode : public codegen::CodeCache {
   }
   /// What the driver keeps beside code (certificates, choices by timing) is made anew for each test that asks.
   void store(std::string_view key, std::string_view code) override {
-    if (!key.starts_with("object\n")) return;
+    if (!key.starts_with("object")) return;
     const std::lock_guard lock(mutex_);
     code_.insert_or_assign(std::string(key), std::string(code));
   }

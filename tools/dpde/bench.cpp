@@ -237,6 +237,7 @@ Json bench(Job& job, const BenchOptions& options) {
   std::optional<driver::CompileOptions> compile_options = learns ? job.compile_options() : std::nullopt;
   if (!compile_options) return result;
   compile_options->adjoint = true;
+  compile_options->runs = driver::any_number_of_runs;
   compile_options->takes_jumps = compile_options->trusts_signs = true;  // only its speed is asked for
   compile_options->selection.keeps_params = *learns;                    // as its training does
   const std::shared_ptr<codegen::CodeCache> cache =

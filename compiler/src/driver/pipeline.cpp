@@ -281,7 +281,8 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
   std::string error;
   switch (backend) {
     case Backend::jit: {
-      codegen::JitResult result = codegen::jit(compiled.loop, {.variants = is_worth_tuning(compiled)}, cache);
+      const codegen::JitOptions jit{.variants = is_worth_tuning(compiled), .quick = !is_worth_optimising(compiled)};
+      codegen::JitResult result = codegen::jit(compiled.loop, jit, cache);
       compiled.code = std::move(result.module);
       compiled.code_from_cache = result.from_cache;
       compiled.code_key = std::move(result.key);

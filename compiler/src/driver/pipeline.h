@@ -7,6 +7,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -36,6 +37,8 @@ enum class Backend { jit, cpp, interpreter };
 /// Stages: ast, model, stencil, tangent, adjoint, loop.
 using StageObserver = std::function<void(std::string_view stage, const std::function<std::string()>& text)>;
 
+inline constexpr double any_number_of_runs = std::numeric_limits<double>::infinity();
+
 struct CompileOptions {
   model::Selection selection;      // the scene or task; in a file without scenes a program, or "" for all
   std::optional<Backend> backend;  // nullopt: stop at the loop level
@@ -46,13 +49,14 @@ struct CompileOptions {
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up
   /// functional.
   bool certify = false;
-  bool seeded = false;                        // of a task: seed_the_end()
-  bool manufactured = false;                  // of a scene: with a solution that is made up, model/manufactured.h
-  bool by_everything = false;                 // derivatives by all coefficients and parameters, sought or not
-  bool takes_jumps = false;                   // what jumps where it switches is differentiated without the jump
-  bool trusts_signs = false;                  // no gradient looks at Compiled::watched
-  bool verify = false;                        // check every level's invariants after each stage
-  StageObserver after;                        // may be empty
+  bool seeded = false;         // of a task: seed_the_end()
+  bool manufactured = false;   // of a scene: with a solution that is made up, model/manufactured.h
+  bool by_everything = false;  // derivatives by all coefficients and parameters, sought or not
+  bool takes_jumps = false;    // what jumps where it switches is differentiated without the jump
+  bool trusts_signs = false;   // no gradient looks at Compiled::watched
+  bool verify = false;         // check every level's invariants after each stage
+  StageObserver after;         // may be empty
+  double runs = 1;  // of the scene, that the code is for; any_number_of_runs of what is measured, and of hosts
   std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew
 };
 

@@ -49,6 +49,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
   options.selection.keeps_params = true;
   DiagnosticSink first_sink;  // the same again comes from the second compilation
   const std::optional<Compiled> first = compile(source, options, first_sink);
+  options.runs = any_number_of_runs;
   options.adjoint = first && first->problem && first->problem->task;
   options.tangent = options.second = options.adjoint && needs.second_order;
   options.backend = backend;

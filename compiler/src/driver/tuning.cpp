@@ -9,6 +9,13 @@ namespace {
 
 constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on sweeps have a choice
 
+/// A term of a row takes longer to compile with all optimisations, and less time in each cell of each step: a run of so
+/// many cells times steps takes as long with either. Measured, of heat with a sine 1e6, of Burgers' equations 3e6
+/// (tests/bench/README.md).
+constexpr double most_quick_cell_steps = 1e6;
+/// Whole runs, each with its gradient: of certificates, and of an iteration of an optimiser with its line search.
+constexpr double runs_of_a_certificate = 10, runs_of_an_iteration = 3;
+
 /// The code itself is in its key, the processor in the cache's.
 std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
   return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(),
@@ -26,6 +33,19 @@ bool is_worth_tuning(const Compiled& compiled) {
   double bytes = bytes_of(compiled.real());
   for (const model::Axis& axis : compiled.problem->axes) bytes *= axis.cells;
   return bytes >= least_field_bytes;
+}
+
+bool is_worth_optimising(const Compiled& compiled) {
+  if (!compiled.problem) return true;
+  const model::Problem& problem = *compiled.problem;
+  if (problem.has_parts() || problem.steady > 0 || (problem.task && problem.task->training)) return true;
+  double cell_steps = problem.steps * compiled.options.runs;
+  for (const model::Axis& axis : problem.axes) cell_steps *= axis.cells;
+  if (problem.task) {
+    const int iterations = problem.task->optimiser ? problem.task->optimiser->iterations : 0;
+    cell_steps *= runs_of_a_certificate + iterations * runs_of_an_iteration;
+  }
+  return cell_steps > most_quick_cell_steps;
 }
 
 std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup) {

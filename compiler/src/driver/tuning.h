@@ -14,6 +14,10 @@ namespace dpde::driver {
 /// of it is nothing beside the run.
 bool is_worth_tuning(const Compiled& compiled);
 
+/// Whether code that is vectorised and optimised saves more time in the run than it takes to make: both grow with the
+/// terms of the rows, so that the cells times the steps decide. Where those are not known it does.
+bool is_worth_optimising(const Compiled& compiled);
+
 /// For RolloutSetup::tuning; "" when nothing is kept.
 std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup);
 

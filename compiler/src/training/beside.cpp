@@ -36,6 +36,7 @@ driver::CompileOptions options_beside(const driver::Compiled& own, const std::st
   options.backend = own.options.backend;
   options.cache = own.options.cache;
   options.verify = own.options.verify;
+  options.runs = driver::any_number_of_runs;
   DiagnosticSink silent;
   const std::optional<model::Problem> plain = model::from_ast(own.ast, options.selection, silent);
   std::set<std::string> known{"real", "networks"};

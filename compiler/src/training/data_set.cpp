@@ -95,6 +95,7 @@ DataSetMaker::Shared DataSetMaker::compile_run(int run, const std::map<std::stri
   for (const auto& [name, value] : more) compile_options.selection.overrides[name] = value;
   compile_options.backend = options_.backend;
   compile_options.cache = options_.cache;
+  compile_options.runs = set_.runs;
   std::optional<driver::Compiled> compiled = driver::compile(source_, compile_options, sink);
   return compiled ? std::make_shared<const driver::Compiled>(std::move(*compiled)) : nullptr;
 }

@@ -128,6 +128,7 @@ std::unique_ptr<GrowthScene> GrowthScene::open(const driver::Compiled& own, cons
   options.without_task = true;
   options.adjoint = options.second = false;
   options.tangent = true;
+  options.runs = driver::any_number_of_runs;
   std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   if (!compiled) return nullptr;
   std::unique_ptr<GrowthScene> result(new GrowthScene(source));

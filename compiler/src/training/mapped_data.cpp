@@ -58,6 +58,7 @@ class MappedData {
     options.selection.shown = map_;
     for (ast::NamedFormula& each : options.selection.shown) each.name.name = shown_name(each.name.name);
     if (!options.backend) options.backend = driver::Backend::jit;  // the interpreter solves by dense matrices
+    options.runs = driver::any_number_of_runs;
     DiagnosticSink within;
     std::optional<driver::Compiled> compiled = driver::compile(source_, options, within);
     if (compiled) {

@@ -55,12 +55,12 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
   static bool isRequired() { return true; }
 };
 
-llvm::ModulePassManager pipeline() {
+llvm::ModulePassManager pipeline(bool vectorise) {
   llvm::FunctionPassManager functions;
   functions.addPass(llvm::EarlyCSEPass());
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::createFunctionToLoopPassAdaptor(llvm::LICMPass(llvm::LICMOptions()), /*UseMemorySSA=*/true));
-  functions.addPass(llvm::LoopVectorizePass());
+  if (vectorise) functions.addPass(llvm::LoopVectorizePass());
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::SimplifyCFGPass());
   functions.addPass(LineLoads());
@@ -73,7 +73,7 @@ llvm::ModulePassManager pipeline() {
 
 }  // namespace
 
-void optimise(llvm::Module& module, llvm::TargetMachine& target) {
+void optimise(llvm::Module& module, llvm::TargetMachine& target, bool vectorise) {
   llvm::LoopAnalysisManager loops;
   llvm::FunctionAnalysisManager functions;
   llvm::CGSCCAnalysisManager components;
@@ -84,7 +84,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target) {
   builder.registerFunctionAnalyses(functions);
   builder.registerLoopAnalyses(loops);
   builder.crossRegisterProxies(loops, functions, components, modules);
-  pipeline().run(module, modules);
+  pipeline(vectorise).run(module, modules);
   define_vector_functions(module);
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codegen/llvm/target.h"
 
+#include <llvm/Analysis/TargetTransformInfo.h>
+#include <llvm/CodeGen/MachineModuleInfo.h>
+#include <llvm/CodeGen/Passes.h>
+#include <llvm/CodeGen/TargetPassConfig.h>
 #include <llvm/IR/LegacyPassManager.h>
 #include <llvm/MC/TargetRegistry.h>
 #include <llvm/Support/TargetSelect.h>
@@ -64,6 +68,32 @@ llvm::CodeGenOptLevel level_for(const llvm::Module& module) {
   return is_long ? llvm::CodeGenOptLevel::Less : llvm::CodeGenOptLevel::Default;
 }
 
+/// What TargetMachine::addPassesToEmitFile adds: instructions are selected as they always are, which decides where
+/// products are fused and with it the last bit of results; all around is of no optimisation.
+bool add_quick_passes(llvm::legacy::PassManager& passes, llvm::LLVMTargetMachine& target, llvm::raw_pwrite_stream& to,
+                      llvm::CodeGenFileType type) {
+  target.setOptLevel(llvm::CodeGenOptLevel::None);
+  llvm::TargetPassConfig* const config = target.createPassConfig(passes);
+  config->setDisableVerify(true);
+  passes.add(config);
+  auto* const info = new llvm::MachineModuleInfoWrapperPass(&target);  // of `passes`
+  passes.add(info);
+  passes.add(llvm::createTargetTransformInfoWrapperPass(target.getTargetIRAnalysis()));
+  passes.add(llvm::createPreISelIntrinsicLoweringPass());
+  config->addIRPasses();
+  config->addPassesToHandleExceptions();
+  config->addISelPrepare();
+  target.setOptLevel(llvm::CodeGenOptLevel::Less);
+  if (config->addInstSelector()) return true;
+  target.setOptLevel(llvm::CodeGenOptLevel::None);
+  passes.add(llvm::Pass::createPass(&llvm::FinalizeISelID));
+  config->addMachinePasses();
+  config->setInitialized();
+  if (target.addAsmPrinter(passes, to, nullptr, type, info->getMMI().getContext())) return true;
+  passes.add(llvm::createFreeMachineFunctionPass());
+  return false;
+}
+
 }  // namespace
 
 std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
@@ -104,12 +134,14 @@ void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, con
   }
 }
 
-llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& target, llvm::CodeGenFileType type) {
+llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& target, llvm::CodeGenFileType type,
+                                    bool quick) {
   llvm::SmallVector<char, 0> bytes;
   llvm::raw_svector_ostream stream(bytes);
   llvm::legacy::PassManager passes;
   target.setOptLevel(level_for(module));
-  const bool fails = target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
+  const bool fails = quick ? add_quick_passes(passes, static_cast<llvm::LLVMTargetMachine&>(target), stream, type)
+                           : target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
   require(!fails, "the target writes object files");
   passes.run(module);
   return bytes;
