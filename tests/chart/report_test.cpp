@@ -12,6 +12,7 @@
 #include "report/formal_order.h"
 #include "report/scene.h"
 #include "report/step_character.h"
+#include "report/verdict.h"
 #include "support/opened_scene.h"
 
 namespace dpde::report {
@@ -55,6 +56,18 @@ TEST(Reports, AValueHasBothPrinters) {
   EXPECT_EQ(json_of(order)["order"]["time"], order.whole.time);
   const FormalOrder jumping = formal_order(opened.session->problem(), {{.name = "k"}});
   EXPECT_EQ(text_of(jumping), "order: 1 in space where k jumps, 2 elsewhere, 4 in time\n");
+}
+
+TEST(Reports, SayOnWhichCellsAVerdictSolved) {
+  testing::OpenedScene opened(text, "rod");
+  ASSERT_NE(opened.session, nullptr);
+  const model::Problem& problem = opened.session->problem();
+  stability::Verdict verdict = stability::verdict_of(*opened.session);
+  EXPECT_FALSE(verdict_report(problem, verdict, opened.source).json.contains("solution_cells"));
+  verdict.solution_cells = {8, 4};
+  const Report report = verdict_report(problem, verdict, opened.source);
+  EXPECT_EQ(report.json["solution_cells"].dump(), "[8,4]");
+  EXPECT_NE(report.text().find("  what it solves for was found on 8 x 4 cells"), std::string::npos) << report.text();
 }
 
 TEST(Reports, AreAddedUp) {

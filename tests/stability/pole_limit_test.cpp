@@ -34,7 +34,8 @@ std::string jet(const std::string& solves, const std::string& push, const std::s
 double predicted_limit(driver::Session& session) {
   std::string why;
   const auto linear = linear_step(session, why);
-  const auto runs = CoupledRuns::make(session, *linear, frozen_points(session, *linear).front().point, false);
+  const auto runs =
+      CoupledRuns::make(session, *linear, frozen_points(session, *linear).front().point, false, session.problem().step);
   if (runs == nullptr) return 0;
   double low = 300, high = 5000;
   while (high - low > 1e-2 * low) {

@@ -223,7 +223,11 @@ Report first_solves_report(driver::Session* session, const SourceFile& source) {
     options.cells = grid.cells();
     DiagnosticSink silent;
     const auto coarse = driver::Session::open(source, session->shared_compiled(), options, silent);
-    if (coarse == nullptr) return report;
+    if (coarse == nullptr) {
+      const std::string why = silent.all().empty() ? "" : ": " + silent.all().front().message;
+      report.say(fmt::format("solves: not looked at, no scene on {}{}\n", grid.text(), why));
+      return report;
+    }
     report.say(fmt::format("by a step on {}:\n", grid.text()));
     report.append(first_solves_report(coarse.get(), source));
     if (report.json.contains("solves")) report.json["solves_cells"] = grid.cells();

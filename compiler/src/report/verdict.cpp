@@ -69,6 +69,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
   result["places"] = verdict.places;
   result["wall_places"] = verdict.places_between_walls;
   result["own_grid"] = verdict.is_of_grid;
+  if (!verdict.solution_cells.empty()) result["solution_cells"] = verdict.solution_cells;
   result["networks"] = verdict.is_of_networks;
   result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
   result["term"] = nullptr;
@@ -154,6 +155,9 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.leaves_out_folding())
     text += "  what products fold back was not looked at on so many cells; --all-cells does, and may take minutes\n";
+  if (!verdict.solution_cells.empty())
+    text += fmt::format("  what it solves for was found on {} cells, from means of the scene's\n",
+                        fmt::join(verdict.solution_cells, " x "));
   if (verdict.is_of_networks)
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)

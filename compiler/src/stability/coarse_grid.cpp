@@ -52,36 +52,50 @@ CoarseGrid::Place CoarseGrid::own_place_of(std::size_t own_cell) const {
   return place;
 }
 
-std::vector<double> CoarseGrid::restricted(std::span<const double> values) const {
-  if (is_own()) return {values.begin(), values.end()};
-  std::vector<double> sums(product_of(cells_), 0.0), counts(sums.size(), 0.0);
-  for (std::size_t own = 0; own < values.size(); ++own) {
-    const Place place = own_place_of(own);
-    std::size_t cell = 0;
-    for (std::size_t a = own_.size(); a-- > 0;) {
-      const auto n = static_cast<std::size_t>(cells_[a]);
-      cell = cell * n + place[a] * n / static_cast<std::size_t>(own_[a]);
+/// Of an axis with `stride` values from one cell to the next; the axes behind it are the scene's.
+std::vector<double> CoarseGrid::restricted_along(std::size_t axis, std::span<const double> values, std::size_t stride,
+                                                 bool is_on_faces) const {
+  const auto n = static_cast<std::size_t>(cells_[axis]), own = static_cast<std::size_t>(own_[axis]);
+  const std::size_t lines = values.size() / (stride * own);
+  std::vector<double> result(lines * n * stride, 0.0);
+  const auto add = [&](std::size_t cell, std::size_t of_own, double weight) {
+    for (std::size_t line = 0; line < lines; ++line) {
+      for (std::size_t i = 0; i < stride; ++i)
+        result[(line * n + cell) * stride + i] += weight * values[(line * own + of_own) * stride + i];
     }
-    sums[cell] += values[own];
-    counts[cell] += 1;
+  };
+  if (is_on_faces) {
+    for (std::size_t cell = 0; cell < n; ++cell) {  // the place of its face is (cell + 1)/n of the axis
+      const std::size_t place = (cell + 1) * own, above = place / n;
+      const double share = static_cast<double>(place % n) / static_cast<double>(n);
+      add(cell, above - 1, 1 - share);
+      if (share > 0) add(cell, above, share);
+    }
+    return result;
   }
-  for (std::size_t cell = 0; cell < sums.size(); ++cell) sums[cell] /= counts[cell];
-  return sums;
-}
-
-std::vector<double> CoarseGrid::sampled(std::span<const double> values) const {
-  std::vector<double> result(product_of(cells_));
-  for (std::size_t cell = 0; cell < result.size(); ++cell) result[cell] = values[middle_of(cell)];
+  std::vector<double> counts(n, 0.0);
+  for (std::size_t i = 0; i < own; ++i) counts[i * n / own] += 1;
+  for (std::size_t i = 0; i < own; ++i) add(i * n / own, i, 1 / counts[i * n / own]);
   return result;
 }
 
-std::vector<double> CoarseGrid::prolonged(std::span<const double> values) const {
+std::vector<double> CoarseGrid::restricted(std::span<const double> values, const model::Placement& placement) const {
+  std::vector<double> result(values.begin(), values.end());
+  std::size_t stride = 1;
+  for (std::size_t a = 0; a < own_.size(); ++a) {
+    if (cells_[a] != own_[a]) result = restricted_along(a, result, stride, placement[a]);
+    stride *= static_cast<std::size_t>(cells_[a]);
+  }
+  return result;
+}
+
+std::vector<double> CoarseGrid::prolonged(std::span<const double> values, const model::Placement& placement) const {
   std::vector<double> result(product_of(own_));
-  for (std::size_t own = 0; own < result.size(); ++own) result[own] = at(values, own_place_of(own));
+  for (std::size_t own = 0; own < result.size(); ++own) result[own] = at(values, own_place_of(own), placement);
   return result;
 }
 
-double CoarseGrid::at(std::span<const double> values, const Place& own_place) const {
+double CoarseGrid::at(std::span<const double> values, const Place& own_place, const model::Placement& placement) const {
   struct Part {
     std::size_t cell = 0;
     double weight = 1;
@@ -91,10 +105,11 @@ double CoarseGrid::at(std::span<const double> values, const Place& own_place) co
   for (std::size_t a = 0; a < own_.size(); ++a) {
     const auto n = static_cast<std::size_t>(cells_[a]);
     const double width = static_cast<double>(n) / own_[a];  // of one of the scene's cells
-    const double centre = (static_cast<double>(own_place[a]) + 0.5) * width - 0.5;
-    double below = std::floor(centre);
+    const double upper = placement[a] ? 1 : 0.5;            // where in a cell its value lies
+    const double place = (static_cast<double>(own_place[a]) + upper) * width - upper;
+    double below = std::floor(place);
     if (!is_periodic_[a]) below = std::clamp(below, 0.0, std::max(0.0, static_cast<double>(n) - 2));
-    const double share = n == 1 ? 0 : centre - below;  // of the cell above: where that is a wall's, straight on
+    const double share = n == 1 ? 0 : place - below;  // of the cell above: where that is a wall's, straight on
     const auto low = static_cast<std::size_t>(below < 0 ? static_cast<double>(n) - 1 : below), high = (low + 1) % n;
     const std::size_t before = count;
     for (std::size_t p = 0; p < before; ++p) {

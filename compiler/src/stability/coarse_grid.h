@@ -14,11 +14,13 @@
 namespace dpde::stability {
 
 /// The scene's own grid up to 2^18 cells; beyond, the axes with most cells are halved until it has no more. Fields are
-/// arrays of cells, x fastest.
+/// arrays with one value a cell, x fastest, of the scene's cells or of these: values on faces are those on the upper
+/// face of each cell, on both grids.
 class CoarseGrid {
  public:
   using Place = std::array<std::size_t, 3>;
 
+  /// \param axes 1 to 3, as the session has them: of at least 1 cell each.
   explicit CoarseGrid(const std::vector<model::Axis>& axes);
   /// The scene's, however many cells it has.
   static CoarseGrid own(const std::vector<model::Axis>& axes);
@@ -29,20 +31,24 @@ class CoarseGrid {
   const std::vector<int>& cells() const { return cells_; }
   /// "512 x 512 cells".
   std::string text() const;
-  /// The means of the scene's cells that lie in each of these.
-  std::vector<double> restricted(std::span<const double> values) const;
-  /// The values of the scene's cells in the middle of each, as of masks, which have no mean.
-  std::vector<double> sampled(std::span<const double> values) const;
-  /// Linear between the centres of cells and beyond the last ones, in each of the scene's cells.
-  std::vector<double> prolonged(std::span<const double> values) const;
-  /// The same in one of them.
-  double at(std::span<const double> values, const Place& own_place) const;
+  /// The means of the scene's cells that lie in each of these: one value of each of its cells to one of each of these.
+  /// Along axes where the values lie on faces, linear between the two that are nearest.
+  std::vector<double> restricted(std::span<const double> values, const model::Placement& placement = {}) const;
+  /// Linear between the centres of cells, or faces, and beyond the last ones: one value of each of these cells to one
+  /// of each of the scene's.
+  std::vector<double> prolonged(std::span<const double> values, const model::Placement& placement = {}) const;
+  /// The same in one of the scene's cells.
+  /// \param values one of each of these cells.
+  /// \param own_place the scene's cell, its number along each axis; 0 along axes there are not.
+  double at(std::span<const double> values, const Place& own_place, const model::Placement& placement = {}) const;
   /// The scene's cell in the middle of one of these.
   std::size_t middle_of(std::size_t cell) const;
 
  private:
   CoarseGrid(const std::vector<model::Axis>& axes, std::size_t most_cells);
   Place own_place_of(std::size_t own_cell) const;
+  std::vector<double> restricted_along(std::size_t axis, std::span<const double> values, std::size_t stride,
+                                       bool is_on_faces) const;
 
   std::vector<int> own_, cells_;
   std::vector<bool> is_periodic_;

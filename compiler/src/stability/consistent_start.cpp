@@ -11,10 +11,11 @@ namespace dpde::stability {
 namespace {
 
 /// By what the step changes in the means of cells.
-std::vector<double> corrected(std::vector<double> values, std::vector<double> means, const CoarseGrid& grid) {
-  const std::vector<double> before = grid.restricted(values);
+std::vector<double> corrected(std::vector<double> values, std::vector<double> means, const CoarseGrid& grid,
+                              const model::Placement& placement) {
+  const std::vector<double> before = grid.restricted(values, placement);
   for (std::size_t i = 0; i < means.size(); ++i) means[i] -= before[i];
-  const std::vector<double> change = grid.prolonged(means);
+  const std::vector<double> change = grid.prolonged(means, placement);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += change[i];
   return values;
 }
@@ -42,7 +43,7 @@ ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(
     if (session.problem().is_projected(swap.state)) held.emplace_back(state, swap.next);
     given_.push_back({state, session.initial(state)});
   }
-  take(set, t);
+  if (!take(set, t)) return;
   // One pass for what events leave, and one for each held value that another one reads.
   for (std::size_t pass = held.size() < set.size() ? 0 : 1; pass <= held.size() && take(held, t); ++pass) {
   }
@@ -52,19 +53,22 @@ bool ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, 
   if (set.empty()) return false;
   std::vector<std::string> fields;
   for (const auto& [state, next] : set) fields.push_back(next);
-  const CoarseGrid grid = grid_of_solutions(session_);
+  const bool has_events = has_events_in_each_step(session_.problem());
+  const CoarseGrid grid = has_events ? CoarseGrid::own(session_.axes()) : grid_of_solutions(session_);
   const auto found = after_step_of_no_length(session_, fields, t, grid);
   bool is_other = false;
   for (const auto& [state, next] : set) {
     const auto values = found.find(next);
     if (values == found.end()) continue;
     const std::vector<double> before = session_.initial(state);
-    const std::vector<double> behind = grid.is_own() ? values->second : corrected(before, values->second, grid);
+    const model::Placement& placement = session_.problem().find_state(session_.rollout().state_name(state))->placement;
+    const std::vector<double> behind =
+        grid.is_own() ? values->second : corrected(before, values->second, grid, placement);
     if (behind == before) continue;
     session_.rollout().initial(state).copy_in(behind);
     is_other = true;
   }
-  return is_other;
+  return is_other && grid.is_own();  // no other state reads what a constraint alone has made of these
 }
 
 ConsistentStart::~ConsistentStart() {

@@ -17,7 +17,8 @@ bool is_set_by_steps(const model::Problem& problem, const std::string& state);
 
 /// While it lives a run of the session begins as a step of no length leaves its initial states: those that are held
 /// inside masks have the value there, those of a constraint fulfil it, events of each step have happened. What is not
-/// finite so stays as it was. On large grids a step that solves corrects means of cells: see coarse_grid.h.
+/// finite so stays as it was. On large grids constraints correct means of cells, once: see coarse_grid.h. What masks
+/// hold and events leave is of each of the scene's cells.
 class ConsistentStart {
  public:
   explicit ConsistentStart(driver::Session& session);
@@ -32,7 +33,7 @@ class ConsistentStart {
     int state;
     std::vector<double> values;
   };
-  /// Whether any of them is another one then.
+  /// Whether any of them is another one then, and the same again may change it further.
   bool take(const std::vector<std::pair<int, std::string>>& set, double t);
 
   driver::Session& session_;

@@ -135,7 +135,8 @@ std::vector<FrozenPoint> moments_of(const FrozenPoint& worst, const std::vector<
 }
 
 std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const LinearStep& linear,
-                                               const FrozenPoint& point, bool has_events, const LinearStep* euler) {
+                                               const FrozenPoint& point, bool has_events, double own_step,
+                                               const LinearStep* euler) {
   const model::Problem& problem = session.problem();
   const bool folds = folds_products(problem, linear.group());
   if (!linear.couples_means() && !problem.metric && !folds) return nullptr;
@@ -146,7 +147,7 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   State inputs = initial_inputs(session, linear);
   auto result = std::unique_ptr<CoupledRuns>(
       new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
-                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), problem.step));
+                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), own_step));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
   result->tells_eigenvalues_ = !folds;
@@ -170,7 +171,8 @@ CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double e
   Params params = params_;
   params["dt"] = step;
   CompiledTangent::Repeated result = tangent_->repeated(inputs_, params, steps, enough, kept_steps);
-  if (!result.unsolved.empty() && step <= own_step_) throw NoSolution(result.unsolved);
+  constexpr double alike = 1e-9;
+  if (!result.unsolved.empty() && std::abs(step - own_step_) <= alike * own_step_) throw NoSolution(result.unsolved);
   return result;
 }
 

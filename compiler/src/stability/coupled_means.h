@@ -47,8 +47,9 @@ class CoupledRuns {
   /// Where the step has such means, the scene curved coordinates, or products fold back (folded_products.h). null where
   /// there is none of these, or the step's tangent cannot be compiled. `euler`: a step of it of the same equations,
   /// which tells what they do by themselves; where it is null, or makes no flow, short steps of the scheme do.
+  /// `own_step`: the scene's, or that of the parts of it.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
-                                           bool has_events, const LinearStep* euler = nullptr);
+                                           bool has_events, double own_step, const LinearStep* euler = nullptr);
 
   /// Where nothing but products that fold back asks for runs, and cells are so many that these take more than some
   /// seconds: nothing shorter tells limits. What so few steps can show a run itself shows as soon.
@@ -107,8 +108,8 @@ class CoupledRuns {
   /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
-  /// \throws NoSolution where a solve fails in a step no longer than the scene's: so it does in the run, and that is
-  /// no growth.
+  /// \throws NoSolution where a solve fails in a step of the scene's length: so it does in the run, and that is no
+  /// growth. In others growth is infinite then.
   CompiledTangent::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
                                      int kept_steps = 0) const;
   /// Along the axis where they are shortest, of the states that grow from what is kept of the run on; by `growth` in
@@ -124,7 +125,7 @@ class CoupledRuns {
   stencil::State inputs_;
   stencil::Params params_;
   int steps_;
-  double own_step_;                   // the scene's
+  double own_step_;                   // the scene's, or that of its parts
   int parts_ = 4;                     // of a step: short ones
   bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
   std::vector<bool> are_rings_ = {};  // axes

@@ -242,7 +242,7 @@ class Examination {
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
     // Limits beside poles are those of short steps: what grows there is of the differences.
     const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
-    return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), euler);
+    return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), verdict_.step, euler);
   }
 
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.

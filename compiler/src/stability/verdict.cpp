@@ -20,6 +20,8 @@
 #include "stability/own_grid.h"
 #include "stability/verdict_cache.h"
 #include "stability/wall_spectrum.h"
+#include "stability/whole_fields.h"
+#include "stability/zero_step.h"
 
 namespace dpde::stability {
 
@@ -173,7 +175,11 @@ Verdict examine(driver::Session& session, const Look& look) {
     else
       all = all ? merged(*all, found) : found;
   }
-  return unknown && !(all && all->is_above()) ? *unknown : *all;
+  verdict = unknown && !(all && all->is_above()) ? *unknown : *all;
+  const bool is_any_found = has_whole_fields(session) || !session.problem().projections.empty();
+  const CoarseGrid grid = grid_of_solutions(session);
+  if (is_any_found && !grid.is_own()) verdict.solution_cells = grid.cells();
+  return verdict;
 }
 
 std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps) {

@@ -36,9 +36,10 @@ struct Verdict {
   /// Of the step's tangent on all of the grid, whether they lower the limit or not; left out where products fold back
   /// on more cells than are looked at.
   enum class Runs { none, made, left_out } runs = Runs::none;
-  int places = 0;                // at which coefficients were frozen, none of them like another
-  int places_between_walls = 0;  // of these, those at which walls were looked at
-  bool is_of_networks = false;   // by a step's tangent on few cells: an estimate, and no run is refused for it
+  int places = 0;                   // at which coefficients were frozen, none of them like another
+  int places_between_walls = 0;     // of these, those at which walls were looked at
+  std::vector<int> solution_cells;  // fewer than the scene's, on which what steps solve for was found: zero_step.h
+  bool is_of_networks = false;      // by a step's tangent on few cells: an estimate, and no run is refused for it
   double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
   double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
   int parts = 1;

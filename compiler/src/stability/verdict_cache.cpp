@@ -129,6 +129,7 @@ std::string lines_of(const Verdict& v) {
   text += fmt::format("{} {}\n", waves.rate, waves.cells);
   text += fmt::format("{} {} {} {}\n", v.group_growth_rate, v.group_growth_by_events, v.group.size(),
                       fmt::join(v.group, " "));
+  text += fmt::format("{} {}\n", v.solution_cells.size(), fmt::join(v.solution_cells, " "));
   text += text_of(v.worst) + fmt::format("{}\n", v.worse.size());
   for (const Verdict& other : v.worse) text += lines_of(other);
   return text;
@@ -159,6 +160,8 @@ Verdict read_verdict(Reader& reader) {
   if (rate > 0) v.short_waves = {rate, cells};
   v.group_growth_rate = reader.number(), v.group_growth_by_events = reader.number();
   for (double left = reader.number(); left > 0 && reader.is_good(); --left) v.group.insert(reader.word());
+  for (double left = reader.number(); left > 0 && reader.is_good(); --left)
+    v.solution_cells.push_back(static_cast<int>(reader.number()));
   v.worst = read_point(reader);
   const bool has_worse = reader.number() > 0;
   reader.end_line();

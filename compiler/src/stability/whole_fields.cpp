@@ -39,9 +39,7 @@ void collect(const std::vector<Statement>& body, const std::vector<const model::
   }
 }
 
-}  // namespace
-
-std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t, const CoarseGrid& grid) {
+Names whole_names(const driver::Session& session) {
   const model::Problem& problem = session.problem();
   const driver::Compiled& compiled = session.compiled();
   const bool is_program = !problem.program.empty();
@@ -49,6 +47,15 @@ std::map<std::string, std::vector<double>> whole_fields(driver::Session& session
   if (!is_program && model::are_constraints(problem)) unknowns.clear();
   Names names;
   collect(compiled.stencil.find_program(compiled.step_name())->body, is_program ? nullptr : &unknowns, names);
+  return names;
+}
+
+}  // namespace
+
+bool has_whole_fields(const driver::Session& session) { return !whole_names(session).empty(); }
+
+std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t, const CoarseGrid& grid) {
+  const Names names = whole_names(session);
   if (names.empty()) return {};
   std::vector<std::string> fields;
   for (const auto& [key, field] : names) fields.push_back(field);

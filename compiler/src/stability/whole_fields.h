@@ -19,4 +19,7 @@ namespace dpde::stability {
 /// it is 0.
 std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t, const CoarseGrid& grid);
 
+/// Whether the step has any.
+bool has_whole_fields(const driver::Session& session);
+
 }  // namespace dpde::stability

@@ -9,6 +9,9 @@
 
 #include "dpde/runtime/error.h"
 #include "driver/workspace.h"
+#include "model/placement.h"
+#include "model/solves.h"
+#include "stability/equations.h"
 #include "stability/survey.h"
 #include "stability/verdict_cache.h"
 
@@ -75,19 +78,39 @@ Workspace coarse_workspace(driver::Session& session, const CoarseGrid& grid) {
       weights = own->second;
   }
   const std::size_t count = session.workspace().cell_count();
+  const model::Placements placements(problem);
   for (const model::Coefficient& coefficient : problem.coefficients) {
     const std::vector<double> all = session.workspace().dense(coefficient.name);
     std::vector<double> restricted;
     for (std::size_t first = 0; first < all.size(); first += count) {
       const std::span<const double> values = std::span(all).subspan(first, count);
-      const std::vector<double> next = coefficient.is_mask ? grid.sampled(values) : grid.restricted(values);
+      const std::vector<double> next = grid.restricted(values, coefficient.placement);
       restricted.insert(restricted.end(), next.begin(), next.end());
     }
     result.set_dense(coefficient.name, restricted);
   }
-  for (int s = 0; s < session.rollout().state_count(); ++s)
-    result.set_dense(session.rollout().state_name(s), grid.restricted(session.initial(s)));
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    const std::string& name = session.rollout().state_name(s);
+    result.set_dense(name, grid.restricted(session.initial(s), placements.of(name)));
+  }
   return result;
+}
+
+bool has_masks(const model::Problem& problem) {
+  return std::ranges::any_of(problem.coefficients, &model::Coefficient::is_mask) ||
+         std::ranges::any_of(problem.states, [](const model::State& state) { return state.held.has_value(); });
+}
+
+/// Whether it reduces to what means of cells have as well.
+bool reduces_to_means(const std::vector<stencil::Statement>& body, int rank, bool is_staggered) {
+  return std::ranges::all_of(body, [&](const stencil::Statement& statement) {
+    if (const auto* repeat = std::get_if<stencil::Repeat>(&statement))
+      return reduces_to_means(repeat->body, rank, is_staggered);
+    const auto* reduce = std::get_if<stencil::Reduce>(&statement);
+    if (reduce == nullptr) return true;
+    const bool is_of_all = std::ranges::count(reduce->over, true) == rank;
+    return reduce->kind == Reduction::mean && (is_of_all || !is_staggered);
+  });
 }
 
 }  // namespace
@@ -106,21 +129,31 @@ Fields after_step_of_no_length(driver::Session& session, const std::vector<std::
     Workspace coarse = coarse_workspace(session, grid);
     result = after_step_in(coarse, *session.compiled().program(session.compiled().step_name()), fields, t, {});
   }
-  std::size_t values = 0;
-  for (const auto& [other, kept] : known) {
-    for (const auto& [field, of_cells] : kept) values += of_cells.size();
-  }
+  const auto size_of = [](const Fields& found) {
+    std::size_t values = 0;
+    for (const auto& [field, of_cells] : found) values += of_cells.size();
+    return values;
+  };
+  std::size_t values = size_of(result);
+  if (values > most_values) return result;
+  for (const auto& [other, kept] : known) values += size_of(kept);
   if (values > most_values) known.clear();
   return known.emplace(key, std::move(result)).first->second;
 }
 
 CoarseGrid grid_of_solutions(const driver::Session& session) {
   const CoarseGrid own = CoarseGrid::own(session.axes());
-  if (!session.problem().program.empty()) return own;
+  const model::Problem& problem = session.problem();
+  if (!problem.program.empty() || has_masks(problem)) return own;
+  const bool are_constraints = model::are_constraints(problem),
+             is_staggered = model::Placements(problem).is_staggered();
+  if (are_constraints ? has_events_in_each_step(problem) : is_staggered) return own;
   const stencil::Module& module = session.compiled().stencil;
+  const std::vector<stencil::Statement>& body = module.find_program(session.compiled().step_name())->body;
   Survey found;
-  survey(module, module.find_program(session.compiled().step_name())->body, found);
-  return found.solves || found.reduces ? CoarseGrid(session.axes()) : own;
+  survey(module, body, found);
+  const int rank = static_cast<int>(session.axes().size());
+  return found.solves && reduces_to_means(body, rank, is_staggered) ? CoarseGrid(session.axes()) : own;
 }
 
 }  // namespace dpde::stability

@@ -19,7 +19,10 @@ std::map<std::string, std::vector<double>> after_step_of_no_length(driver::Sessi
                                                                    const std::vector<std::string>& fields, double t,
                                                                    const CoarseGrid& grid);
 
-/// For a step that solves, or reduces over space: the scene's for others, and for programs written by hand.
+/// For a step that solves. The scene's own for others: those that only reduce gain nothing, and the largest of means is
+/// not the largest value. Likewise for programs written by hand, for scenes with masks, whose thin parts fewer cells
+/// lose, where each step's events change what a constraint has made, and where on staggered grids more is solved for
+/// than constraints.
 CoarseGrid grid_of_solutions(const driver::Session& session);
 
 }  // namespace dpde::stability
