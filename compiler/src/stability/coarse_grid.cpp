@@ -73,9 +73,13 @@ std::vector<double> CoarseGrid::restricted_along(std::size_t axis, std::span<con
     }
     return result;
   }
-  std::vector<double> counts(n, 0.0);
-  for (std::size_t i = 0; i < own; ++i) counts[i * n / own] += 1;
-  for (std::size_t i = 0; i < own; ++i) add(i * n / own, i, 1 / counts[i * n / own]);
+  for (std::size_t cell = 0; cell < n; ++cell) {  // in units of 1/n of the scene's cells it is `own` long
+    const std::size_t low = cell * own, high = low + own;
+    for (std::size_t i = low / n; i * n < high; ++i) {
+      const std::size_t common = std::min(high, (i + 1) * n) - std::max(low, i * n);
+      add(cell, i, static_cast<double>(common) / static_cast<double>(own));
+    }
+  }
   return result;
 }
 
