@@ -123,8 +123,8 @@ TEST(CoarseGrid, SolutionsOnItHaveTheSlopesOfThoseOnTheScenesCells) {
   EXPECT_LT(worst, 0.01 * largest);
 }
 
-/// Of 2^18 cells on its own grid, and of a few more on half as many, which are 0.4 % narrower along x. It is 2.3 % lower
-/// (30 November 2026): places and slopes are sampled where fewer cells have them.
+/// Of 2^18 cells on its own grid, and of a few more on half as many, which are 0.4 % narrower along x. It is 2.3 %
+/// lower (30 November 2026): places and slopes are sampled where fewer cells have them.
 TEST(CoarseGrid, VerdictsOnItAreThoseOfTheScenesOwn) {
   const auto own = open_scene(vortices(512, 512)), coarse = open_scene(vortices(514, 512));
   const Verdict of_own = verdict_of(*own), of_coarse = verdict_of(*coarse);
