@@ -65,7 +65,8 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
   }
   module.programs.push_back(*derived.module.find_program(derived.program));
   const loop::Module loops = loop::from_stencil(adjoint::with_newton_steps(module), {"p", derived.program}, real);
-  const codegen::JitResult code = codegen::jit(loops, {.variants = true}), quick = codegen::jit(loops, {.quick = true});
+  const codegen::JitResult code = codegen::jit(loops, {.variants = true}),
+                           quick = codegen::jit(loops, {.effort = codegen::Effort::quick});
   EXPECT_EQ(code.error, "");
   EXPECT_EQ(quick.error, "");
   int count = 0;

@@ -111,5 +111,34 @@ TEST(Tuning, PlanesDoneTogetherChangeNoResult) {
   EXPECT_EQ(step_once(*compiled, 3, ways(40, 2)), wanted);
 }
 
+/// Cells times steps times runs, where they are known.
+TEST(Tuning, CodeOfShortRunsIsNotOptimised) {
+  const auto is_worth = [](const std::string& time, const std::string& task = "", double runs = 1) {
+    const SourceFile source("ring.dpde",
+                            "model heat { field u; param k; dt(u) = k*lap(u) }\nscheme s { time = bs32 }\n"
+                            "scene go : heat with s {\n  grid x = 0 .. 1, cells 1000, periodic\n  k = 1e-7\n"
+                            "  initial u = sin(2*pi*x)\n  " +
+                                time + "\n}\n" +
+                                (task.empty() ? "" : "task find : go { unknown k; minimise mean(u^2)" + task + " }\n"));
+    CompileOptions options;
+    options.selection.name = task.empty() ? "go" : "find";
+    options.runs = runs;
+    const auto code = testing::compiled(source, options);
+    return code != nullptr && is_worth_optimising(*code);
+  };
+  EXPECT_FALSE(is_worth("time 0 .. 1, step 1/1000"));
+  EXPECT_TRUE(is_worth("time 0 .. 1, step 1/1001"));
+  EXPECT_FALSE(is_worth("time 0 .. 1, step 1/100", "\n "));
+  EXPECT_TRUE(is_worth("time 0 .. 1, step 1/101", "\n ")) << "a certificate makes ten runs";
+  EXPECT_FALSE(is_worth("time 0 .. 1, step 1/10", "\n using lbfgs, iterations 33"));
+  EXPECT_TRUE(is_worth("time 0 .. 1, step 1/10", "\n using lbfgs, iterations 34"));
+  EXPECT_FALSE(is_worth("time 0 .. 1, step 1/10", "", 100));
+  EXPECT_TRUE(is_worth("time 0 .. 1, step 1/10", "", 101));
+  EXPECT_TRUE(is_worth("time 0 .. 1, step 1", "", any_number_of_runs));
+  for (const char* const unknown : {"time 0 .. 1, step 1, courant 0.5, speed 1", "time 0 .. 1, step 1, tolerance 1e-3",
+                                    "time 0 .. 1, step 1, until steady 1e-3"})
+    EXPECT_TRUE(is_worth(unknown)) << unknown;
+}
+
 }  // namespace
 }  // namespace dpde::driver

@@ -49,7 +49,7 @@ class ProgramCheck {
         differentiate() && derivatives_agree() && wanted_is_finite() && passes_agree() && checks_.jit) {
       if (checks_.without_passes) jit_agrees(false);
       jit_agrees(true);
-      jit_agrees(true, true);
+      jit_agrees(true, codegen::Effort::quick);
       if (checks_.threads || checks_.ranks) larger_grids_agree();
     }
     return verdict_;
@@ -209,19 +209,20 @@ class ProgramCheck {
     return is_valid(lowered(variants_.module, true), "all passes");
   }
 
-  std::shared_ptr<codegen::CompiledModule> compiled(const std::string& check, bool with_passes, bool quick = false) {
+  std::shared_ptr<codegen::CompiledModule> compiled(const std::string& check, bool with_passes,
+                                                    codegen::Effort effort = codegen::Effort::full) {
     const loop::Module loops = loop::from_stencil(lowered(variants_.module, with_passes), variants_.programs);
     const std::vector<std::string> problems = loop::verify(loops);
     if (!problems.empty()) fail(check, problems[0] + "\n" + loop::print(loops));
     if (!problems.empty()) return nullptr;
-    codegen::JitResult result = codegen::jit(loops, {.quick = quick});
+    codegen::JitResult result = codegen::jit(loops, {.effort = effort});
     if (!result.module) fail(check, result.error);
     return result.module;
   }
 
-  bool jit_agrees(bool with_passes, bool quick = false) {
-    const std::string check = quick ? "quick jit" : with_passes ? "jit with passes" : "jit";
-    const auto code = compiled(check, with_passes, quick);
+  bool jit_agrees(bool with_passes, codegen::Effort effort = codegen::Effort::full) {
+    const std::string check = effort == codegen::Effort::quick ? "quick jit" : with_passes ? "jit with passes" : "jit";
+    const auto code = compiled(check, with_passes, effort);
     if (!code) return false;
     for (const std::string& name : variants_.programs) {
       const Program& program = *variants_.module.find_program(name);

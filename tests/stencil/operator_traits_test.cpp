@@ -65,6 +65,15 @@ TEST(OperatorTraits, AreThoseOfAllCoefficients) {
       {lap + " - if(c > 3, w, 0)", "periodic", ""},
       {"max(c, 0)*" + lap, "periodic", ""},
       {"k*w", "periodic", "S"},
+      {"0.00001*" + lap, "periodic", "SZC"},
+      {lap + " - 0.00001*w", "periodic", "S"},
+      // a term that values near 1 hide: nothing is said
+      {lap + " - exp(-1000*c^2)*w", "periodic", ""},
+      {"(1 + tanh(200*c))*" + lap, "periodic", ""},
+      {lap + " - c^900*w", "periodic", ""},
+      {lap + " - a^k*w", "periodic", ""},
+      {lap + " - 0.0000000000001*w", "periodic", ""},
+      {"0.00000000000001*c*" + lap, "periodic", ""},
   };
   for (const Case& one : cases) EXPECT_EQ(letters(certain_traits(one)), one.traits) << one.image << "; " << one.fill;
 }

@@ -9,6 +9,7 @@
 #include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unknown_scales.h"
+#include "driver/tuning.h"
 #include "files/evaluation_log.h"
 #include "interrupt.h"
 #include "limit_watch.h"
@@ -251,7 +252,8 @@ Json optimize(Job& job, const OptimizeOptions& options) {
     return json;
   }
   if (*learns) return train(job, options);
-  if (!open_task(job, options, run)) return json;
+  const int iterations = options.iterations > 0 ? options.iterations : model::Optimiser{}.iterations;
+  if (!open_task(job, options, run, driver::runs_of_an_iteration * iterations)) return json;
   model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
   if (options.iterations > 0) method.iterations = options.iterations;
   std::unique_ptr<files::EvaluationLog> log;

@@ -104,7 +104,11 @@ std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
                                                  const std::map<std::string, std::string>& overrides) {
   std::optional<Preparing> preparing;  // it ends the process: not where rows are there already
   if (!has_rows_) preparing.emplace(job_);
-  return open_scene(job_, sink, overrides);
+  std::optional<driver::CompileOptions> compile_options = job_.compile_options();
+  if (!compile_options) return nullptr;
+  for (const auto& [key, value] : overrides) compile_options->selection.overrides[key] = value;
+  compile_options->runs = driver::any_number_of_runs;  // until growth is seen or not
+  return open_scene(job_, *std::move(compile_options), sink);
 }
 
 stability::TrialOptions Stability::trial_options(driver::Session& session, const Verdict& verdict) const {

@@ -102,7 +102,7 @@ std::optional<std::int64_t> checkpoint_bytes(Job& job, const TaskOptions& option
   return std::nullopt;
 }
 
-bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
+bool open_task(Job& job, const TaskOptions& options, TaskRun& run, double runs) {
   driver::SessionOptions session;
   session.threads = thread_count(options);
   session.stop = &interrupt_flag();
@@ -111,7 +111,8 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   const std::optional<std::int64_t> bytes = checkpoint_bytes(job, options);
   if (!bytes) return false;
   session.checkpoint_bytes = *bytes;
-  const std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (compile_options) compile_options->runs = runs;
   const Preparing preparing(job, "stopped before the task was prepared");
   if (!compile_options || !compile_task(job, options, *compile_options, run)) return false;
   if (run.compiled->problem->task->training) {

@@ -36,7 +36,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
 std::optional<std::int64_t> checkpoint_bytes(Job& job, const TaskOptions& options);
 
 /// The job's source is loaded. False and diagnostics when anything is wrong.
-bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
+bool open_task(Job& job, const TaskOptions& options, TaskRun& run, double runs = 1);
 
 /// What --json says about the certificate: null where there is none.
 Json certificate_json(const TaskRun& run);

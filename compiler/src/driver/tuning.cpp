@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 namespace dpde::driver {
 namespace {
 
@@ -13,8 +15,7 @@ constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on s
 /// many cells times steps takes as long with either. Measured, of heat with a sine 1e6, of Burgers' equations 3e6
 /// (tests/bench/README.md).
 constexpr double most_quick_cell_steps = 1e6;
-/// Whole runs, each with its gradient: of certificates, and of an iteration of an optimiser with its line search.
-constexpr double runs_of_a_certificate = 10, runs_of_an_iteration = 3;
+constexpr double runs_of_a_certificate = 10;  // with their gradients
 
 /// The code itself is in its key, the processor in the cache's.
 std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
@@ -39,12 +40,12 @@ bool is_worth_optimising(const Compiled& compiled) {
   if (!compiled.problem) return true;
   const model::Problem& problem = *compiled.problem;
   if (problem.has_parts() || problem.steady > 0 || (problem.task && problem.task->training)) return true;
-  double cell_steps = problem.steps * compiled.options.runs;
+  double runs = compiled.options.runs;
+  if (problem.task) runs = std::max(runs, runs_of_a_certificate);
+  if (problem.task && problem.task->optimiser)
+    runs = std::max(runs, runs_of_an_iteration * problem.task->optimiser->iterations);
+  double cell_steps = problem.steps * runs;
   for (const model::Axis& axis : problem.axes) cell_steps *= axis.cells;
-  if (problem.task) {
-    const int iterations = problem.task->optimiser ? problem.task->optimiser->iterations : 0;
-    cell_steps *= runs_of_a_certificate + iterations * runs_of_an_iteration;
-  }
   return cell_steps > most_quick_cell_steps;
 }
 

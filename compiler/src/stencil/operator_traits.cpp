@@ -93,16 +93,23 @@ double largest_of(const std::vector<double>& values) {
   return most;
 }
 
+struct Seen {
+  OperatorTraits traits;
+  double size = 0;  // of the largest image
+};
+
 /// By images of arbitrary x and y, whose numbers are about 1: (y, A*x) is (x, A*y), and the sum of A*x is (A^T*1, x).
-OperatorTraits traits_on(SmallOperator a) {
+/// `size`: of images where cells are more. Those of a few may be no more than rounding.
+Seen traits_on(SmallOperator a, double size = 0) {
   const std::vector<double> x = a.arbitrary(), y = a.arbitrary();
   const std::vector<double> of_x = a.image_of(x), of_y = a.image_of(y);
   const std::vector<double> of_ones = a.image_of(std::vector<double>(a.size(), 1.0));
   const auto cells = static_cast<double>(a.size());
-  const double rounding = 1024 * 0x1p-52 * std::max({largest_of(of_x), largest_of(of_y), 1.0});
-  return {.is_symmetric = std::abs(product_of(y, of_x) - product_of(x, of_y)) <= cells * rounding,
-          .takes_constants_to_zero = largest_of(of_ones) <= rounding,
-          .sums_to_zero = std::abs(sum_of(of_x)) <= cells * rounding && std::abs(sum_of(of_y)) <= cells * rounding};
+  const double rounding = 1024 * 0x1p-52 * std::max({largest_of(of_x), largest_of(of_y), size});
+  return {{.is_symmetric = std::abs(product_of(y, of_x) - product_of(x, of_y)) <= cells * rounding,
+           .takes_constants_to_zero = largest_of(of_ones) <= rounding,
+           .sums_to_zero = std::abs(sum_of(of_x)) <= cells * rounding && std::abs(sum_of(of_y)) <= cells * rounding},
+          std::max(largest_of(of_x), largest_of(of_y))};
 }
 
 /// Where cells are of two different neighbours along each axis, whatever the reach.
@@ -122,27 +129,43 @@ Module operator_module(const Module& module, const Program& program, const Solve
   return small;
 }
 
-bool is_decided(const Kernel& kernel) {
-  bool found = false;
+/// Where values near 1 may show less than all: a function that saturates or has cases, a power of many or of no known
+/// number, a number of another size than the terms beside it.
+bool may_hide_a_term(const Expr& part) {
+  constexpr double most_number = 1e6, most_power = 8;
+  return match(
+      part->kind, [](const Param&) { return false; }, [](const Local&) { return false; },
+      [](const Access&) { return false; }, [](const Interp&) { return false; }, [](const Inside&) { return false; },
+      [](const Neg&) { return false; }, [](const Select&) { return true; },
+      [&](const Literal& number) {
+        const double size = std::abs(number.value);
+        return size != 0 && !(size >= 1 / most_number && size <= most_number);
+      },
+      [&](const Binary& binary) {
+        if (binary.op != BinaryOp::power) return false;
+        const Literal* exponent = std::get_if<Literal>(&binary.right->kind);
+        return exponent == nullptr || !(std::abs(exponent->value) <= most_power);
+      },
+      [](const Call& call) { return call.fn != Fn::sin && call.fn != Fn::cos && call.fn != Fn::sqrt; });
+}
+
+bool is_plain(const Kernel& kernel) {
+  bool hides = false;
   const auto look = [&](const Expr& e) {
-    visit(e, [&](const Expr& part) {
-      const Call* call = std::get_if<Call>(&part->kind);
-      const bool has_cases = call != nullptr && (call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::abs);
-      found = found || has_cases || is_decision(part);
-    });
+    visit(e, [&](const Expr& part) { hides = hides || may_hide_a_term(part) || is_decision(part); });
   };
   for (const Let& let : kernel.lets) look(let.value);
   for (const Store& store : kernel.stores) look(store.value);
-  return found || !kernel.scatters.empty();
+  return !hides && kernel.scatters.empty();
 }
 
-/// Straight lines of fills and kernels whose formulas are one formula.
+/// Straight lines of fills and kernels whose formulas show all of their terms.
 bool is_plain(const Module& module, const Solve& solve) {
   return std::ranges::all_of(solve.body, [&](const Statement& statement) {
     return match(
         statement, [](const Fill&) { return true; }, [](const Fold&) { return true; },
         [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
-        [](const Transform&) { return false; }, [&](const Run& run) { return !is_decided(kernel_of(module, run)); },
+        [](const Transform&) { return false; }, [&](const Run& run) { return is_plain(kernel_of(module, run)); },
         [](const Solve&) { return false; }, [](const Repeat&) { return false; });
   });
 }
@@ -158,20 +181,24 @@ OperatorTraits traits_of(const Module& module, const Program& program, const Sol
   require(solve.is_linear && solve.unknowns.size() == 1, "a linear solve for one field");
   const Module small = operator_module(module, program, solve);
   const Cell cells = cells_for(reach_of_operator(module, solve, program.axes.size()), program.axes.size());
-  return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, known});
+  return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, known}).traits;
 }
 
 /// Cells that are few have rules of their own: neighbours around a ring are one, and slopes at walls are of two values.
 OperatorTraits certain_traits_of(const Module& module, const Program& program, const Solve& solve) {
   if (!solve.is_linear || solve.unknowns.size() != 1 || !is_plain(module, solve)) return {};
-  OperatorTraits found = traits_of(module, program, solve);
-  if (found == OperatorTraits{}) return found;
   const Module small = operator_module(module, program, solve);
   const std::size_t rank = program.axes.size();
+  const auto on = [&](const Cell& cells, double size) {
+    return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, {}}, size);
+  };
+  const Seen many = on(cells_for(reach_of_operator(module, solve, rank), rank), 0);
+  OperatorTraits found = many.traits;
   for (const int least : {1, 2}) {
+    if (found == OperatorTraits{}) break;
     Cell cells{1, 1, 1};
     for (std::size_t axis = 0; axis < rank; ++axis) cells[axis] = least + static_cast<int>(axis % 2);
-    found = both(found, traits_on({small, small.programs.front(), solve.unknowns.front(), cells, {}}));
+    found = both(found, on(cells, many.size).traits);
   }
   return found;
 }

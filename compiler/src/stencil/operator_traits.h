@@ -15,8 +15,9 @@ namespace dpde::stencil {
 /// decision (stencil/decisions.h) is seen for values near 1 only.
 OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known = {});
 
-/// Those that hold for all values on all grids: none of an operator for several unknowns, or one that makes decisions
-/// or looks anywhere.
+/// Those that hold for all values on all grids. None of an operator for several unknowns, or one that makes decisions
+/// or looks anywhere; nor where a term may be hidden by those beside it: exp(-1000*(x - 0.2)^2) is 0 on cells of
+/// length 1.
 OperatorTraits certain_traits_of(const Module& module, const Program& program, const Solve& solve);
 
 }  // namespace dpde::stencil

@@ -43,8 +43,8 @@ class Stopwatch {
 };
 
 /// All that the optimised object depends on: the module before the passes, bound to its processor, and how they go.
-std::string key_of(const llvm::Module& ir, bool quick) {
-  std::string key = quick ? "object, quick\n" : "object\n";
+std::string key_of(const llvm::Module& ir, Effort effort) {
+  std::string key = effort == Effort::quick ? "object, quick\n" : "object\n";
   llvm::raw_string_ostream stream(key);
   llvm::WriteBitcodeToFile(ir, stream);
   return key;
@@ -52,10 +52,10 @@ std::string key_of(const llvm::Module& ir, bool quick) {
 
 using Object = llvm::SmallVector<char, 0>;
 
-Object compile(llvm::Module& ir, llvm::TargetMachine& target, bool quick, JitResult& result, Stopwatch& watch) {
-  optimise(ir, target, !quick);
+Object compile(llvm::Module& ir, llvm::TargetMachine& target, Effort effort, JitResult& result, Stopwatch& watch) {
+  optimise(ir, target, effort);
   result.optimise_s = watch.lap();
-  return generate(ir, target, llvm::CodeGenFileType::ObjectFile, quick);
+  return generate(ir, target, llvm::CodeGenFileType::ObjectFile, effort);
 }
 
 /// A linker for one object. The object is complete, so none of what LLJIT does for whole programs (constructors, thread
@@ -115,7 +115,7 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
   const std::vector<RowVariant> variants = variants_for_host(options);
   const std::unique_ptr<llvm::Module> ir = emit_module(module, context, variants);
   bind_to_target(*ir, *target, options);
-  result.key = cache == nullptr ? "" : key_of(*ir, options.quick);
+  result.key = cache == nullptr ? "" : key_of(*ir, options.effort);
   result.emit_s = watch.lap();
   if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(result.key)) {
     load(module, variants, Object(kept->begin(), kept->end()), *target, result, watch);
@@ -123,7 +123,7 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
     if (result.from_cache) return result;
     result.error.clear();
   }
-  Object object = compile(*ir, *target, options.quick, result, watch);
+  Object object = compile(*ir, *target, options.effort, result, watch);
   if (cache != nullptr) cache->store(result.key, {object.data(), object.size()});
   load(module, variants, std::move(object), *target, result, watch);
   return result;

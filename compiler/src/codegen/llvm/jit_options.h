@@ -4,12 +4,16 @@
 
 namespace dpde::codegen {
 
+/// Quick code is compiled in a part of the time, for rows that run for less than that: but for sums it goes cell by
+/// cell, and every value has a place in memory. Products are fused and sums are taken as they always are: results are
+/// the same to the last bit, but for products by numbers where a vector has another form of them, as in cells that fill
+/// none.
+enum class Effort { full, quick };
+
 struct JitOptions {
   int vector_width = 0;   // bits: 128, 256 or 512; 0 = chosen for the host
   bool variants = false;  // rows get the other code of dpde_kernel.variants, to choose from by measurement
-  /// Compiled in a sixth of the time, for rows that run for less than that: cell by cell, and every value has a place
-  /// in memory. Products are fused where they always are, so that results are those of cells that fill no vector.
-  bool quick = false;
+  Effort effort = Effort::full;
 };
 
 }  // namespace dpde::codegen

@@ -55,12 +55,27 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
   static bool isRequired() { return true; }
 };
 
-llvm::ModulePassManager pipeline(bool vectorise) {
+/// Of rows that add something up: partial sums are those of vectors, whatever the effort.
+class VectoriseSums : public llvm::PassInfoMixin<VectoriseSums> {
+ public:
+  llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager& analyses) {
+    const bool has_sum = std::ranges::any_of(llvm::instructions(function), [](const llvm::Instruction& instruction) {
+      return llvm::isa<llvm::PHINode>(instruction) && instruction.getType()->isFloatingPointTy();
+    });
+    return has_sum ? llvm::LoopVectorizePass().run(function, analyses) : llvm::PreservedAnalyses::all();
+  }
+};
+
+llvm::ModulePassManager pipeline(Effort effort) {
   llvm::FunctionPassManager functions;
   functions.addPass(llvm::EarlyCSEPass());
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::createFunctionToLoopPassAdaptor(llvm::LICMPass(llvm::LICMOptions()), /*UseMemorySSA=*/true));
-  if (vectorise) functions.addPass(llvm::LoopVectorizePass());
+  if (effort == Effort::full) {
+    functions.addPass(llvm::LoopVectorizePass());
+  } else {
+    functions.addPass(VectoriseSums());
+  }
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::SimplifyCFGPass());
   functions.addPass(LineLoads());
@@ -73,7 +88,7 @@ llvm::ModulePassManager pipeline(bool vectorise) {
 
 }  // namespace
 
-void optimise(llvm::Module& module, llvm::TargetMachine& target, bool vectorise) {
+void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort) {
   llvm::LoopAnalysisManager loops;
   llvm::FunctionAnalysisManager functions;
   llvm::CGSCCAnalysisManager components;
@@ -84,7 +99,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target, bool vectorise)
   builder.registerFunctionAnalyses(functions);
   builder.registerLoopAnalyses(loops);
   builder.crossRegisterProxies(loops, functions, components, modules);
-  pipeline(vectorise).run(module, modules);
+  pipeline(effort).run(module, modules);
   define_vector_functions(module);
 }
 

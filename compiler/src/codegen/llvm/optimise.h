@@ -7,12 +7,14 @@
 #include <llvm/IR/Module.h>
 #include <llvm/Target/TargetMachine.h>
 
+#include "codegen/llvm/jit_options.h"
+
 namespace dpde::codegen {
 
 inline constexpr int cache_line = 64;  // bytes
 
-/// `module` has been bound to `target`. Rows that are not vectorised go over one cell after the other.
-void optimise(llvm::Module& module, llvm::TargetMachine& target, bool vectorise = true);
+/// `module` has been bound to `target`.
+void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort = Effort::full);
 
 /// Whether the function computes with vectors of numbers.
 bool is_vectorised(const llvm::Function& function);

@@ -135,13 +135,14 @@ void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, con
 }
 
 llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& target, llvm::CodeGenFileType type,
-                                    bool quick) {
+                                    Effort effort) {
   llvm::SmallVector<char, 0> bytes;
   llvm::raw_svector_ostream stream(bytes);
   llvm::legacy::PassManager passes;
   target.setOptLevel(level_for(module));
-  const bool fails = quick ? add_quick_passes(passes, static_cast<llvm::LLVMTargetMachine&>(target), stream, type)
-                           : target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
+  const bool fails = effort == Effort::quick
+                         ? add_quick_passes(passes, static_cast<llvm::LLVMTargetMachine&>(target), stream, type)
+                         : target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
   require(!fails, "the target writes object files");
   passes.run(module);
   return bytes;

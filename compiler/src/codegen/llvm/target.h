@@ -25,8 +25,8 @@ std::vector<RowVariant> variants_for_host(const JitOptions& options);
 /// Data layout and triple of the module, processor and vector width of its functions: the cost models read them.
 void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, const JitOptions& options);
 
-/// Machine code or assembly of an optimised module; `quick` as in JitOptions.
+/// Machine code or assembly of an optimised module.
 llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& target, llvm::CodeGenFileType type,
-                                    bool quick = false);
+                                    Effort effort = Effort::full);
 
 }  // namespace dpde::codegen
