@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "../driver/driver_support.h"
+#include "dpde/runtime/error.h"
 #include "driver/session.h"
 #include "support/scene_run.h"
 #include "support/setting.h"
@@ -93,6 +94,17 @@ TEST(SmallTerms, TheirGradientsAreThoseOfTheMean) {
         EXPECT_NEAR(slope, 1 / 2.25, is_single ? 1e-5 : 1e-8) << equation.terms << " " << real << " " << method;
       }
     }
+  }
+}
+
+/// In f32 a residual as large as the right side is no more than rounding of its rows, and says nothing: steps are of
+/// f64.
+TEST(SmallTerms, FewStepsAreNotTakenForRounding) {
+  for (const char* const method : {"cg(1e-12, 1)", "multigrid(1e-12, 1)", "gmres(1e-12, 1)", "bicgstab(1e-12, 1)"}) {
+    EXPECT_THROW(
+        run_scene(scene_of(equations.front(), "f32"), "a", {{"solve", method}, {"k", "0.001"}}, driver::Backend::jit),
+        Error)
+        << method;
   }
 }
 
