@@ -124,7 +124,7 @@ TEST(CoarseGrid, SolutionsOnItHaveTheSlopesOfThoseOnTheScenesCells) {
 }
 
 /// Of 2^18 cells on its own grid, and of a few more on half as many, which are 0.4 % narrower along x. It is 2.3 %
-/// lower (30 November 2026): places and slopes are sampled where fewer cells have them.
+/// lower (30 November 2026), on the safe side; where the other 1.9 % come from is not known.
 TEST(CoarseGrid, VerdictsOnItAreThoseOfTheScenesOwn) {
   const auto own = open_scene(vortices(512, 512)), coarse = open_scene(vortices(514, 512));
   const Verdict of_own = verdict_of(*own), of_coarse = verdict_of(*coarse);
