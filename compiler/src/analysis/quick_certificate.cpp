@@ -16,6 +16,7 @@
 #include "dpde/runtime/error.h"
 #include "driver/cpu_time.h"
 #include "driver/interpreter_backend.h"
+#include "driver/tuning.h"
 #include "driver/window_start.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
@@ -32,6 +33,7 @@ namespace {
 using driver::thread_cpu_seconds;  // what a certificate affords is the same on a busy machine
 
 constexpr double largest_share = 0.1;  // of the time the compilation took
+constexpr double quick_code = 0.2;     // of that time for code that is not optimised: the share is of what was spared
 /// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms,
 /// 0.7 to 2 per cent of compilation by the JIT.
 constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
@@ -362,7 +364,8 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
                                                 DiagnosticSink& sink) {
   codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
   const double compiling = seconds_from_nothing(*compiled, cache);
-  const double affordable = how == Certifying::always ? INFINITY : largest_share * compiling;
+  const double optimising = driver::is_worth_optimising(*compiled) ? compiling : compiling / quick_code;
+  const double affordable = how == Certifying::always ? INFINITY : largest_share * optimising;
   if (how == Certifying::never || !compiled->code) return std::nullopt;
   if (std::ranges::any_of(compiled->stencil.networks,
                           [](const network::Network& network) { return network.is_host(); })) {
