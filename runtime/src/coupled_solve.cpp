@@ -80,6 +80,7 @@ std::vector<OwnedMemory> CoupledSolve::memory(const std::string& owner) const {
 
 void CoupledSolve::fail(const std::string& why, const char* advice, double residual) const {
   throw Unsolved({.text = fmt::format("solve for {}: {}", names_, why),
+                  .reason = why,
                   .method = note_->method,
                   .residual = residual,
                   .advice = [advice] { return std::string(advice); }});

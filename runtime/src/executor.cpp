@@ -137,12 +137,6 @@ int Executor::param_index(std::string_view name) const {
 }
 int Executor::sum_index(std::string_view name) const { return find_name(program_->sums, program_->sum_count, name); }
 
-int Executor::network_index(std::string_view name) const {
-  const auto names = std::span(program_->networks, static_cast<size_t>(program_->network_count));
-  const auto found = std::ranges::find(names, name, [](const auto* one) { return std::string_view(one->name); });
-  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
-}
-
 void Executor::update_weights() {
   for (size_t i = 0; i < plan_->networks.size(); ++i) {
     plan_->networks[i].set_weights(weights_[i].values);

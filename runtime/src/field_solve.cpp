@@ -160,6 +160,7 @@ std::function<std::string()> FieldSolve::advice_for(const SolveReport& report) c
 
 void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
   throw Unsolved({.text = fmt::format("solve for {}: {}", name_, why),
+                  .reason = why,
                   .method = std::string(name_of(report.method)),
                   .residual = report.residual,
                   .advice = advice_for(report)});

@@ -170,6 +170,7 @@ double NewtonSolve::move(void* const* fields, const std::function<void()>& apply
 void NewtonSolve::fail(const std::string& why, double residual) const {
   throw Unsolved({.what = UnsolvedFacts::What::newton,
                   .text = fmt::format("newton for {}: {}", names_, why),
+                  .reason = why,
                   .method = "newton",
                   .residual = residual,
                   .advice = [] {

@@ -55,13 +55,14 @@ struct QuickCertificates : ::testing::Test {
   const std::shared_ptr<MapCache> cache = std::make_shared<MapCache>();
   DiagnosticSink sink;
 
-  std::shared_ptr<driver::Compiled> compile(const std::string& scheme = "") {
+  std::shared_ptr<driver::Compiled> compile(const std::string& scheme = "", double runs = driver::any_number_of_runs) {
     driver::CompileOptions options;
     options.selection.name = "find";
     if (!scheme.empty()) options.selection.overrides = {{"real", scheme}};
     options.backend = driver::Backend::jit;
     options.adjoint = true;
     options.cache = cache;
+    options.runs = runs;
     return compiled(source, options);
   }
   /// The certificates in the cache, which holds code beside them.
@@ -94,6 +95,20 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   ASSERT_TRUE(forced.has_value());
   EXPECT_FALSE(forced->from_cache);
   EXPECT_FALSE(sink.has_errors());
+}
+
+/// Code of a short run is there sooner; a certificate has no less time.
+TEST_F(QuickCertificates, OfCodeThatIsNotOptimisedHaveTheTimeOfCodeThatIs) {
+  const auto scene = compile("", 1);
+  scene->seconds = 6 * analysis::expected_seconds(*scene);
+  const auto some = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(some.has_value());
+  EXPECT_NE(some->program, "");
+  scene->seconds = analysis::expected_seconds(*scene);
+  cache->entries.clear();
+  const auto none = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(none.has_value());
+  EXPECT_EQ(none->program, "");
 }
 
 TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {

@@ -364,7 +364,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
                                                 DiagnosticSink& sink) {
   codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
   const double compiling = seconds_from_nothing(*compiled, cache);
-  const double optimising = driver::is_worth_optimising(*compiled) ? compiling : compiling / quick_code;
+  const double optimising = driver::has_quick_code(*compiled) ? compiling / quick_code : compiling;
   const double affordable = how == Certifying::always ? INFINITY : largest_share * optimising;
   if (how == Certifying::never || !compiled->code) return std::nullopt;
   if (std::ranges::any_of(compiled->stencil.networks,

@@ -8,10 +8,9 @@
 //    lies between the programs: formulas, losses, controls, halos that programs share, links, and what tangent and
 //    adjoint have wrong alike.
 //
-// Both together take less than a tenth of the compilation (of code that is not optimised, of what optimised code would
-// take), or say what was left out. A certificate is kept in the cache
-// beside the code, under the code's key, the text of the programs and that of the scene and its task, which are no part
-// of the code.
+// Both together take less than a tenth of the compilation (for code that is not optimised: of what optimised code would
+// take), or say what was left out. A certificate is kept in the cache beside the code, under the code's key, the text
+// of the programs and that of the scene and its task, which are no part of the code.
 #pragma once
 
 #include <optional>

@@ -281,9 +281,9 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
   std::string error;
   switch (backend) {
     case Backend::jit: {
-      const bool is_short = !is_worth_optimising(compiled);
-      const codegen::JitOptions jit{.variants = !is_short && is_worth_tuning(compiled),
-                                    .effort = is_short ? codegen::Effort::quick : codegen::Effort::full};
+      const bool is_quick = has_quick_code(compiled);
+      const codegen::JitOptions jit{.variants = !is_quick && is_worth_tuning(compiled),
+                                    .effort = is_quick ? codegen::Effort::quick : codegen::Effort::full};
       codegen::JitResult result = codegen::jit(compiled.loop, jit, cache);
       compiled.code = std::move(result.module);
       compiled.code_from_cache = result.from_cache;

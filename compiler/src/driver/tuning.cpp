@@ -49,6 +49,10 @@ bool is_worth_optimising(const Compiled& compiled) {
   return cell_steps > most_quick_cell_steps;
 }
 
+bool has_quick_code(const Compiled& compiled) {
+  return compiled.options.backend == Backend::jit && !is_worth_optimising(compiled);
+}
+
 std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup) {
   codegen::CodeCache* const cache = cache_of(compiled);
   return cache == nullptr ? "" : cache->find(key_of(compiled, setup)).value_or("");

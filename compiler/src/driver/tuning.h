@@ -17,6 +17,8 @@ bool is_worth_tuning(const Compiled& compiled);
 /// Whether code that is vectorised and optimised saves more time in the run than it takes to make: both grow with the
 /// terms of the rows, so that the cells times the steps decide. Where those are not known it does.
 bool is_worth_optimising(const Compiled& compiled);
+/// Whether its code is not optimised: that of the JIT where it is not worth it.
+bool has_quick_code(const Compiled& compiled);
 inline constexpr double runs_of_an_iteration = 3;  // of an optimiser with its line search, each with a gradient
 
 /// For RolloutSetup::tuning; "" when nothing is kept.

@@ -31,9 +31,8 @@ class CoarseGrid {
   const std::vector<int>& cells() const { return cells_; }
   /// "512 x 512 cells".
   std::string text() const;
-  /// The means of the scene's cells in each of these, by the part of them that lies in it: one value of each of its
-  /// cells to one of each of these.
-  /// Along axes where the values lie on faces, linear between the two that are nearest.
+  /// The means of the scene's cells in each of these, by the part of them that lies in it; along axes where the values
+  /// lie on faces, linear between the two that are nearest. One value of each of its cells to one of each of these.
   std::vector<double> restricted(std::span<const double> values, const model::Placement& placement = {}) const;
   /// Linear between the centres of cells, or faces, and beyond the last ones: one value of each of these cells to one
   /// of each of the scene's.

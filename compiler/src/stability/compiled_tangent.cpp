@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "codegen/llvm/jit.h"
-#include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/unsolved.h"
 #include "driver/pipeline.h"
 #include "stability/fixed_part.h"
 #include "stability/known_networks.h"
@@ -147,11 +147,9 @@ struct CompiledTangent::Run {
       }
     }
     return true;
-  } catch (const NoSolution& error) {
-    // The unknown has a name of the tangent's; the run, which fails likewise, has the model's and its place.
-    unsolved = error.what();
-    const std::string unknown = "solve for " + error.solve_for() + ": ";
-    if (unsolved.starts_with(unknown)) unsolved.erase(0, unknown.size());
+  } catch (const Unsolved& error) {  // the run, which fails likewise, names the model's unknown and its place
+    const std::string& reason = error.facts().reason;
+    unsolved = reason.empty() ? error.what() : reason;
     return false;
   }
 

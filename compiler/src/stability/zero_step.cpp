@@ -66,11 +66,10 @@ Fields on_own_grid(driver::Session& session, const std::vector<std::string>& fie
 Workspace coarse_workspace(driver::Session& session, const CoarseGrid& grid) {
   const model::Problem& problem = session.problem();
   Workspace result = driver::make_workspace(problem, *session.compiled().code, grid.cells());
-  const auto is_of_grid = [](const std::string& name) {
-    return name == "hx" || name == "hy" || name == "hz" || name == "cells";
-  };
-  for (const auto& [name, value] : session.workspace().params()) {
-    if (!is_of_grid(name)) result.set_param(name, value);
+  const auto& own_params = session.workspace().params();
+  for (const model::Parameter& param : problem.params) {  // spacings and the number of cells are the grid's
+    if (const auto own = own_params.find(param.name); own != own_params.end())
+      result.set_param(param.name, own->second);
   }
   for (const auto& [name, control] : session.workspace().controls())
     result.set_control(name, control.every, control.values);

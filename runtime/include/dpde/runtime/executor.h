@@ -55,7 +55,6 @@ class Executor {
   int field_index(std::string_view name) const;
   int param_index(std::string_view name) const;
   int sum_index(std::string_view name) const;
-  int network_index(std::string_view name) const;
 
   /// `base` points at cell (0, 0, 0) of memory with the executor's layout, doubles or floats as it says.
   void bind(int field, void* base) { fields_[static_cast<size_t>(field)] = base; }

@@ -21,6 +21,7 @@ struct UnsolvedFacts {
   };
   What what = What::solve;
   std::string text;         // a sentence without its end and without the step: "solve for psi: ..."
+  std::string reason = {};  // of a solve: the same without the name of the unknown, which tangents have of their own
   std::string method = {};  // of a solve, as a scheme names it
   double residual = std::numeric_limits<double>::quiet_NaN();  // what is left of the right side, as a part of it
   /// What to write instead, found out only when it is asked for: of a solve by trying other methods on its system.
