@@ -158,6 +158,7 @@ TEST_F(QuickCertificates, AreOfTheTaskToo) {
   options.backend = driver::Backend::jit;
   options.adjoint = true;
   options.cache = cache;
+  options.runs = driver::any_number_of_runs;
   const auto scene = compiled(other, options);
   EXPECT_TRUE(scene->code_from_cache);
   scene->seconds = 1e3;

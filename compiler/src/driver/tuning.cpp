@@ -12,9 +12,9 @@ namespace {
 constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on sweeps have a choice
 
 /// A term of a row takes longer to compile with all optimisations, and less time in each cell of each step: a run of so
-/// many cells times steps takes as long with either. Measured, of heat with a sine 1e6, of Burgers' equations 3e6
-/// (tests/bench/README.md).
-constexpr double most_quick_cell_steps = 1e6;
+/// many cells times steps takes as long with either: measured, of heat with a sine 1e6, of Burgers' equations 3e6
+/// (tests/bench/README.md). Half of the smaller, since code that comes from the cache spares nothing.
+constexpr double most_quick_cell_steps = 5e5;
 constexpr double runs_of_a_certificate = 10;  // with their gradients
 
 /// The code itself is in its key, the processor in the cache's.
