@@ -198,9 +198,8 @@ void write_states(const std::filesystem::path& path, const RunDescription& run, 
   write_npy(path, shape, count, [&](std::int64_t instant) { return record.states(series, field, instant, 1); });
 }
 
-void write_last_state(const std::filesystem::path& path, const RunDescription& run, const RunRecord& record,
-                      const std::string& field) {
-  write_npy(path, shape_of_states(run), record.last_state(field).value());
+void write_state(const std::filesystem::path& path, const RunDescription& run, const std::vector<double>& values) {
+  write_npy(path, shape_of_states(run), values);
 }
 
 std::string table_of(const Series& series) {

@@ -11,6 +11,11 @@
 
 namespace dpde {
 
+std::vector<Series> record_plan(const std::vector<std::string>& states, int every, std::vector<Series> outputs) {
+  if (every > 0 || outputs.empty()) return {{states, every}};
+  return outputs;
+}
+
 RunRecord::RunRecord(std::vector<Series> plan, std::vector<std::string> observables, std::size_t cells,
                      FrameFile* frames)
     : series_(std::move(plan)), observables_(std::move(observables)), cells_(cells), frames_(frames) {}
@@ -33,6 +38,12 @@ bool RunRecord::is_due(std::size_t index, int step, bool is_last) const {
   const Series& series = series_[index];
   if (!series.steps.empty() && series.steps.back() >= step) return false;  // of before a restart
   return step == 0 || is_last || (series.every > 0 && step % series.every == 0);
+}
+
+int RunRecord::reached() const {
+  int step = -1;
+  for (const Series& series : series_) step = std::max(step, series.steps.empty() ? -1 : series.steps.back());
+  return step;
 }
 
 /// A disk that is full does not end the run: states are missing then.

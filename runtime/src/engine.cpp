@@ -42,6 +42,7 @@ std::vector<const dpde_program*> Engine::programs() const {
                                        scene_.initial_adjoint,
                                        scene_.coefficient_adjoint,
                                        scene_.observe,
+                                       scene_.output_program,
                                        scene_.rate,
                                        scene_.trial,
                                        scene_.watched,

@@ -24,12 +24,6 @@ std::vector<std::string> names_of(const std::vector<T>& items) {
   return names;
 }
 
-template <class Map>
-[[noreturn]] void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name, const Map& known) {
-  throw Error(ErrorKind::input, fmt::format("scene {} has no {} {}; it has {}", scene.name, kind, name,
-                                            known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
-}
-
 template <class Value>
 std::vector<std::string> keys_of(const Workspace::Named<Value>& map) {
   std::vector<std::string> names;
@@ -51,6 +45,12 @@ EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& optio
 }
 
 }  // namespace
+
+void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name,
+             const std::vector<std::string>& known) {
+  throw Error(ErrorKind::input, fmt::format("scene {} has no {} {}; it has {}", scene.name, kind, name,
+                                            known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+}
 
 Simulation::Impl::Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
     : engine(scene, options_of(scene, options), std::move(keep)), gradient_values(engine.unknown_count()) {
@@ -240,24 +240,6 @@ bool Simulation::Impl::advance(int count, bool look) {
   return true;
 }
 
-double Simulation::Impl::observe(std::string_view name) {
-  begin_stepping();
-  const dpde_program* program = engine.scene().observe;
-  int sum = -1;
-  for (int32_t s = 0; program != nullptr && s < program->sum_count; ++s) {
-    if (name == program->sums[s]) sum = s;
-  }
-  if (sum < 0) {
-    const auto known = std::span(program == nullptr ? nullptr : program->sums,
-                                 program == nullptr ? 0 : static_cast<std::size_t>(program->sum_count));
-    no_such(engine.scene(), "observable", name, known);
-  }
-  Workspace::Bound bound;
-  for (std::size_t s = 0; s < engine.states().size(); ++s)
-    bound[engine.states()[s].name] = engine.stepper().present()[s];
-  return engine.workspace().execute(*program, time(), bound).sums()[static_cast<std::size_t>(sum)];
-}
-
 bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
   begin_stepping();
   const int count = std::max(0, step - reached);
@@ -424,20 +406,6 @@ std::vector<double> Simulation::initial(std::string_view name) {
   std::vector<double> values(size());
   impl_->engine.initial(s).copy_out(values);
   return values;
-}
-
-double Simulation::observe(std::string_view name) {
-  return impl_->explained([&] { return impl_->observe(name); });
-}
-
-const char* Simulation::unit(std::string_view name) const {
-  const dpde_scene& scene = impl_->engine.scene();
-  for (const dpde_unit& known : std::span(scene.units, static_cast<std::size_t>(scene.unit_count))) {
-    const std::string_view own = known.name;
-    const bool is_component = own.starts_with(name) && own.substr(name.size()).starts_with('.');
-    if (own == name || is_component) return known.unit;
-  }
-  return "";
 }
 
 const std::string& Simulation::growth() const { return impl_->told->text; }

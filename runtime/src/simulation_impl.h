@@ -39,6 +39,10 @@ struct GrowthVerdict {
   std::string text;            // "": nothing has grown
 };
 
+/// @throws Error(input) that tells what is there.
+[[noreturn]] void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name,
+                          const std::vector<std::string>& known);
+
 struct Simulation::Impl {
   Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep);
 
@@ -68,6 +72,10 @@ struct Simulation::Impl {
   void require_finite();
   void require_size(Values values, std::string_view what) const;
   double observe(std::string_view name);
+  std::vector<double> output(std::string_view name);
+  std::span<const dpde_output> outputs() const;
+  /// The states that were stepped to, by their names.
+  Workspace::Bound present();
 
   // Stepping
   void begin_stepping();

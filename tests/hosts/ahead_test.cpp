@@ -136,6 +136,9 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
     in_memory.run();
     for (const std::string& state : ahead.states())
       expect_close(ahead.state(state), in_memory.state(state), 1e-12, state);
+    EXPECT_EQ(ahead.outputs(), in_memory.outputs());
+    for (const std::string& output : ahead.outputs())
+      expect_close(ahead.output(output), in_memory.output(output), 1e-12, output);
     if (scene->task == nullptr) continue;
     const double loss = ahead.gradient();
     EXPECT_NEAR(loss, in_memory.gradient(), 1e-12 * std::abs(loss));

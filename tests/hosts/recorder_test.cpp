@@ -14,6 +14,7 @@ constexpr const char* basin_text = R"(model tide {
   field u
   vector v on faces
   param k
+  let slope = grad(u)
   dt(u) = k*lap(u) + sin(t)
   dt(v) = grad(u)
 }
@@ -26,6 +27,16 @@ scene basin : tide {
   initial v = 0
   observe size = mean(u^2)
   time 0 .. 1, step 1/64
+}
+scene slopes : tide {
+  grid x = 0 .. 1, cells 16, periodic
+  k = 0.02
+  initial u = cos(2*pi*x)
+  initial v = 0
+  observe size = mean(u^2)
+  output slope every 4/50
+  output u
+  time 0 .. 1, step 1/50
 }
 scene line : tide {
   grid x = 0 .. 1, cells 16, periodic
@@ -47,7 +58,8 @@ class Recorded : public InFolder {
  protected:
   void run_command(const std::string& scene, int every, const std::string& options = "") {
     file_ = write("basin.dpde", basin_text);
-    dpde("run " + file_ + " " + scene + " --every " + std::to_string(every) + options + " --out " + folder("command"));
+    const std::string interval = every > 0 ? " --every " + std::to_string(every) : "";
+    dpde("run " + file_ + " " + scene + interval + options + " --out " + folder("command"));
   }
   std::string folder(const std::string& name) const { return (fs::path(file_).parent_path() / name).string(); }
   void expect_same(const std::vector<std::string>& names) const {
@@ -56,8 +68,12 @@ class Recorded : public InFolder {
       ASSERT_TRUE(fs::exists(folder("command/" + name))) << name;
       EXPECT_EQ(content(folder("host/" + name)), content(folder("command/" + name))) << name;
     }
-    for (const auto& entry : fs::directory_iterator(folder("host")))
-      EXPECT_NE(std::ranges::find(names, entry.path().filename().string()), names.end()) << entry.path();
+    for (const auto* const side : {"host", "command"}) {
+      for (const auto& entry : fs::directory_iterator(folder(side))) {
+        const std::string name = entry.path().filename().string();  // .dpde: by which the command knows its folders
+        EXPECT_TRUE(name == ".dpde" || std::ranges::find(names, name) != names.end()) << entry.path();
+      }
+    }
   }
   std::string file_;
 };
@@ -71,7 +87,8 @@ TEST_F(Recorded, RunsAreTheFilesOfTheCommand) {
   };
   for (const auto& [scene, options, every, set, scheme] :
        std::vector<Row>{{"basin", "", 5, {}, ""},
-                        {"line", "", 1, {}, ""},
+                        {"slopes", "", 0, {}, ""},
+                        {"slopes", "", 6, {}, ""},
                         {"line", " --set real=f32", 7, {{"real", "f32"}}, ""},
                         {"line", " --set k=0.03", 100, {{"k", "0.03"}}, ""}}) {
     run_command(scene, every, options);
@@ -89,6 +106,33 @@ TEST_F(Recorded, RunsAreTheFilesOfTheCommand) {
   }
 }
 
+/// Of a cosine, on the upper faces of the cells: the difference of its neighbours is -2*sin(pi*h)/h*sin(2*pi*x).
+TEST_F(Recorded, OutputsAreThoseOfThePresentState) {
+  file_ = write("basin.dpde", basin_text);
+  Simulation simulation = compile_file(file_, {.name = "slopes"});
+  EXPECT_EQ(simulation.outputs(), std::vector<std::string>{"slope.x"});
+  const std::vector<double> slope = simulation.output("slope.x");
+  const double h = 1.0 / 16, pi = std::acos(-1);
+  ASSERT_EQ(slope.size(), 16u);
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    EXPECT_NEAR(slope[i], -2 * std::sin(pi * h) / h * std::sin(2 * pi * double(i + 1) * h), 1e-13) << i;
+  dpde_error* error = nullptr;
+  dpde_model* const model = dpde_model_from_file(file_.c_str(), &error);
+  dpde_options options;
+  dpde_options_init(&options, DPDE_C_VERSION);
+  options.name = "slopes";
+  dpde_sim* const sim = dpde_model_open(model, &options, &error);
+  ASSERT_NE(sim, nullptr) << dpde_error_text(error);
+  EXPECT_STREQ(dpde_sim_name(sim, DPDE_OUTPUT, 0), "slope.x");
+  std::vector<double> of_c(16);
+  ASSERT_EQ(dpde_sim_get(sim, DPDE_OUTPUT, "slope.x", of_c.data(), of_c.size(), &error), DPDE_OK);
+  EXPECT_EQ(of_c, slope);
+  EXPECT_EQ(dpde_sim_set(sim, DPDE_OUTPUT, "slope.x", of_c.data(), of_c.size(), nullptr), DPDE_ERROR_INPUT);
+  EXPECT_EQ(dpde_sim_get(sim, DPDE_OUTPUT, "u", of_c.data(), of_c.size(), nullptr), DPDE_ERROR_INPUT);
+  dpde_sim_free(sim);
+  dpde_model_free(model);
+}
+
 TEST_F(Recorded, OfCAreTheSame) {
   run_command("line", 10);
   dpde_error* error = nullptr;
@@ -100,14 +144,15 @@ TEST_F(Recorded, OfCAreTheSame) {
   dpde_sim* const sim = dpde_model_open(model, &options, &error);
   ASSERT_NE(sim, nullptr) << dpde_error_text(error);
   EXPECT_EQ(dpde_sim_record_end(sim, nullptr), DPDE_ERROR_INPUT);
-  EXPECT_EQ(dpde_sim_record(sim, folder("host").c_str(), 0, nullptr), DPDE_ERROR_INPUT);
+  EXPECT_EQ(dpde_sim_record(sim, folder("host").c_str(), -1, nullptr), DPDE_ERROR_INPUT);
   EXPECT_EQ(dpde_sim_record(sim, (file_ + "/under").c_str(), 1, nullptr), DPDE_ERROR_MACHINE);
   ASSERT_EQ(dpde_sim_record(sim, folder("host").c_str(), 10, &error), DPDE_OK);
   EXPECT_EQ(dpde_sim_record(sim, folder("host").c_str(), 10, nullptr), DPDE_ERROR_INPUT);
   ASSERT_EQ(dpde_sim_step(sim, 4, &error), DPDE_OK);
   ASSERT_EQ(dpde_sim_run(sim, NAN, nullptr, nullptr, 64, &error), DPDE_OK);
   ASSERT_EQ(dpde_sim_record_end(sim, &error), DPDE_OK);
-  expect_same({"u.npy", "u_over_time.npy", "v.x.npy", "v.x_over_time.npy", "observables.csv", "line.nc"});
+  expect_same({"u.npy", "u_over_time.npy", "v.x.npy", "v.x_over_time.npy", "observables.csv", "line.nc", "line.svg",
+               "line.png", "line_observables.svg", "line_observables.png"});
   dpde_sim_free(sim);
   dpde_model_free(model);
 }

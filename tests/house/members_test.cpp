@@ -30,7 +30,7 @@ const std::map<std::string, int> larger{
     {"compiler/src/codegen/program_table.cpp ProgramTables::Table", 22},
     {"compiler/src/driver/pipeline.h CompileOptions", 17},
     {"compiler/src/driver/pipeline.h Compiled", 16},
-    {"compiler/src/driver/scene_table.cpp SceneTable::Storage", 23},
+    {"compiler/src/driver/scene_table.cpp SceneTable::Storage", 21},
     {"compiler/src/files/trajectories.h Trajectories", 16},
     {"compiler/src/model/from_ast/draft.h Draft", 33},
     {"compiler/src/model/model.h Problem", 31},

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "driver/run_description.h"
+
 namespace dpde::tools {
 
 namespace {
@@ -10,12 +12,7 @@ namespace {
 std::vector<Series> plan_of(driver::Session& session, int every) {
   std::vector<std::string> all;
   for (int s = 0; s < session.rollout().state_count(); ++s) all.push_back(session.rollout().state_name(s));
-  std::vector<Series> plan;
-  if (every == 0) {
-    for (const model::Output& output : session.problem().outputs) plan.push_back({output.fields, output.every});
-  }
-  if (plan.empty()) plan.push_back({all, every});
-  return plan;
+  return record_plan(all, every, driver::run_outputs(session.problem()));
 }
 
 std::vector<std::string> observables_of(const model::Problem& problem) {

@@ -18,6 +18,7 @@
 #include "driver/run_description.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
+#include "plot/run_panels.h"
 #include "plot/scene_panels.h"
 #include "plot/text_plot.h"
 #include "preparing.h"
@@ -67,7 +68,6 @@ class Run {
   void write_files();
   std::map<std::string, std::vector<double>> shown_at_end();
   void write_series(const RunDescription& run, const Series& series);
-  void draw_observables(const Series& series);
   void show_curve();
   bool is_one_cell() const { return session_->workspace().cell_count() == 1; }
   void add_to_course(double t, const std::vector<void*>& states);
@@ -83,7 +83,7 @@ class Run {
   CheckpointInterval interval_;
   std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
   int first_step_ = 0;
-  plot::LinePanel course_;                 // of one cell: its states over time
+  std::vector<plot::Curve> course_;        // of one cell: its states over time
   Json misses_at_start_ = Json::object();  // by what the first step changes
 };
 
@@ -167,9 +167,9 @@ Observer Run::observer(Progress& progress) {
 
 /// Ordinary equations have no picture in space.
 void Run::add_to_course(double t, const std::vector<void*>& states) {
-  course_.curves.resize(states.size());
+  course_.resize(states.size());
   for (std::size_t s = 0; s < states.size(); ++s) {
-    plot::Curve& curve = course_.curves[s];
+    plot::Curve& curve = course_[s];
     if (!curve.x.empty() && !(t > curve.x.back())) continue;
     double value = 0;
     copy_out(session_->workspace().layout(), states[s], {&value, 1});
@@ -334,38 +334,30 @@ void Run::report_solves(Json& result) {
 
 void Run::write_files() {
   if (options_.out.empty()) return;
-  std::vector<plot::Panel> panels;
-  const model::Problem& problem = session_->problem();
-  const std::string when = plot::time_text(problem, session_->time_of(outcome_.steps_done));
   const Rollout& rollout = session_->rollout();
+  const std::map<std::string, std::vector<double>> outputs = shown_at_end();
+  plot::DrawnRun drawn{.time = session_->time_of(outcome_.steps_done), .course = course_};
   for (int s = 0; s < rollout.state_count(); ++s) {
-    const std::string& name = rollout.state_name(s);
-    std::vector<double> values = session_->final_state(s);
-    save_state(job_, session_->axes(), name, values);
-    plot::add_state(
-        panels, *session_, when,
-        {name, std::move(values), driver::placement_of(session_->problem(), name), plot::label_of(problem, name)});
+    drawn.states.push_back(rollout.state_name(s));
+    save_state(job_, session_->axes(), rollout.state_name(s), session_->final_state(s));
   }
-  for (const auto& [name, values] : shown_at_end()) {
+  for (const auto& [name, values] : outputs) {
+    drawn.outputs.push_back(name);
     save_state(job_, session_->axes(), name, values);
-    plot::add_state(panels, *session_, when,
-                    {name, values, driver::placement_of(session_->problem(), name), plot::label_of(problem, name)});
   }
+  drawn.at_end = [&](const std::string& name) {
+    const auto output = outputs.find(name);
+    return output != outputs.end() ? output->second : session_->final_state(rollout.state_index(name));
+  };
+  drawn.at_start = [&](const std::string& name) { return session_->initial(rollout.state_index(name)); };
   const RunDescription run = description_of(job_, *session_, options_.centres);
-  if (options_.every > 0 && record_->kept().keeps_states()) write_series(run, record_->kept().series()[0]);
-  draw_observables(record_->kept().series()[0]);
+  const Series& first = record_->kept().series()[0];
+  if (options_.every > 0 && record_->kept().keeps_states()) write_series(run, first);
+  const model::Problem& problem = session_->problem();
+  const std::vector<plot::Panel> observed = plot::panels_of_observables(problem, first);
+  if (!observed.empty()) save_picture(job_, problem.scene + "_observables", observed);
   if (record_->kept().keeps_states()) save_netcdf(job_, run, record_->kept());
-  if (is_one_cell()) {
-    panels.assign(1, course_);
-  } else if (session_->axes().size() == 1) {
-    for (int s = 0; s < rollout.state_count(); ++s) {
-      const std::string& name = rollout.state_name(s);
-      plot::add_state(panels, *session_, when,
-                      {name + " at the start", session_->initial(s), driver::placement_of(session_->problem(), name),
-                       plot::label_of(problem, name)});
-    }
-  }
-  save_picture(job_, session_->problem().scene, panels);
+  save_picture(job_, problem.scene, plot::panels_of_run(*session_, drawn));
 }
 
 /// Computed where they are not recorded.
@@ -389,34 +381,10 @@ void Run::write_series(const RunDescription& run, const Series& series) {
   save_text(job_, "observables.csv", table_of(series));
 }
 
-/// Over time, where there is more of them than begin and end; by their logarithms where decades are spanned.
-void Run::draw_observables(const Series& series) {
-  std::vector<plot::Panel> panels;
-  if (series.times.size() < 3) return;
-  for (std::size_t q = 0; q < series.observables.front().size(); ++q) {
-    plot::LinePanel panel;
-    panel.title = series.observables.front()[q].first;
-    panel.x_label = plot::label_of(session_->problem(), "t");
-    panel.y_label = plot::label_of(session_->problem(), panel.title);
-    plot::Curve curve{panel.title, series.times, {}};
-    for (const auto& row : series.observables) curve.y.push_back(row[q].second);
-    panel.curves.push_back(std::move(curve));
-    panel.log_y = plot::spans_decades(panel.curves);
-    panels.push_back(std::move(panel));
-  }
-  if (!panels.empty()) save_picture(job_, session_->problem().scene + "_observables", panels);
-}
-
 void Run::show_curve() {
-  if (is_one_cell()) {
-    course_.x_label = plot::label_of(session_->problem(), "t");
-    for (const plot::Curve& curve : course_.curves) {
-      course_.title += (course_.title.empty() ? "" : ", ") + curve.title;
-      plot::add_label(course_.y_label, plot::label_of(session_->problem(), curve.title));
-    }
-  }
   if (session_->axes().size() != 1 || options_.quiet || options_.json) return;
-  if (is_one_cell()) return job_.say(plot::text_plot(course_, plot::terminal_is_utf8()));
+  if (is_one_cell())
+    return job_.say(plot::text_plot(plot::panel_of_course(session_->problem(), course_), plot::terminal_is_utf8()));
   plot::LinePanel panel;
   panel.x_label = plot::label_of(session_->problem(), session_->axes()[0].name);
   const Rollout& rollout = session_->rollout();

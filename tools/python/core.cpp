@@ -334,6 +334,7 @@ void add_kinds(py::module_& module) {
   module.attr("PARAM") = DPDE_PARAM;
   module.attr("STATE") = DPDE_STATE;
   module.attr("INITIAL") = DPDE_INITIAL;
+  module.attr("OUTPUT") = DPDE_OUTPUT;
   module.attr("FIELD") = DPDE_FIELD;
   module.attr("CONTROL") = DPDE_CONTROL;
   module.attr("WEIGHTS") = DPDE_WEIGHTS;

@@ -30,7 +30,7 @@
 extern "C" {
 #endif
 
-#define DPDE_C_VERSION 3
+#define DPDE_C_VERSION 4
 
 int32_t dpde_c_version(void);
 
@@ -101,6 +101,7 @@ const char* dpde_sim_growth(const dpde_sim* sim);
 #define DPDE_WEIGHTS 5  /* names: the networks */
 #define DPDE_UNKNOWN 6  /* of the task, or an input: the value that gradients begin with; to be read alone */
 #define DPDE_GRADIENT 7 /* of the last gradient; names: the unknowns; to be read alone */
+#define DPDE_OUTPUT 9   /* with a formula, at the present time; to be read alone. Since version 4 */
 #define DPDE_SEED 8 /* with inputs: what the state at the end is multiplied by; names: the states; to be set alone */
 
 /* The index-th name, NULL behind the last; there are none of DPDE_CONTROL. */
@@ -142,8 +143,9 @@ int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* 
                      dpde_error** error);
 
 /* From now on steps and runs are recorded: the first state, that of each step whose number `every` divides, and the
- * last one. dpde_sim_record_end() writes what `dpde run --every N --out FOLDER` writes but for pictures (see
- * dpde/recorder.h), also behind an error of a run. One run: a reset is an error of what runs then. Since version 3. */
+ * last one; with every 0 (since version 4) the outputs of the scene. dpde_sim_record_end() writes what
+ * `dpde run --every N --out FOLDER` writes, pictures too since version 4 (see dpde/recorder.h), also behind an error of
+ * a run. One run: a reset is an error of what runs then. Since version 3. */
 int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_error** error);
 int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error);
 

@@ -7,7 +7,8 @@
 //   recorder.finish();
 //
 // States go to a file without a name in that folder as they come; finish() makes the others of it: SCENE.nc, on three
-// axes SCENE.xdmf, STATE.npy and STATE_over_time.npy, observables.csv. Each is whole or not there.
+// axes SCENE.xdmf, STATE.npy and STATE_over_time.npy, observables.csv, and with gnuplot the pictures SCENE and
+// SCENE_observables as .svg and .png. Each is whole or not there.
 #pragma once
 
 #include <memory>
@@ -22,9 +23,10 @@ namespace dpde {
 class Recorder {
  public:
   /// Of a simulation that compile_file() or compile_text() made, which stays where it is. Recorded are the state that
-  /// the first of the calls below begins with, that of each step whose number `every` divides, and the one at finish().
-  /// The folder is made where there is none.
-  /// @throws Error(input) for a scene of `dpde build` and for every < 1, Error(machine) when there can be no folder.
+  /// the first of the calls below begins with, that of each step whose number `every` divides, and the one at finish();
+  /// for every = 0 what the `output` lines of the scene say, as `dpde run` does without --every. The folder is made
+  /// where there is none.
+  /// @throws Error(input) for a scene of `dpde build` and for every < 0, Error(machine) when there can be no folder.
   Recorder(Simulation& simulation, const std::string& folder, int every);
   ~Recorder();
   Recorder(Recorder&&) noexcept;

@@ -42,6 +42,12 @@ model::Placement placement_of(const model::Problem& problem, const std::string& 
   return model::Placements(problem).of(field);
 }
 
+std::vector<Series> run_outputs(const model::Problem& problem) {
+  std::vector<Series> outputs;
+  for (const model::Output& output : problem.outputs) outputs.push_back({output.fields, output.every});
+  return outputs;
+}
+
 std::vector<RunAxis> run_axes(const model::Problem& problem, const std::vector<model::Axis>& axes) {
   std::vector<RunAxis> result;
   for (std::size_t a = 0; a < axes.size(); ++a) {
@@ -108,6 +114,7 @@ RunDescription describe_run(const model::Problem& problem, const std::vector<mod
   for (const model::Shown& shown : problem.shown) run.fields.push_back(field_of(problem, shown.name));
   for (const model::Quantity& quantity : problem.observables)
     run.observables.push_back({quantity.name, problem.unit_of(quantity.name)});
+  run.outputs = run_outputs(problem);
   run.params = run_params(problem);
   run.time_unit = problem.unit_of("t");
   run.is_single = problem.scheme.real == Precision::f32;

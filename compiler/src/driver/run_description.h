@@ -26,6 +26,8 @@ std::string called(const model::Problem& problem, const std::string& axis);
 /// Where a state or what is shown lies.
 model::Placement placement_of(const model::Problem& problem, const std::string& field);
 
+/// For record_plan().
+std::vector<Series> run_outputs(const model::Problem& problem);
 std::vector<RunAxis> run_axes(const model::Problem& problem, const std::vector<model::Axis>& axes);
 /// All parameters that are one number in a whole run.
 std::vector<RunNumber> run_params(const model::Problem& problem);

@@ -76,6 +76,7 @@ struct SceneTable::Storage {
   void add_step();
   void add_parts();
   void add_facts();
+  void add_outputs();
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
@@ -97,9 +98,14 @@ struct SceneTable::Storage {
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
-  std::vector<dpde_put_in> put_in;
-  std::vector<dpde_unit> units;
-  std::vector<dpde_watched> watched;
+  /// What is known of it beside what a run takes.
+  struct Facts {
+    std::vector<dpde_put_in> put_in;
+    std::vector<dpde_unit> units;
+    std::vector<dpde_watched> watched;
+    std::vector<dpde_output> outputs;
+  };
+  Facts facts;
   dpde_scene scene{};
 };
 
@@ -261,20 +267,31 @@ void SceneTable::Storage::add_parts() {
 }
 
 void SceneTable::Storage::add_facts() {
-  for (const auto& [name, in] : compiled->problem->put_in) put_in.push_back({text(name), text(in)});
-  for (const auto& [name, unit] : compiled->problem->units) units.push_back({text(name), text(unit)});
+  for (const auto& [name, in] : compiled->problem->put_in) facts.put_in.push_back({text(name), text(in)});
+  for (const auto& [name, unit] : compiled->problem->units) facts.units.push_back({text(name), text(unit)});
   for (const Watched& one : compiled->watched)
-    watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
-                       one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),
-                       one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0, one.loss});
+    facts.watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
+                             one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),
+                             one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0, one.loss});
   scene.watched = compiled->program(compiled->names.watched);
   scene.watched_step = compiled->program(compiled->names.watched_step);
-  scene.watched_count = static_cast<int32_t>(watched.size());
-  scene.watched_values = watched.data();
-  scene.put_in_count = static_cast<int32_t>(put_in.size());
-  scene.put_in = put_in.data();
-  scene.unit_count = static_cast<int32_t>(units.size());
-  scene.units = units.data();
+  scene.watched_count = static_cast<int32_t>(facts.watched.size());
+  scene.watched_values = facts.watched.data();
+  scene.put_in_count = static_cast<int32_t>(facts.put_in.size());
+  scene.put_in = facts.put_in.data();
+  scene.unit_count = static_cast<int32_t>(facts.units.size());
+  scene.units = facts.units.data();
+  add_outputs();
+}
+
+void SceneTable::Storage::add_outputs() {
+  scene.output_program = compiled->program(compiled->names.shown);
+  if (scene.output_program == nullptr) return;
+  // The program keeps one field for each, in their order.
+  auto kept = compiled->stencil.find_program(compiled->names.shown)->keeps.begin();
+  for (const model::Shown& shown : compiled->problem->shown) facts.outputs.push_back({text(shown.name), text(*kept++)});
+  scene.output_count = static_cast<int32_t>(facts.outputs.size());
+  scene.outputs = facts.outputs.data();
 }
 
 void SceneTable::Storage::fill() {

@@ -25,7 +25,7 @@ struct dpde_model {
 struct dpde_sim {
   explicit dpde_sim(dpde::host::Opened opened);
   dpde::Simulation simulation;
-  std::vector<std::string> params, states, fields, networks, unknowns, seeds;
+  std::vector<std::string> params, states, outputs, fields, networks, unknowns, seeds;
   std::string warnings_text, warnings_json;
   std::string reason;        // of the last optimisation
   bool was_stopped = false;  // by a watch, in the present call

@@ -16,6 +16,7 @@ dpde_sim::dpde_sim(dpde::host::Opened opened)
     : simulation(std::move(opened.simulation)),
       params(simulation.params()),
       states(simulation.states()),
+      outputs(simulation.outputs()),
       fields(simulation.fields()),
       networks(simulation.networks()),
       unknowns(simulation.unknowns()),
@@ -102,6 +103,7 @@ void get(dpde_sim& sim, int32_t kind, const char* name, std::span<double> to) {
     }
     case DPDE_STATE: return sim.simulation.state(name, to);
     case DPDE_INITIAL: return copy_to(name, sim.simulation.initial(name), to);
+    case DPDE_OUTPUT: return copy_to(name, sim.simulation.output(name), to);
     case DPDE_CONTROL: return copy_to(name, sim.simulation.control(name), to);
     case DPDE_WEIGHTS: return copy_to(name, sim.simulation.weights(name), to);
     case DPDE_UNKNOWN: return copy_to(name, sim.simulation.value_of(name), to);
@@ -121,6 +123,7 @@ std::size_t size_of(dpde_sim& sim, int32_t kind, const char* name) {
         refuse(fmt::format("there is no state {}; there is {}", name, fmt::join(sim.states, ", ")));
       return sim.simulation.size();
     case DPDE_SEED: return seed_of(sim, name), sim.simulation.size();
+    case DPDE_OUTPUT: return sim.simulation.output(name).size();
     case DPDE_FIELD: return sim.simulation.field_size(name);
     case DPDE_CONTROL: return sim.simulation.control(name).size();
     case DPDE_WEIGHTS: return sim.simulation.weights(name).size();
@@ -181,6 +184,7 @@ const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index) {
     case DPDE_STATE:
     case DPDE_INITIAL: names = &sim->states; break;
     case DPDE_SEED: names = sim->seeds.empty() ? nullptr : &sim->states; break;
+    case DPDE_OUTPUT: names = &sim->outputs; break;
     case DPDE_FIELD: names = &sim->fields; break;
     case DPDE_WEIGHTS: names = &sim->networks; break;
     case DPDE_UNKNOWN:

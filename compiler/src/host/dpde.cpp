@@ -17,6 +17,7 @@
 #include "files/imports.h"
 #include "host/input_task.h"
 #include "host/opened.h"
+#include "host/run_pictures.h"
 #include "host/told.h"
 #include "stability/verdict.h"
 #include "support/assert.h"
@@ -112,8 +113,9 @@ std::shared_ptr<const RunDescription> description_of(driver::Session& session, c
   for (const auto& [key, value] : options.set) origin.set.push_back(key + "=" + value);
   std::vector<std::string> states;
   for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().state_name(s));
-  return std::make_shared<const RunDescription>(
-      driver::describe_run(session.problem(), session.axes(), states, source, origin));
+  RunDescription run = driver::describe_run(session.problem(), session.axes(), states, source, origin);
+  run.draw = drawing(session.shared_compiled(), session.axes());
+  return std::make_shared<const RunDescription>(std::move(run));
 }
 
 /// The data of the task of inputs, one a state.

@@ -30,8 +30,10 @@ fs::path made_folder(const fs::path& folder) {
 }
 
 int checked_interval(int every) {
-  if (every < 1)
-    throw Error(ErrorKind::input, fmt::format("states of every {} steps cannot be recorded: take 1 or more", every));
+  if (every < 0)
+    throw Error(ErrorKind::input, fmt::format("states of every {} steps cannot be recorded: take 1 or more, or 0 for "
+                                              "the outputs of the scene",
+                                              every));
   return every;
 }
 
@@ -47,7 +49,8 @@ std::shared_ptr<const RunDescription> description_of(const Simulation& simulatio
 struct Recorded {
   Recorded(const Simulation& simulation, const RunDescription& run, const fs::path& folder, int every)
       : frames(folder / (run.scene + ".restart")),
-        record({{simulation.states(), every}}, names_of(run.observables), simulation.size(), &frames) {}
+        record(record_plan(simulation.states(), every, run.outputs), names_of(run.observables), simulation.size(),
+               &frames) {}
 
   static std::vector<std::string> names_of(const std::vector<RunNumber>& numbers) {
     std::vector<std::string> names;
@@ -63,15 +66,19 @@ struct Recorded {
 
 struct Recorder::Impl {
   Impl(Simulation& of, const fs::path& where, int interval)
-      : simulation(of), run(description_of(of)), every(checked_interval(interval)), folder(made_folder(where)) {}
+      : simulation(of), run(description_of(of)), every(checked_interval(interval)), folder(made_folder(where)) {
+    outputs = of.outputs();
+    std::ranges::sort(outputs);
+  }
 
   Recorded& recorded() {
     if (!now) now = std::make_unique<Recorded>(simulation, *run, folder, every);
     return *now;
   }
 
-  /// As it comes where it is not finite, which is said once.
-  std::vector<double> state(const std::string& name) const {
+  /// Of a state or an output now, as it comes where it is not finite, which is said once.
+  std::vector<double> present(const std::string& name) const {
+    if (std::ranges::find(outputs, name) != outputs.end()) return simulation.output(name);
     try {
       return simulation.state(name);
     } catch (const NotFinite&) {
@@ -79,33 +86,45 @@ struct Recorder::Impl {
     }
   }
 
-  void add() {
+  void add(std::size_t series) {
     RunRecord& record = recorded().record;
     std::vector<double> frame;
-    for (const std::string& name : record.series()[0].fields) {
-      const std::vector<double> values = state(name);
+    for (const std::string& name : record.series()[series].fields) {
+      const std::vector<double> values = present(name);
       frame.insert(frame.end(), values.begin(), values.end());
     }
     Observed observed;
     for (const RunNumber& number : run->observables)
       observed.emplace_back(number.name, simulation.observe(number.name));
-    record.add(0, simulation.steps_done(), simulation.time(), std::move(observed), frame);
+    record.add(series, simulation.steps_done(), simulation.time(), std::move(observed), frame);
   }
 
   void look(bool is_first_or_last) {
-    const std::vector<int>& steps = recorded().record.series()[0].steps;
+    const RunRecord& record = recorded().record;
     const int step = simulation.steps_done();
-    if (!steps.empty() && steps.back() > step)
+    if (record.reached() > step)
       throw Error(ErrorKind::input, "a record is of one run: finish it before another one begins");
-    if (recorded().record.is_due(0, step, is_first_or_last)) add();
+    for (std::size_t s = 0; s < record.series().size(); ++s) {
+      if (record.is_due(s, step, is_first_or_last)) add(s);
+    }
+  }
+  /// What comes before a run.
+  void look_at_start() { look(recorded().record.reached() < 0); }
+
+  /// Steps to the next state that is due, at most `count`.
+  int steps_to_next(int count) {
+    const int interval = recorded().record.interval();
+    return interval == 0 ? count : std::min(count, interval - simulation.steps_done() % interval);
   }
 
   /// What `advance` does with a callback at all steps that either wants. Steps of the call are counted from where it
   /// begins, steps of the record from the start of the run.
   bool watched(const ProgressCallback& progress, int interval,
                const std::function<bool(const ProgressCallback&, int)>& advance) {
-    look(recorded().record.series()[0].steps.empty());
+    look_at_start();
     interval = std::max(interval, 1);
+    const int every = recorded().record.interval();
+    if (every == 0) return advance(progress, interval);
     const int common = std::gcd(std::gcd(progress ? interval : 0, every), simulation.steps_done() % every);
     const auto call = [&](const Progress& at) {
       look(false);
@@ -123,19 +142,37 @@ struct Recorder::Impl {
     return present;
   }
 
-  std::vector<std::string> write(const RunRecord& record) const {
+  /// `is_present`: the simulation is still where the run ended.
+  std::vector<std::string> write(const RunRecord& record, bool is_present) const {
     std::vector<std::string> names;
     const auto named = [&](const std::string& name) { return folder / names.emplace_back(name); };
     const RunDescription described = description();
-    const Series& series = record.series()[0];
-    for (const std::string& field : series.fields) {
-      write_states(named(field + "_over_time.npy"), described, record, series, field);
-      write_last_state(named(field + ".npy"), described, record, field);
-    }
-    write_file_atomically(named("observables.csv"), table_of(series));
+    const Series& first = record.series()[0];
+    const auto is_known = [&](const std::string& field) { return is_present || record.last_state(field).has_value(); };
+    RunEnd end{.time = first.times.back()};
+    std::ranges::copy_if(simulation.states(), std::back_inserter(end.states), is_known);
+    std::ranges::copy_if(outputs, std::back_inserter(end.outputs), is_known);
+    end.at_end = [&](const std::string& field) {
+      const std::optional<std::vector<double>> kept = record.last_state(field);
+      return kept ? *kept : present(field);
+    };
+    end.at_start = [&](const std::string& field) {
+      for (const Series& series : record.series()) {
+        if (std::ranges::find(series.fields, field) != series.fields.end()) return record.states(series, field, 0, 1);
+      }
+      return simulation.initial(field);
+    };
+    for (const std::string& field : end.states) write_state(named(field + ".npy"), described, end.at_end(field));
+    for (const std::string& field : end.outputs) write_state(named(field + ".npy"), described, end.at_end(field));
+    for (const std::string& field : every > 0 ? first.fields : std::vector<std::string>{})
+      write_states(named(field + "_over_time.npy"), described, record, first, field);
+    if (every > 0) write_file_atomically(named("observables.csv"), table_of(first));
     write_run(named(run->scene + ".nc"), described, record);
     if (run->axes.size() == 3)
       write_file_atomically(named(run->scene + ".xdmf"), xdmf_of(run->scene + ".nc", described, record));
+    if (run->draw) {
+      for (std::string& picture : run->draw(folder, record, end)) names.push_back(std::move(picture));
+    }
     return names;
   }
 
@@ -143,6 +180,7 @@ struct Recorder::Impl {
   std::shared_ptr<const RunDescription> run;
   int every;
   fs::path folder;
+  std::vector<std::string> outputs;  // with a formula
   std::unique_ptr<Recorded> now;
 };
 
@@ -154,9 +192,9 @@ Recorder& Recorder::operator=(Recorder&&) noexcept = default;
 
 bool Recorder::step(int count) {
   Impl& impl = *impl_;
-  impl.look(impl.recorded().record.series()[0].steps.empty());
+  impl.look_at_start();
   while (count > 0) {
-    const int now = std::min(count, impl.every - impl.simulation.steps_done() % impl.every);
+    const int now = impl.steps_to_next(count);
     if (!impl.simulation.step(now)) return false;
     impl.look(false);
     count -= now;
@@ -177,13 +215,13 @@ bool Recorder::run(const ProgressCallback& progress, int every) {
 }
 
 std::vector<std::string> Recorder::finish() {
-  const std::vector<int>& steps = impl_->recorded().record.series()[0].steps;
-  const bool is_of_run = steps.empty() || steps.back() <= impl_->simulation.steps_done();  // or one was begun behind it
+  const bool is_of_run =
+      impl_->recorded().record.reached() <= impl_->simulation.steps_done();  // or one was begun behind
   if (is_of_run) impl_->look(true);
   const std::unique_ptr<Recorded> recorded = std::move(impl_->now);
   const std::string& failure = recorded->record.failure();
   if (!failure.empty()) throw Error(ErrorKind::machine, failure);
-  return impl_->write(recorded->record);
+  return impl_->write(recorded->record, is_of_run);
 }
 
 }  // namespace dpde

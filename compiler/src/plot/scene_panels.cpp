@@ -41,10 +41,10 @@ MapPanel empty_map(const model::Problem& problem, const std::string& title, cons
 }
 
 /// The plane on two axes; on three those through the middle of each, the last axis first.
-std::vector<Panel> maps_of(const driver::Session& session, const std::string& title, NamedState state) {
-  const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
+std::vector<Panel> maps_of(const SceneView& scene, const std::string& title, NamedState state) {
+  const std::vector<model::Axis> axes = model::axes_at(scene.axes, state.placement);
   if (axes.size() == 2) {
-    MapPanel panel = empty_map(session.problem(), title, axes[0], axes[1]);
+    MapPanel panel = empty_map(scene.problem, title, axes[0], axes[1]);
     panel.value_label = state.label;
     panel.values = std::move(state.values);
     return {std::move(panel)};
@@ -53,9 +53,9 @@ std::vector<Panel> maps_of(const driver::Session& session, const std::string& ti
   for (int across = 2; across >= 0; --across) {
     const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
     const model::Axis& cut = axes[std::size_t(across)];
-    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, driver::called(session.problem(), cut.name),
-                                          cut.centre(middle), behind_number(session.problem().unit_of(cut.name)));
-    MapPanel panel = empty_map(session.problem(), where, axes[std::size_t(a)], axes[std::size_t(b)]);
+    const std::string where = fmt::format("{}, {} = {:.4g}{}", title, driver::called(scene.problem, cut.name),
+                                          cut.centre(middle), behind_number(scene.problem.unit_of(cut.name)));
+    MapPanel panel = empty_map(scene.problem, where, axes[std::size_t(a)], axes[std::size_t(b)]);
     panel.value_label = state.label;
     panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
     panels.push_back(std::move(panel));
@@ -82,34 +82,34 @@ std::string time_text(const model::Problem& problem, double t) {
   return fmt::format("t = {:.6g}{}", t, behind_number(problem.unit_of("t")));
 }
 
-Curve curve_of(const driver::Session& session, const NamedState& state) {
-  const model::Axis axis = model::axes_at(session.axes(), state.placement)[0];
+Curve curve_of(const SceneView& scene, const NamedState& state) {
+  const model::Axis axis = model::axes_at(scene.axes, state.placement)[0];
   return curve_of(state.title, state.values, [&](std::size_t i) { return axis.centre(static_cast<int>(i)); });
 }
 
-void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state) {
-  if (session.axes().size() > 1) {
+void add_state(std::vector<Panel>& panels, const SceneView& scene, const std::string& title, NamedState state) {
+  if (scene.axes.size() > 1) {
     const std::string of_map = title.empty() ? state.title : state.title + ", " + title;
-    for (Panel& panel : maps_of(session, of_map, std::move(state))) panels.push_back(std::move(panel));
+    for (Panel& panel : maps_of(scene, of_map, std::move(state))) panels.push_back(std::move(panel));
     return;
   }
   if (panels.empty()) {
     LinePanel panel;
     panel.title = title;
-    panel.x_label = label_of(session.problem(), session.axes()[0].name);
+    panel.x_label = label_of(scene.problem, scene.axes[0].name);
     panels.push_back(std::move(panel));
   }
   LinePanel& panel = std::get<LinePanel>(panels.back());
   add_label(panel.y_label, state.label);
-  panel.curves.push_back(curve_of(session, state));
+  panel.curves.push_back(curve_of(scene, state));
 }
 
-std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states) {
+std::vector<Panel> panels_of(const SceneView& scene, const std::string& title, std::vector<NamedState> states) {
   const std::size_t count = states.size();
   std::vector<Panel> panels;
-  for (NamedState& state : states) add_state(panels, session, title, std::move(state));
+  for (NamedState& state : states) add_state(panels, scene, title, std::move(state));
   share_range(panels);
-  if (session.axes().size() < 3 || count < 2) return panels;
+  if (scene.axes.size() < 3 || count < 2) return panels;
   std::vector<Panel> side_by_side;  // the same plane of all states
   for (std::size_t plane = 0; plane < panels.size() / count; ++plane) {
     for (std::size_t s = 0; s < count; ++s)

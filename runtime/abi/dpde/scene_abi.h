@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 14
+#define DPDE_SCENE_VERSION 15
 
 typedef struct dpde_axis {
   const char* name;
@@ -143,6 +143,12 @@ typedef struct dpde_unit {
   const char* unit;
 } dpde_unit;
 
+/* What is recorded beside states: an output with a formula. */
+typedef struct dpde_output {
+  const char* name;
+  const char* field; /* that the program of outputs keeps */
+} dpde_output;
+
 typedef struct dpde_scene {
   int32_t version; /* DPDE_SCENE_VERSION */
   const char* name;
@@ -185,6 +191,9 @@ typedef struct dpde_scene {
   const dpde_program* coefficient_adjoint; /* as initial_adjoint */
   const dpde_program* start;               /* keeps the unknown fields with DPDE_START_FORMULA */
   const dpde_program* observe;             /* sums named as the observables are */
+  const dpde_program* output_program;      /* null: no output has a formula */
+  int32_t output_count;
+  const dpde_output* outputs; /* with a formula */
   int32_t datum_count;
   const dpde_datum* data;
   int32_t loss_count;

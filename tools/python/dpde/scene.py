@@ -85,6 +85,7 @@ class Scene:
         self.lock = threading.Lock()
         self.params = core.names(_core.PARAM)
         self.states = core.names(_core.STATE)
+        self.outputs = core.names(_core.OUTPUT)
         self.unknowns = core.names(_core.UNKNOWN)
         self.networks = core.names(_core.WEIGHTS)
         self.has_seeds = bool(core.names(_core.SEED))
@@ -227,6 +228,10 @@ class Scene:
     def observe(self, name):
         return self._core.observe(name)
 
+    def output(self, name, out=None):
+        """An output of the scene with a formula (`outputs`: their names) now, in a new array or in `out`."""
+        return self._field(_core.OUTPUT, name, out)
+
     # Runs
 
     @property
@@ -274,9 +279,10 @@ class Scene:
 
     @contextlib.contextmanager
     def record(self, folder, every=1):
-        """`with scene.record("results", every=10): scene.run()` writes what `dpde run --every 10 --out results` does, but
-        for pictures: SCENE.nc, STATE.npy, STATE_over_time.npy, observables.csv. It takes the memory of one state. Where
-        the run ends by an error, the files hold what was recorded until then. One run: a second one is an InputError."""
+        """`with scene.record("results", every=10): scene.run()` writes what `dpde run --every 10 --out results` does:
+        SCENE.nc, STATE.npy, STATE_over_time.npy, observables.csv, and with gnuplot SCENE.svg and .png. every=0 records
+        the outputs of the scene. It takes the memory of one state. Where the run ends by an error, the files hold what
+        was recorded until then. One run: a second one is an InputError."""
         self._core.record(os.fspath(folder), every)
         try:
             yield

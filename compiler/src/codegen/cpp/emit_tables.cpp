@@ -283,13 +283,17 @@ std::string axis(const dpde_axis& a, Tables& tables) {
   return fmt::format("{{{}, {}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic, centres);
 }
 
+/// What it computes, and the fields of the last of these that are outputs.
 std::string programs_of(const dpde_scene& s, Tables& tables) {
+  const auto output = [](const dpde_output& o) { return fmt::format("{{{}, {}}}", quoted(o.name), quoted(o.field)); };
   std::string programs;
-  for (const dpde_program* p : {s.program, s.adjoint, s.total_adjoint, s.keeping_step, s.kept_adjoint, s.initial,
-                                s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
+  for (const dpde_program* p :
+       {s.program, s.adjoint, s.total_adjoint, s.keeping_step, s.kept_adjoint, s.initial, s.initial_adjoint,
+        s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe, s.output_program}) {
     programs += tables.program(p) + ", ";
   }
-  return programs;
+  const std::string outputs = tables.array("dpde_output", "outputs", texts(s.outputs, s.output_count, output));
+  return fmt::format("{}{}, {},", programs, s.output_count, outputs);
 }
 
 /// A list a network, where the scene gives them.

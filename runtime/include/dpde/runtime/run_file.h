@@ -39,15 +39,25 @@ struct RunNumber {
   std::string name, unit;
   double value = 0;  // of a parameter
 };
+/// What the pictures of a run show beside its record.
+struct RunEnd {
+  double time = 0;
+  std::vector<std::string> states, outputs;  // outputs: those with a formula
+  std::function<std::vector<double>(const std::string&)> at_end, at_start;
+};
 struct RunDescription {
   std::string scene;
   std::vector<RunAxis> axes;
   std::vector<RunField> fields;
+  std::vector<Series> outputs;  // what the scene says is recorded; none: all states at begin and end
   std::vector<RunNumber> observables, params;
   std::string time_unit;
   bool is_single = false;       // floats
   NetcdfAttributes attributes;  // what it takes to make the run again
   std::set<std::string> names;  // that are taken
+  /// Draws the run's pictures in that folder, where whoever describes it can draw: the names of their files.
+  /// @throws Error(machine)
+  std::function<std::vector<std::string>(const std::filesystem::path&, const RunRecord&, const RunEnd&)> draw = nullptr;
 };
 
 /// Names no variable of the user has.
@@ -76,9 +86,8 @@ std::string xdmf_of(const std::string& file, const RunDescription& run, const Ru
 /// All states of a field as .npy. @throws Error(machine), of which no file is left.
 void write_states(const std::filesystem::path& path, const RunDescription& run, const RunRecord& record,
                   const Series& series, const std::string& field);
-/// The last state of a field as .npy.
-void write_last_state(const std::filesystem::path& path, const RunDescription& run, const RunRecord& record,
-                      const std::string& field);
+/// One state of a field as .npy. @throws as write_states()
+void write_state(const std::filesystem::path& path, const RunDescription& run, const std::vector<double>& values);
 /// Steps, times and observables, with commas between.
 std::string table_of(const Series& series);
 

@@ -30,6 +30,9 @@ struct Series {
   std::vector<std::int64_t> places = {};   // of the states of these times in the file, all fields each
 };
 
+/// Every `every` steps all states; 0: the outputs that a scene names, else the first and the last state of all.
+std::vector<Series> record_plan(const std::vector<std::string>& states, int every, std::vector<Series> outputs);
+
 class RunRecord {
  public:
   /// `cells`: values of a field. States are not kept where there is no file for them.
@@ -50,6 +53,8 @@ class RunRecord {
   void drop_last(std::size_t series);
 
   const std::vector<Series>& series() const { return series_; }
+  /// The last step of which something is recorded; -1: none.
+  int reached() const;
   /// Of a field of a series: `count` states from `first`, one after the other. @throws Error(machine)
   std::vector<double> states(const Series& series, const std::string& field, std::int64_t first,
                              std::int64_t count) const;

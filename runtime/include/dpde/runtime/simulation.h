@@ -109,6 +109,9 @@ class Simulation {
   std::vector<double> initial(std::string_view name);
   /// An observable of the scene, at the present state.
   double observe(std::string_view name);
+  /// An output of the scene that has a formula, at the present state: size() values. outputs(): their names.
+  std::vector<double> output(std::string_view name);
+  std::vector<std::string> outputs() const;
 
   /// Time begins here in place of the scene's begin: that of the initial state, for formulas too. reset() follows.
   /// Controls stay with the numbers of the steps.
