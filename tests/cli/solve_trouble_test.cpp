@@ -238,6 +238,33 @@ TEST_F(SolveTrouble, LeastSquaresHaveNoGradient) {
   EXPECT_NE(dpde("gradient s.dpde t --no-certify").err.find("least squares"), std::string::npos);
 }
 
+/// lap(psi) - k*psi is singular for k = 0 alone: of a right side with a mean psi grows like 1/k there. Those that have
+/// none are solved as beside it.
+TEST_F(SolveTrouble, WhereAnOperatorIsSingularForOneValueItsDerivativeIsSaidToBeNone) {
+  const auto text = [](const std::string& equation, const std::string& right) {
+    return "model m { field u; param k\n  solve " + equation +
+           " = u for psi\n  dt(u) = 0*psi }\nscene s : m {\n"
+           "  grid x = 0 .. 1, cells 12, periodic\n  k = 0\n  initial u = " +
+           right +
+           "\n  time 0 .. 0.1, step 0.05\n}\n"
+           "task t : s { unknown k; minimise mean(psi^2) }\n";
+  };
+  const std::string told = "by those in it psi and the loss have no derivative";
+  struct Row {
+    std::string equation, right;
+    bool is_warned, is_told;
+  };
+  for (const auto& [equation, right, is_warned, is_told] :
+       std::vector<Row>{{"lap(psi) - k*psi", "sin(2*pi*x) + 0.3", true, true},
+                        {"lap(psi) - k*psi", "sin(2*pi*x)", false, false},
+                        {"div((1 + k)*grad(psi))", "sin(2*pi*x) + 0.3", true, false}}) {
+    write("s.dpde", text(equation, right));
+    const Outcome gradient = dpde("gradient s.dpde t --no-certify");
+    EXPECT_EQ(gradient.err.find("W0810") != std::string::npos, is_warned) << equation << gradient.err;
+    EXPECT_EQ(gradient.err.find(told) != std::string::npos, is_told) << equation << gradient.err;
+  }
+}
+
 /// A system that is singular on the few cells of a check, by a conductivity of two signs, and not on the scene's.
 TEST_F(SolveTrouble, OfAFewCellsIsNotTheScenes) {
   write("s.dpde",

@@ -158,9 +158,16 @@ void report_solves(const model::Problem& problem, const std::vector<SolveReport>
     if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
     const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
     if (!(note.incompatible > rounding) || is_constraint) continue;
-    sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.incompatible)},
-                "what no field can make, as the mean of a Laplacian between walls without values, is left out: take it "
-                "off the right side yourself, or give the field a value at a wall");
+    std::string help =
+        "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left out: "
+        "take "
+        "it off the right side yourself, or give the field a value at a wall";
+    if (note.is_regular_beside && problem.task)
+      help += fmt::format(
+          "; the operator is singular for these coefficients and parameters, and need not be for others: "
+          "by those in it {} and the loss have no derivative here",
+          solve.field);
+    sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.incompatible)}, help);
   }
 }
 

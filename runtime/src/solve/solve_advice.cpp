@@ -66,8 +66,8 @@ static std::string advice_without_network(const std::shared_ptr<const GridOperat
 std::string advice_on(const std::shared_ptr<const GridOperator>& a, const SolveOptions& options,
                       std::span<const double> right, const SolveReport& failed) {
   if (failed.is_singular)
-    return "what no field can make, as the mean of a Laplacian between walls without values, is to be taken off the "
-           "right side; or give the field a value at a wall";
+    return "what no field can make, as the mean of a Laplacian on rings or between walls without values, is to be "
+           "taken off the right side; or give the field a value at a wall";
   if (a->size() > most_cells_tried) return {};
   if (options.preconditioning == Preconditioning::network) return advice_without_network(a, options, right, failed);
   const std::vector<std::string> others = others_that_solve(a, options, right, failed.method);

@@ -18,6 +18,7 @@ struct SolveNote {
   double residual = 0;                 // the largest |A*x - b|/|b|
   double tolerance = 0;                // to which the solver of that one had to come
   double incompatible = 0;             // the largest part of b that no x reaches, over |b|
+  bool is_regular_beside = false;      // with other values of what A is made of x may reach that part
   double of_least_squares = 0;         // that of solutions whose derivative is not known, more than rounding
   int64_t missed = 0;                  // solves that did not come to the tolerance and were to be a warning
   /// Of the one of those that left most: what to write instead, found out when it is asked for by trying methods on its
