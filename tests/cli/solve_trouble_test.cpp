@@ -90,6 +90,9 @@ TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
   EXPECT_EQ(by_cg.status, 0) << by_cg.err;
   const Outcome few = dpde("run s.dpde --set 'solve=cg(1e-6, 12)'");
   EXPECT_NE(few.err.find("are enough: solve = cg(1e-06, "), std::string::npos) << few.err;
+  const Outcome check = dpde("check s.dpde s --json");  // as the run will say it
+  EXPECT_EQ(check.status, run.status);
+  EXPECT_EQ(check.codes().back(), "E0814") << check.err;
 }
 
 TEST_F(SolveTrouble, GradientsOfLooseSolvesSayWhoMeasuresThem) {

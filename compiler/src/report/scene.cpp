@@ -212,9 +212,18 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   return text;
 }
 
+/// As the run, whose first step it is, will say it.
+void report_first_step(const Unsolved& error, const driver::Session& session, DiagnosticSink& sink) {
+  UnsolvedFacts facts = error.facts();
+  facts.t = NAN;
+  Unsolved of_run(std::move(facts));
+  of_run.set_place(1, session.steps(), session.problem().t_begin);
+  driver::report_error(of_run, sink, driver::place_of_solve(session.compiled(), error.solve_for()));
+}
+
 /// By one step from where the scene begins: the operators are known then. On a large grid that would take what a run
 /// takes, and one with longer cells shows the same methods.
-Report first_solves_report(driver::Session* session, const SourceFile& source) {
+Report first_solves_report(driver::Session* session, const SourceFile& source, DiagnosticSink& sink) {
   Report report;
   if (session == nullptr || model::solves_of(session->problem()).empty()) return report;
   const stability::CoarseGrid grid = stability::grid_of_solutions(*session);
@@ -229,7 +238,8 @@ Report first_solves_report(driver::Session* session, const SourceFile& source) {
       return report;
     }
     report.say(fmt::format("by a step on {}:\n", grid.text()));
-    report.append(first_solves_report(coarse.get(), source));
+    report.append(first_solves_report(coarse.get(), source, silent));
+    for (const Diagnostic& diagnostic : silent.all()) report.say(fmt::format("solves: {}\n", diagnostic.message));
     if (report.json.contains("solves")) report.json["solves_cells"] = grid.cells();
     return report;
   }
@@ -241,8 +251,7 @@ Report first_solves_report(driver::Session* session, const SourceFile& source) {
   try {
     one.run();
   } catch (const Unsolved& error) {
-    const std::string hint = error.hint();
-    report.say(fmt::format("solves: {}{}\n", error.what(), hint.empty() ? "" : "; " + hint));
+    report_first_step(error, *session, sink);
     return report;
   } catch (const Error& error) {
     report.say(fmt::format("solves: {}\n", error.what()));
@@ -277,7 +286,7 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   report.say(flux_form_text(velocities));
   report.append(step_report(scene, options, sink));
   if (problem.task) report.say(stability_of_start_text(*problem.task, scene.session.get(), result));
-  report.append(first_solves_report(scene.session.get(), scene.source));
+  report.append(first_solves_report(scene.session.get(), scene.source, sink));
   const Report unused = unused_report(compiled, scene.source, scene.session.get());
   scene.session.reset();
   report.append(networks_report(problem));
