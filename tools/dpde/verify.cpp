@@ -119,13 +119,21 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
 std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
-  const std::string jumps = !compiled.jumps_left_out.empty() ? "for jumps (W0609)"
-                            : certificate.is_jump_of_scheme  ? "for jumps at the bounds of maccormack"
-                                                             : "";
-  if (certificate.untested.empty()) return jumps.empty() ? "certified" : "certified but " + jumps;
-  const std::string names = fmt::format("{}", fmt::join(certificate.untested, ", "));
-  return fmt::format("by {0} the derivative is 0, or below rounding, and was not tested: {1}\ncertified but for {0}{2}",
-                     names, analysis::causes_of_zero(compiled), jumps.empty() ? "" : " and " + jumps);
+  std::string text;
+  std::vector<std::string> exceptions;
+  if (!certificate.untested.empty()) {
+    exceptions.push_back(fmt::format("{}", fmt::join(certificate.untested, ", ")));
+    text = fmt::format("by {} the derivative is 0, or below rounding, and was not tested: {}\n", exceptions.back(),
+                       analysis::causes_of_zero(compiled));
+  }
+  if (!compiled.jumps_left_out.empty()) {
+    exceptions.emplace_back("jumps (W0609)");
+  } else if (certificate.is_jump_of_scheme) {
+    exceptions.emplace_back("jumps at the bounds of maccormack");
+  }
+  if (certificate.second && !certificate.second->passed()) exceptions.emplace_back("the Hessian");
+  if (exceptions.empty()) return "certified";
+  return fmt::format("{}certified but for {}", text, fmt::join(exceptions, " and for "));
 }
 
 /// Of a task that learns from trajectories.
