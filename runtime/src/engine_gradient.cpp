@@ -35,9 +35,9 @@ void refuse_least_squares(const Rollout& rollout) {
       {.text =
            fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out "
                        "of its reach: what is solved in the sense of least squares has no gradient",
-                       note->unknown, note->of_least_squares),
+                       note->unknown, note->out_of_reach.of_least_squares),
        .method = note->method,
-       .residual = note->of_least_squares,
+       .residual = note->out_of_reach.of_least_squares,
        .advice = [unknown = note->unknown] {
          return fmt::format("take what cannot be reached off the right side, or give {} a value at a wall", unknown);
        }});

@@ -353,12 +353,12 @@ void FieldSolve::note(const SolveReport& report) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;
   }
-  note_->incompatible = std::max(note_->incompatible, report.incompatible);
+  note_->out_of_reach.part = std::max(note_->out_of_reach.part, report.incompatible);
   const bool varies = solve_.coefficient_count > 0 || solve_.param_count > 0;
-  if (report.incompatible > 0) note_->is_regular_beside = varies && solve_.takes_constants_to_zero == 0;
+  if (report.incompatible > 0) note_->out_of_reach.is_regular_beside = varies && solve_.takes_constants_to_zero == 0;
   const double by_rounding = rounding_of(layout_) > 1e-12 ? 1e-3 : 1e-6;
   if (report.is_least_squares && report.incompatible > by_rounding)
-    note_->of_least_squares = std::max(note_->of_least_squares, report.incompatible);
+    note_->out_of_reach.of_least_squares = std::max(note_->out_of_reach.of_least_squares, report.incompatible);
   if (is_missed) ++note_->missed;
 }
 

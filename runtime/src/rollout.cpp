@@ -269,7 +269,8 @@ std::deque<SolveNote> Rollout::solve_notes() const {
 const SolveNote* Rollout::without_derivative() const {
   const auto find = [](BoundProgram& program) -> const SolveNote* {
     const std::deque<SolveNote>& notes = program.executor.solve_notes();
-    const auto found = std::ranges::find_if(notes, [](const SolveNote& note) { return note.of_least_squares > 0; });
+    const auto found =
+        std::ranges::find_if(notes, [](const SolveNote& note) { return note.out_of_reach.of_least_squares > 0; });
     return found == notes.end() ? nullptr : &*found;
   };
   if (const SolveNote* found = find(impl_->stepper.program())) return found;
@@ -322,9 +323,9 @@ void Rollout::set_control(std::string_view name, int every, std::span<const doub
 
 RunResult Rollout::run(const Observer& observer, int first) { return impl_->run(observer, first); }
 const std::vector<void*>& Rollout::final_states() const { return impl_->forward.final_states(); }
-void Rollout::restart() {
+void Rollout::restart(int step) {
   impl_->update_weights();
-  impl_->forward.restart();
+  impl_->forward.restart(step);
 }
 RunResult Rollout::advance(int steps) {
   const FloatScope without_subnormals;

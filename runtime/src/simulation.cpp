@@ -173,6 +173,31 @@ void Simulation::Impl::begin_stepping() {
   reached = looked_at = 0;
 }
 
+Reached Simulation::Impl::present_state() {
+  begin_stepping();
+  Reached result{reached, {}, engine.stepper().controller()};
+  for (void* state : engine.stepper().present())
+    copy_out(engine.workspace().layout(), state, result.states.emplace_back(engine.workspace().cell_count()));
+  return result;
+}
+
+void Simulation::Impl::go_on_from(const Reached& from) {
+  const std::size_t cells = engine.workspace().cell_count();
+  const bool fits = from.step >= 0 && from.states.size() == engine.states().size() &&
+                    std::ranges::all_of(from.states, [&](const auto& state) { return state.size() == cells; });
+  if (!fits)
+    throw Error(ErrorKind::input, fmt::format("scene {} goes on from {} states of {} values", engine.scene().name,
+                                              engine.states().size(), cells));
+  has_begun = false;
+  begin_stepping();
+  Rollout& stepper = engine.stepper();
+  stepper.restart(from.step);
+  for (std::size_t s = 0; s < from.states.size(); ++s)
+    copy_in(engine.workspace().layout(), stepper.present()[s], from.states[s]);
+  stepper.set_controller(from.controller);
+  reached = looked_at = from.step;
+}
+
 void Simulation::Impl::look_for_blow_up() {
   if (reached == looked_at) return;
   const int before = looked_at;
@@ -414,6 +439,15 @@ double Simulation::time() const { return impl_->time(); }
 double Simulation::time_step() const { return impl_->engine.scene().step; }
 int Simulation::steps_done() const { return impl_->reached; }
 std::deque<SolveNote> Simulation::solve_notes() const { return impl_->engine.stepper().solve_notes(); }
+
+Reached Simulation::reached() {
+  return impl_->explained([&] { return impl_->present_state(); });
+}
+
+void Simulation::go_on_from(const Reached& reached) {
+  const Running running(impl_->is_running);
+  impl_->explained([&] { impl_->go_on_from(reached); });
+}
 
 void Simulation::begin_at(double time) {
   impl_->engine.begin_at(time);

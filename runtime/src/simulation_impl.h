@@ -79,6 +79,8 @@ struct Simulation::Impl {
 
   // Stepping
   void begin_stepping();
+  Reached present_state();
+  void go_on_from(const Reached& reached);
   bool advance(int count, bool look);
   bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();

@@ -106,6 +106,55 @@ TEST_F(Recorded, RunsAreTheFilesOfTheCommand) {
   }
 }
 
+/// A run that was cut off behind a checkpoint, and one without a stop: states, files and pictures are the same.
+TEST_F(Recorded, RunsGoOnFromCheckpoints) {
+  file_ = write("basin.dpde", basin_text);
+  for (const auto& [scene, set] : std::vector<std::pair<std::string, Settings>>{
+           {"slopes", {}}, {"line", {{"tolerance", "1e-6"}, {"time", "dopri5"}}}}) {
+    fs::remove_all(folder("host"));
+    fs::remove_all(folder("command"));
+    Simulation whole = compile_file(file_, {.name = scene, .set = set});
+    Recorder of_whole(whole, folder("command"), 7);
+    EXPECT_FALSE(of_whole.resume());
+    ASSERT_TRUE(of_whole.run());
+    {
+      Simulation first = compile_file(file_, {.name = scene, .set = set});
+      Recorder recorder(first, folder("host"), 7);
+      recorder.checkpoint_every(10);
+      EXPECT_FALSE(recorder.run([](const Progress& at) { return at.step < 24; }, 1));
+    }
+    Simulation second = compile_file(file_, {.name = scene, .set = set});
+    Recorder recorder(second, folder("host"), 7);
+    ASSERT_TRUE(recorder.resume());
+    EXPECT_EQ(second.steps_done(), 20);
+    ASSERT_TRUE(recorder.run());
+    EXPECT_EQ(second.state("u"), whole.state("u"));
+    std::vector<std::string> names = recorder.finish();
+    of_whole.finish();
+    for (const std::string& name : names)
+      EXPECT_EQ(content(folder("host/" + name)), content(folder("command/" + name))) << name;
+    EXPECT_THROW(recorder.checkpoint_every(-1), Error);
+
+    Simulation other = compile_file(file_, {.name = scene, .set = set});
+    other.set("k", 0.3);
+    Recorder of_other(other, folder("host"), 7);
+    try {
+      of_other.resume();
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("set of parameters"), std::string::npos) << error.what();
+    }
+    Simulation moved = compile_file(file_, {.name = scene, .set = set});
+    moved.set_initial("u", std::vector<double>(moved.size(), 1.0));
+    Recorder of_moved(moved, folder("host"), 7);
+    EXPECT_THROW(of_moved.resume(), Error);
+    ASSERT_TRUE(moved.step());
+    Recorder late(moved, folder("host"), 7);
+    ASSERT_TRUE(late.step());
+    EXPECT_THROW(late.resume(), Error);
+  }
+}
+
 /// Of a cosine, on the upper faces of the cells: the difference of its neighbours is -2*sin(pi*h)/h*sin(2*pi*x).
 TEST_F(Recorded, OutputsAreThoseOfThePresentState) {
   file_ = write("basin.dpde", basin_text);

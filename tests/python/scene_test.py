@@ -303,6 +303,19 @@ class Records(unittest.TestCase):
             self.assertEqual((self.path / "p" / name).read_bytes(), (self.path / "c" / name).read_bytes(), name)
         self.assertEqual(np.load(self.path / "p" / "u_over_time.npy").shape, (4, 16))
 
+    def test_a_run_goes_on_from_a_checkpoint(self):
+        whole, first, second = (dpde.compile(rod).scene("rod") for _ in range(3))
+        whole.run_to()
+        with first.record(self.path, every=2, checkpoint_every=3, resume=True) as is_resumed:
+            self.assertFalse(is_resumed)
+            first.run_to(0.5)
+        with second.record(self.path, every=2, resume=True) as is_resumed:
+            self.assertTrue(is_resumed)
+            self.assertEqual(second.steps_done, 3)
+            second.run_to()
+        np.testing.assert_array_equal(second.state("u"), whole.state("u"))
+        self.assertEqual(np.load(self.path / "u_over_time.npy").shape, (5, 16))
+
     def test_what_ends_early_is_recorded_until_then(self):
         scene = dpde.compile(Growth.text).scene("rod")
         with self.assertRaises(dpde.NotFiniteError):

@@ -198,6 +198,14 @@ class Sim {
   void record(const char* folder, int every) {
     quick([&](dpde_error** error) { return dpde_sim_record(sim_.get(), folder, every, error); });
   }
+  void record_checkpoints(int steps) {
+    quick([&](dpde_error** error) { return dpde_sim_record_checkpoints(sim_.get(), steps, error); });
+  }
+  bool record_resume() {
+    int32_t found = 0;
+    quick([&](dpde_error** error) { return dpde_sim_record_resume(sim_.get(), &found, error); });
+    return found != 0;
+  }
   void end_record() {
     quick([&](dpde_error** error) { return dpde_sim_record_end(sim_.get(), error); });
   }
@@ -388,6 +396,8 @@ PYBIND11_MODULE(_core, module) {
       .def("step", &Sim::step)
       .def("run", &Sim::run)
       .def("record", &Sim::record)
+      .def("record_checkpoints", &Sim::record_checkpoints)
+      .def("record_resume", &Sim::record_resume)
       .def("end_record", &Sim::end_record)
       .def("loss", &Sim::loss)
       .def("gradient", &Sim::gradient)

@@ -148,6 +148,11 @@ int32_t dpde_sim_run(dpde_sim* sim, double until, dpde_progress progress, void* 
  * a run. One run: a reset is an error of what runs then. Since version 3. */
 int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_error** error);
 int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error);
+/* While it is recorded: a checkpoint in the folder behind each step whose number `steps` divides, 0: none; and, before
+ * anything runs, *found = 1 where there is one of the same run, at which the simulation stands then. Since version 4.
+ */
+int32_t dpde_sim_record_checkpoints(dpde_sim* sim, int32_t steps, dpde_error** error);
+int32_t dpde_sim_record_resume(dpde_sim* sim, int32_t* found, dpde_error** error);
 
 /* With a task or inputs. They start from the initial state and leave the present one as it is. */
 int32_t dpde_sim_loss(dpde_sim* sim, double* loss, dpde_error** error);

@@ -37,6 +37,17 @@ class Recorder {
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
+  /// Writes FOLDER/SCENE.restart, and SCENE.frames with the recorded states: what resume() goes on from, in a process
+  /// that may follow a kill. Each is whole or not there. @throws Error(machine)
+  void checkpoint();
+  /// The same behind each step whose number `steps` divides; 0: none.
+  void checkpoint_every(int steps);
+  /// Where the folder has a checkpoint of the same scene, settings and start, simulation and record stand where it was
+  /// written, and steps give the same bits as without a stop; false: there is none. Before anything is recorded. What
+  /// set_field() and set_control() gave is the host's to give again.
+  /// @throws Error(input) for one that is damaged or of another run, which it names.
+  bool resume();
+
   /// Records the present state too and writes the files, also after an error of a run: the names of what it wrote. A
   /// run behind it is recorded anew. @throws Error(machine) where a file, or the states on their way, could not be
   /// written.

@@ -82,21 +82,32 @@ std::string step_text(const model::Problem& problem) {
 
 }  // namespace
 
+void add_params(RunIdentity& identity, std::string params) {
+  // Before the programs, of which fixed ones are a part.
+  const auto programs = std::ranges::find(identity, "back end", &RunIdentity::value_type::first);
+  identity.insert(programs, {"set of parameters", std::move(params)});
+}
+
 RunIdentity identity_of(Session& session) {
-  const model::Problem& problem = session.problem();
+  RunIdentity identity = identity_of(session.compiled());
+  add_params(identity, params_text(session.problem()));
+  identity.emplace_back("start", fmt::format("hash {:016x}", hash_of_fields(session)));
+  return identity;
+}
+
+RunIdentity identity_of(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
   std::string scheme = model::print(problem.scheme);
   while (scheme.ends_with('\n')) scheme.pop_back();
-  const auto& backend = session.compiled().options.backend;
-  stencil::Module programs = session.compiled().stencil;
+  const auto& backend = compiled.options.backend;
+  stencil::Module programs = compiled.stencil;
   programs.loops.clear();  // they hold the number of steps, which may grow
   return {{"scene", problem.scene},
           {"grid", grid_text(problem)},
           {"step", step_text(problem)},
           {"scheme", scheme},
-          {"set of parameters", params_text(problem)},
           {"back end", backend ? name_of(*backend) : ""},
-          {"model", fmt::format("hash {:016x}", hash_of(print(programs)))},
-          {"start", fmt::format("hash {:016x}", hash_of_fields(session))}};
+          {"model", fmt::format("hash {:016x}", hash_of(print(programs)))}};
 }
 
 std::string sealed(std::string content) {

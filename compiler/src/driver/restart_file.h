@@ -20,6 +20,9 @@ namespace dpde::driver {
 /// What has to be the same for a run to go on to the same end: by name ("grid", "step"), in the order of their weight.
 using RunIdentity = std::vector<std::pair<std::string, std::string>>;
 RunIdentity identity_of(Session& session);
+/// The same but for parameters and the start, which hosts set; and with parameters.
+RunIdentity identity_of(const Compiled& compiled);
+void add_params(RunIdentity& identity, std::string params);
 
 struct Restart {
   RunIdentity identity;

@@ -133,6 +133,11 @@ std::size_t size_of(dpde_sim& sim, int32_t kind, const char* name) {
   }
 }
 
+Recorder& recorder_of(dpde_sim& sim) {
+  if (!sim.recorder) refuse("the simulation is not recorded: dpde_sim_record() begins that");
+  return *sim.recorder;
+}
+
 void require(bool reached_end) {
   if (!reached_end) throw Stopped();
 }
@@ -295,9 +300,23 @@ int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_e
 int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error) {
   return host::guarded(error, [&] {
     host::need(sim);
-    if (!sim->recorder) host::refuse("the simulation is not recorded: dpde_sim_record() begins that");
+    host::recorder_of(*sim);
     Recorder recorder = *std::exchange(sim->recorder, std::nullopt);
     recorder.finish();
+  });
+}
+
+int32_t dpde_sim_record_checkpoints(dpde_sim* sim, int32_t steps, dpde_error** error) {
+  return host::guarded(error, [&] {
+    host::need(sim);
+    host::recorder_of(*sim).checkpoint_every(steps);
+  });
+}
+
+int32_t dpde_sim_record_resume(dpde_sim* sim, int32_t* found, dpde_error** error) {
+  return host::guarded(error, [&] {
+    host::need(sim, found);
+    *found = host::recorder_of(*sim).resume() ? 1 : 0;
   });
 }
 

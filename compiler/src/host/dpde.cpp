@@ -9,6 +9,7 @@
 
 #include "analysis/quick_certificate.h"
 #include "driver/inverse.h"
+#include "driver/restart_file.h"
 #include "driver/run_description.h"
 #include "driver/scene_table.h"
 #include "driver/session.h"
@@ -115,6 +116,7 @@ std::shared_ptr<const RunDescription> description_of(driver::Session& session, c
   for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().state_name(s));
   RunDescription run = driver::describe_run(session.problem(), session.axes(), states, source, origin);
   run.draw = drawing(session.shared_compiled(), session.axes());
+  run.identity = [compiled = session.shared_compiled()] { return driver::identity_of(*compiled); };
   return std::make_shared<const RunDescription>(std::move(run));
 }
 

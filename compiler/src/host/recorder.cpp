@@ -13,6 +13,7 @@
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/npy.h"
 #include "dpde/runtime/run_file.h"
+#include "host/run_restart.h"
 
 namespace dpde {
 
@@ -107,13 +108,27 @@ struct Recorder::Impl {
     for (std::size_t s = 0; s < record.series().size(); ++s) {
       if (record.is_due(s, step, is_first_or_last)) add(s);
     }
+    if (checkpoint_every > 0 && step > checkpointed && step % checkpoint_every == 0) checkpoint();
   }
   /// What comes before a run.
   void look_at_start() { look(recorded().record.reached() < 0); }
 
-  /// Steps to the next state that is due, at most `count`.
+  fs::path restart() const { return folder / (run->scene + ".restart"); }
+  void checkpoint() {
+    host::save_run(restart(), simulation, description(), recorded().record, recorded().frames);
+    checkpointed = simulation.steps_done();
+  }
+  bool resume() {
+    if (!host::resume_run(restart(), simulation, description(), recorded().record)) return false;
+    checkpointed = simulation.steps_done();
+    return true;
+  }
+
+  /// Between states and checkpoints that are due; 0: there are none but the first and the last.
+  int interval() { return std::gcd(recorded().record.interval(), checkpoint_every); }
+  /// Steps to the next one, at most `count`.
   int steps_to_next(int count) {
-    const int interval = recorded().record.interval();
+    const int interval = this->interval();
     return interval == 0 ? count : std::min(count, interval - simulation.steps_done() % interval);
   }
 
@@ -123,7 +138,7 @@ struct Recorder::Impl {
                const std::function<bool(const ProgressCallback&, int)>& advance) {
     look_at_start();
     interval = std::max(interval, 1);
-    const int every = recorded().record.interval();
+    const int every = this->interval();
     if (every == 0) return advance(progress, interval);
     const int common = std::gcd(std::gcd(progress ? interval : 0, every), simulation.steps_done() % every);
     const auto call = [&](const Progress& at) {
@@ -182,6 +197,8 @@ struct Recorder::Impl {
   fs::path folder;
   std::vector<std::string> outputs;  // with a formula
   std::unique_ptr<Recorded> now;
+  int checkpoint_every = 0;  // steps; 0: never
+  int checkpointed = 0;      // the step of the last one
 };
 
 Recorder::Recorder(Simulation& simulation, const std::string& folder, int every)
@@ -212,6 +229,17 @@ bool Recorder::run(const ProgressCallback& progress, int every) {
   return impl_->watched(progress, every, [&](const ProgressCallback& call, int interval) {
     return impl_->simulation.run(call, interval);
   });
+}
+
+void Recorder::checkpoint() { impl_->checkpoint(); }
+void Recorder::checkpoint_every(int steps) {
+  if (steps < 0) throw Error(ErrorKind::input, fmt::format("no checkpoint is made every {} steps", steps));
+  impl_->checkpoint_every = steps;
+}
+bool Recorder::resume() {
+  if (impl_->recorded().record.reached() >= 0)
+    throw Error(ErrorKind::input, "a record that holds states already cannot go on from others: resume first");
+  return impl_->resume();
 }
 
 std::vector<std::string> Recorder::finish() {

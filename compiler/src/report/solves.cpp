@@ -19,7 +19,7 @@ Json json_of(const std::vector<driver::SolveReport>& solves) {
                       {"cpu_s", note.seconds},
                       {"setup_s", note.setup},
                       {"guess", solve.guess},
-                      {"incompatible", json_number(note.incompatible)}});
+                      {"incompatible", json_number(note.out_of_reach.part)}});
   }
   return result;
 }

@@ -84,9 +84,9 @@ RunResult ForwardRun::run(const Observer& observer, int first, FloatMode of_host
   return finish(k);
 }
 
-void ForwardRun::restart() {
-  stepper_.control().begin(0);
-  reached_ = 0;
+void ForwardRun::restart(int step) {
+  stepper_.control().begin(step);
+  reached_ = step;
   states_.copy_first();
   final_ = states_.now();
 }

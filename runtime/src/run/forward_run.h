@@ -34,7 +34,7 @@ class ForwardRun {
   const StateBuffer& final_states() const { return final_; }
 
   // By hand
-  void restart();
+  void restart(int step);
   RunResult advance(int count);
 
  private:

@@ -278,14 +278,18 @@ class Scene:
         return self.result()
 
     @contextlib.contextmanager
-    def record(self, folder, every=1):
+    def record(self, folder, every=1, checkpoint_every=0, resume=False):
         """`with scene.record("results", every=10): scene.run()` writes what `dpde run --every 10 --out results` does:
         SCENE.nc, STATE.npy, STATE_over_time.npy, observables.csv, and with gnuplot SCENE.svg and .png. every=0 records
         the outputs of the scene. It takes the memory of one state. Where the run ends by an error, the files hold what
-        was recorded until then. One run: a second one is an InputError."""
+        was recorded until then. One run: a second one is an InputError.
+
+        checkpoint_every=500 keeps a checkpoint in the folder. With resume=True the scene stands at that checkpoint,
+        where there is one of the same run: `scene.run_to()` goes on from it to the same bits; `run()` begins anew."""
         self._core.record(os.fspath(folder), every)
         try:
-            yield
+            self._core.record_checkpoints(checkpoint_every)
+            yield self._core.record_resume() if resume else False
         finally:
             self._core.end_record()
 

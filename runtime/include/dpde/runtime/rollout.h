@@ -37,6 +37,7 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/progress.h"
+#include "dpde/runtime/reached.h"
 
 namespace dpde {
 
@@ -111,13 +112,6 @@ struct StepRecord {
     return std::span(parts).subspan(begin, ends[number] - begin);
   }
 };
-/// What decides on the next part: the length that is tried, the error of the last one, and whether one was refused
-/// since.
-struct StepController {
-  double length = 0, error = 1;
-  bool has_refused = false;
-};
-
 struct RolloutSetup {
   const dpde_program* step = nullptr;
   const dpde_program* adjoint = nullptr;  // null: forward only
@@ -345,8 +339,9 @@ class Rollout {
 
   /// Stepping by hand: restart() makes a copy of initial() the present state and advance() goes on from it, beyond the
   /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the
-  /// interior of present(). run(), loss() and gradient() lose the present state: restart() again.
-  void restart();
+  /// interior of present(). run(), loss() and gradient() lose the present state: restart() again. With `step` the
+  /// numbers of the steps begin there, in place of 0.
+  void restart(int step = 0);
   RunResult advance(int steps);
   const std::vector<void*>& present() const;
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dpde/runtime/netcdf.h"
@@ -55,6 +56,8 @@ struct RunDescription {
   bool is_single = false;       // floats
   NetcdfAttributes attributes;  // what it takes to make the run again
   std::set<std::string> names;  // that are taken
+  /// What has to be the same for a run to go on, by name, but for parameters and states.
+  std::function<std::vector<std::pair<std::string, std::string>>()> identity = nullptr;
   /// Draws the run's pictures in that folder, where whoever describes it can draw: the names of their files.
   /// @throws Error(machine)
   std::function<std::vector<std::string>(const std::filesystem::path&, const RunRecord&, const RunEnd&)> draw = nullptr;

@@ -34,6 +34,7 @@
 #include "dpde/runtime/curvature.h"
 #include "dpde/runtime/host_network.h"
 #include "dpde/runtime/progress.h"
+#include "dpde/runtime/reached.h"
 #include "dpde/runtime/simulation_options.h"
 #include "dpde/runtime/solve_note.h"
 #include "dpde/runtime/values.h"
@@ -119,6 +120,11 @@ class Simulation {
   double time() const;
   double time_step() const;
   int steps_done() const;
+  /// The present state with all that the next step hangs on but for the setting; and goes on from one of a simulation
+  /// of the same scene and setting, to the same bits. @throws Error(input) where states or values are of another
+  /// number.
+  Reached reached();
+  void go_on_from(const Reached& reached);
   /// What the solves of these steps have met, since the simulation was made.
   std::deque<SolveNote> solve_notes() const;
   void reset();

@@ -8,6 +8,13 @@
 
 namespace dpde {
 
+/// Of right sides of a singular operator.
+struct OutOfReach {
+  double part = 0;                 // the largest of b that no x reaches, over |b|
+  double of_least_squares = 0;     // that of solutions whose derivative is not known, more than rounding
+  bool is_regular_beside = false;  // with other values of what the operator is made of x may reach it
+};
+
 struct SolveNote {
   std::string unknown;                 // the field that is sought
   std::string method, reason;          // of the last one; "" before there was one
@@ -17,10 +24,8 @@ struct SolveNote {
   double seconds = 0, setup = 0;       // of a processor: in all solves, and in making solvers for changed operators
   double residual = 0;                 // the largest |A*x - b|/|b|
   double tolerance = 0;                // to which the solver of that one had to come
-  double incompatible = 0;             // the largest part of b that no x reaches, over |b|
-  bool is_regular_beside = false;      // with other values of what A is made of x may reach that part
-  double of_least_squares = 0;         // that of solutions whose derivative is not known, more than rounding
-  int64_t missed = 0;                  // solves that did not come to the tolerance and were to be a warning
+  OutOfReach out_of_reach;
+  int64_t missed = 0;  // solves that did not come to the tolerance and were to be a warning
   /// Of the one of those that left most: what to write instead, found out when it is asked for by trying methods on its
   /// system; "" where none is tried.
   std::function<std::string()> advice = {};
