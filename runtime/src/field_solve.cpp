@@ -59,6 +59,17 @@ SmootherKind smoother_of(int32_t kind) {
   }
 }
 
+SolveOptions options_of(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout) {
+  return {
+      .method = method_of(solve.method),
+      .tolerance = solve.tolerance,
+      .most_iterations = solve.most_iterations,
+      .smoother = smoother_of(solve.smoother),
+      .preconditioning = solve.network != nullptr ? Preconditioning::network : preconditioning_of(solve.preconditioner),
+      .network = solve.network == nullptr ? "" : program.networks[solve.network->network]->name,
+      .rounding = rounding_of(layout)};
+}
+
 OperatorKnowledge known_of(const dpde_solve& solve) {
   return {.is_symmetric = solve.is_symmetric != 0,
           .takes_constants_to_zero = solve.takes_constants_to_zero != 0,
@@ -79,22 +90,24 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
     : solve_(solve),
       layout_(with_three_axes(layout)),
       name_(program.fields[solve.unknowns[0]]),
-      network_(solve.network == nullptr ? "" : program.networks[solve.network->network]->name),
       coefficients_(names_of_coefficients(solve, program)),
-      periodic_(periodic_axes(solve, layout)),
+      shape_(shape_of(solve, layout)),
+      wanted_(options_of(solve, program, layout_)),
       inputs_(solve, layout),
-      probe_({layout_.cells[0], layout_.cells[1], layout_.cells[2]}, periodic_,
+      probe_({layout_.cells[0], layout_.cells[1], layout_.cells[2]}, shape_.periodic,
              {solve_.reach[0], solve_.reach[1], solve_.reach[2]}, rounding_of(layout_), name_, known_of(solve_)),
       shelf_(std::move(shelf)),
-      note_(&shelf_->add_note(name_)) {}
+      note_(&shelf_->add_note(name_)) {
+  shape_.changes = has_changing_coefficients(solve, program);
+}
 
 std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
-  const SolveMemory all = memory_of(shape_of(solve_, layout_));
+  const SolveMemory all = memory_of(shape_);
   const auto vector = static_cast<std::int64_t>(cells_of(layout_) * sizeof(double));
   const std::int64_t guesses = solve_.guess_count * vector, own = 2 * vector + guesses;
   std::string operator_key =
       fmt::format("{} {} {:g} {} {} of {}", fmt::join(solve_.reach, " "), solve_.method, solve_.tolerance,
-                  fmt::join(periodic_, " "), fmt::join(coefficients_, " "),
+                  fmt::join(shape_.periodic, " "), fmt::join(coefficients_, " "),
                   fmt::join(std::span(solve_.params, static_cast<std::size_t>(solve_.param_count)), " "));
   const char* of_all = "right sides and solutions";
   return {{.owner = of_all, .kept = 2 * vector, .shared = of_all},
@@ -105,15 +118,13 @@ std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
            .shared = std::move(operator_key)}};
 }
 
-void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
-  const LinearImage image = [&](std::span<const double> values, std::span<double> made) {
-    write_cells(layout_, fields[solve_.unknowns[0]], values, shelf_->team());
-    apply();
-    read_cells(layout_, fields[solve_.images[0]], made, shelf_->team());
-  };
-  drop_solver();  // what fails leaves none that belongs to other coefficients
+/// In the memory of that of a spare solver, if nobody else has it.
+void FieldSolve::find_operator(const LinearImage& image, LinearSolver* spare) {
+  std::shared_ptr<GridOperator> found;
+  if (spare != nullptr) found = std::const_pointer_cast<GridOperator>(spare->give_operator());
+  if (found == nullptr || found.use_count() > 1) found = std::make_shared<GridOperator>();
   try {
-    operator_ = std::make_shared<GridOperator>(probe_.find(image, take_memory()));
+    *found = probe_.find(image, std::move(*found), room_of_vectors());
   } catch (const NotFinite& error) {
     throw Unsolved({.text = error.what(), .advice = [] {
                       return std::string(
@@ -122,15 +133,22 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   } catch (const Error& error) {
     throw Unsolved({.text = error.what()});
   }
-  options_ = {.method = method_of(solve_.method),
-              .tolerance = solve_.tolerance,
-              .most_iterations = solve_.most_iterations,
-              .smoother = smoother_of(solve_.smoother),
-              .preconditioning =
-                  solve_.network != nullptr ? Preconditioning::network : preconditioning_of(solve_.preconditioner),
-              .network = network_,
-              .rounding = rounding_of(layout_)};
-  if (fits(options_.method)) return;
+  operator_ = std::move(found);
+}
+
+void FieldSolve::make_solver(void* const* fields, const std::function<void()>& apply) {
+  const auto image = [&](std::span<const double> values, std::span<double> made) {
+    write_cells(layout_, fields[solve_.unknowns[0]], values, shelf_->team());
+    apply();
+    read_cells(layout_, fields[solve_.images[0]], made, shelf_->team());
+  };
+  operator_.reset();
+  drop_solver();  // what fails leaves none that belongs to other coefficients
+  std::shared_ptr<LinearSolver> spare =
+      shelf_->take_spare(wanted_, {layout_.cells[0], layout_.cells[1], layout_.cells[2]});
+  find_operator(std::ref(image), spare.get());
+  options_ = wanted_;
+  if (fits(options_.method, std::move(spare))) return;
   if (operator_->size() <= few_cells) {
     const std::string asked_for(name_of(options_.method));
     options_.method = SolverMethod::automatic;
@@ -166,24 +184,26 @@ void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
                   .advice = advice_for(report)});
 }
 
-/// Tapes name solvers by where they are, so that none may outlive its solver.
+/// Tapes name solvers by where they are, so that none may outlive its solver. If nobody else has it the next one takes
+/// its place.
 void FieldSolve::drop_solver() {
   if (solver_ != nullptr && written_to_ != nullptr) written_to_->clear();
-  solver_.reset();
+  shelf_->give_spare(std::exchange(solver_, nullptr), wanted_);
 }
 
-/// Of the matrix before, if nobody else has it.
-StencilMatrix FieldSolve::take_memory() {
-  const auto before = std::const_pointer_cast<GridOperator>(std::exchange(operator_, nullptr));
-  return before != nullptr && before.use_count() == 1 ? std::move(*before).take_matrix() : StencilMatrix{};
+/// Those of solves, which nothing is in before the right side is read. Before there are any a probe has its own, and
+/// gives them back before the solver takes its memory.
+ProbeRoom FieldSolve::room_of_vectors() const {
+  if (vectors_ == nullptr) return {};
+  return {vectors_->right, vectors_->solution};
 }
 
 /// Makes the solver; `why_not_` where the method does not fit the operator.
-bool FieldSolve::fits(SolverMethod method) {
+bool FieldSolve::fits(SolverMethod method, std::shared_ptr<LinearSolver> spare) {
   try {
     SolveOptions options = options_;
     options.method = method;
-    solver_ = shelf_->solver_of(operator_, options);
+    solver_ = shelf_->solver_of(operator_, options, std::move(spare));
     operator_ = solver_->grid_operator();
     reason_ = solver_->reason();
     return true;

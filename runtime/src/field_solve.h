@@ -2,7 +2,8 @@
 // A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
 // The rows of the operator are found by running its operations on unit vectors (solve/operator_probe.h), when it is
-// first needed and where a coefficient or parameter has changed; the solver for it is kept. A solve begins with 0
+// first needed and where a coefficient or parameter has changed; the solver for it is kept, and becomes the next one
+// in its place, so that steps whose coefficients change take no memory from the second time on. A solve begins with 0
 // or with fields of the program, so that it remembers nothing of those before. What the step has solved its adjoint
 // finds on tapes, as they are in the field: those of the same solver, of the same right side and the same guesses by a
 // hash of 64 bits.
@@ -18,6 +19,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/owned_memory.h"
+#include "dpde/runtime/solve_memory.h"
 #include "dpde/runtime/tapes.h"
 #include "solve/linear_solver.h"
 #include "solve/operator_probe.h"
@@ -61,7 +63,7 @@ class FieldSolve {
     return std::span(vectors_->guesses).first(vectors_->right.size() * static_cast<std::size_t>(solve_.guess_count));
   }
   void make_solver(void* const* fields, const std::function<void()>& apply);
-  bool fits(SolverMethod method);
+  bool fits(SolverMethod method, std::shared_ptr<LinearSolver> spare = nullptr);
   template <class Real>
   std::optional<SolveReport> solve_rows_as(void* const* fields);
   bool solve_rows(void* const* fields, bool is_counted = true);
@@ -77,21 +79,22 @@ class FieldSolve {
   SolveReport solve_again(const SolveReport& first);
   void note(const SolveReport& report);
   void check(const SolveReport& report) const;
-  StencilMatrix take_memory();
+  void find_operator(const LinearImage& image, LinearSolver* spare);
+  ProbeRoom room_of_vectors() const;
   std::function<std::string()> advice_for(const SolveReport& report) const;
   [[noreturn]] void fail(const std::string& why, const SolveReport& report) const;
 
   dpde_solve solve_{};
   dpde_layout layout_{};
-  std::string name_;     // of the unknown
-  std::string network_;  // that preconditions; "": none
+  std::string name_;  // of the unknown
   std::vector<std::string> coefficients_;
-  std::array<bool, 3> periodic_{};
+  SolveShape shape_;
+  SolveOptions wanted_;
   SolveInputs inputs_;
   std::shared_ptr<SolveVectors> vectors_;  // from the first run on
   OperatorProbe probe_;
   std::shared_ptr<const GridOperator> operator_;  // made by `probe_`, by that of another solve, or null
-  SolveOptions options_;
+  SolveOptions options_;                          // wanted_, but for the method where that does not fit
   std::string why_not_;
   std::shared_ptr<SolverShelf> shelf_;
   SolveNote* note_ = nullptr;  // on the shelf

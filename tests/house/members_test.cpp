@@ -53,7 +53,7 @@ const std::map<std::string, int> larger{
     {"runtime/src/solve/cycle_level.h CycleLevel", 24},
     {"runtime/src/solve/gmres.h Gmres", 19},
     {"runtime/src/solve/krylov.h Iterations", 18},
-    {"runtime/src/solve/linear_solver.cpp LinearSolver::Impl", 24},
+    {"runtime/src/solve/linear_solver_impl.h LinearSolver::Impl", 24},
     {"runtime/src/sweep.h Sweep", 17},
     {"runtime/src/wavefront_impl.h Wavefront::Impl", 22},
 };

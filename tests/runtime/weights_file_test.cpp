@@ -65,7 +65,7 @@ std::string zip_of(const std::string& name, const std::string& content, uint32_t
 }
 
 struct TempFolder {
-  std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "dpde_weights";
+  std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "dpde_weights";
   TempFolder() { std::filesystem::create_directories(path); }
   ~TempFolder() { std::filesystem::remove_all(path); }
 };

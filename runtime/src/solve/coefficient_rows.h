@@ -14,15 +14,17 @@ namespace dpde {
 
 class CoefficientRows {
  public:
-  CoefficientRows() = default;
-  /// `values`: of all cells, row behind row.
-  CoefficientRows(const HalfRows& rows, std::span<const double> values);
+  /// `values`: of all cells, row behind row. Memory of values before is used again.
+  void set(const HalfRows& rows, std::span<const double> values);
 
   const double* const* rows() const { return rows_.data(); }
   const double* row(std::int64_t number) const { return rows_[static_cast<std::size_t>(number)]; }
 
  private:
+  std::size_t number_rows(std::size_t length, std::span<const double> values);
+
   std::vector<const double*> rows_;
+  std::vector<std::uint32_t> number_, table_;  // of each row, among the kept ones; of rows by their hash
   Numbers kept_;
 };
 

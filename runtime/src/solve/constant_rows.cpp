@@ -120,6 +120,20 @@ ConstantRows::ConstantRows(const std::array<std::int64_t, 3>& cells, const std::
       row_(std::move(row)),
       sum_(std::accumulate(row_.begin(), row_.end(), 0.0)) {}
 
+void ConstantRows::clear(const std::array<std::int64_t, 3>& cells) {
+  cells_ = cells;
+  sides_ = {};
+  offsets_.clear();
+  row_.clear();
+  sum_ = 0;
+}
+
+void ConstantRows::add(const std::array<int, 3>& offset, double entry) {
+  offsets_.push_back(offset);
+  row_.push_back(entry);
+  sum_ += entry;
+}
+
 std::array<bool, 3> ConstantRows::periodic() const {
   std::array<bool, 3> result{};
   for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = sides_[axis] == Sides::periodic;

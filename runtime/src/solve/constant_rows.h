@@ -19,11 +19,17 @@ namespace dpde {
 
 class ConstantRows {
  public:
+  ConstantRows() = default;
   /// row[k]: the entry in the column of the cell at offsets[k]; along bounded axes offsets are shorter than the axis.
   ConstantRows(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides,
                std::vector<std::array<int, 3>> offsets, std::vector<double> row);
   /// Nothing where the rows are not alike, or differ beside walls from what images make of them.
   static std::optional<ConstantRows> of(const StencilMatrix& matrix, double rounding);
+
+  /// Periodic rows of nothing, in the memory of what they were.
+  void clear(const std::array<std::int64_t, 3>& cells);
+  void add(const std::array<int, 3>& offset, double entry);
+  void take_sides(const std::array<Sides, 3>& sides) { sides_ = sides; }
 
   const std::array<std::int64_t, 3>& cells() const { return cells_; }
   std::int64_t size() const { return cells_[0] * cells_[1] * cells_[2]; }
@@ -70,8 +76,8 @@ class ConstantRows {
   double largest_row() const;
 
  private:
-  std::array<std::int64_t, 3> cells_;
-  std::array<Sides, 3> sides_;
+  std::array<std::int64_t, 3> cells_{1, 1, 1};
+  std::array<Sides, 3> sides_{};
   std::vector<std::array<int, 3>> offsets_;
   std::vector<double> row_;
   double sum_ = 0;

@@ -9,21 +9,17 @@
 namespace dpde {
 namespace {
 
-Numbers copy_of(std::span<const double> values) {
-  Numbers result(values.size());
-  std::ranges::copy(values, result.data());
-  return result;
+/// Memory is taken where there is too little.
+void copy_into(std::span<const double> values, Numbers& to) {
+  if (to.size() != values.size()) to = Numbers(values.size());
+  std::ranges::copy(values, to.data());
 }
 
-CoefficientRows taken(const HalfRows& rows, std::vector<double>& values) {
-  return CoefficientRows(rows, std::exchange(values, {}));
-}
-
-/// Of even or odd places.
-Numbers every_second_of(std::span<const double> values, std::size_t half) {
-  Numbers result((values.size() + 1 - half) / 2);
-  for (std::size_t i = 0; i < result.size(); ++i) result[i] = values[2 * i + half];
-  return result;
+/// The same of even or odd places.
+void copy_every_second(std::span<const double> values, std::size_t half, Numbers& to) {
+  const std::size_t size = (values.size() + 1 - half) / 2;
+  if (to.size() != size) to = Numbers(size);
+  for (std::size_t i = 0; i < size; ++i) to[i] = values[2 * i + half];
 }
 
 }  // namespace
@@ -57,31 +53,18 @@ double CycleLevel::sum_of_rows(const F& f) {
   return sum_of_counted();
 }
 
-CycleLevel::CycleLevel(MultigridLevel level, bool is_symmetric, SmootherKind smoother, const Team& team)
+CycleLevel::CycleLevel(const MultigridLevel& level, SmootherKind smoother, const Team& team)
     : cells_(level.cells),
       rows_(level.cells[0], level.periodic[0]),
-      is_share_restricted_(is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; })),
-      from_(level.from),
       is_in_colours_(smoother == SmootherKind::red_black),
       is_chequered_(is_in_colours_),
-      factors_(factors_of(smoother, least_share(level))),
       kernels_(row_kernels()) {
-  const auto even = even_couplings(level);
-  share_ = taken(rows_, level.share);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    coupling_[axis] = taken(rows_, level.coupling[axis]);
     if (cells_[axis] > 1) axes_ = axis;
     if (level.periodic[axis] && cells_[axis] % 2 == 1) is_chequered_ = false;
   }
   is_outer_ring_ = level.periodic[axes_];
-  diagonal_ = CoefficientRows(rows_, level.diagonal);
-  for (double& entry : level.diagonal) entry = entry > 0 ? 1 / entry : 0;
-  inverse_ = taken(rows_, level.diagonal);
   level_ = level_rows(level.periodic);
-  if (even) {
-    level_.is_even = true;
-    std::ranges::copy(*even, level_.even);
-  }
   residual_ = Numbers(size());
   if (static_cast<std::int64_t>(cell_count()) >= least_cells_of_team) team_ = team;
   for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
@@ -91,11 +74,32 @@ CycleLevel::CycleLevel(MultigridLevel level, bool is_symmetric, SmootherKind smo
     own.lines = Numbers(own.lines_known.size() * static_cast<std::size_t>(line_stride()));
   }
   counted_ = Numbers(static_cast<std::size_t>(count_of_rows()));
+}
+
+void CycleLevel::set(MultigridLevel& level, bool is_symmetric, SmootherKind smoother, bool is_given_up) {
+  const auto take = [&](CoefficientRows& rows, std::vector<double>& values) {
+    rows.set(rows_, values);
+    if (is_given_up) values = {};
+  };
+  const auto even = even_couplings(level);
+  factors_ = factors_of(smoother, least_share(level));
+  is_share_restricted_ = is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; });
+  from_ = level.from;
+  take(share_, level.share);
+  for (std::size_t axis = 0; axis < 3; ++axis) take(coupling_[axis], level.coupling[axis]);
+  diagonal_.set(rows_, level.diagonal);
+  for (double& entry : level.diagonal) entry = entry > 0 ? 1 / entry : 0;
+  take(inverse_, level.diagonal);
+  for (std::size_t axis = 0; axis < 3; ++axis) level_.coupling[axis] = coupling_[axis].rows();
+  level_.diagonal = diagonal_.rows();
+  level_.inverse = inverse_.rows();
+  level_.is_even = even.has_value();
+  if (even) std::ranges::copy(*even, level_.even);
   for (std::size_t half : {0u, 1u}) {
-    near_[half] = every_second_of(from_[0].near_weight, half);
-    far_[half] = every_second_of(from_[0].far_weight, half);
+    copy_every_second(from_[0].near_weight, half, near_[half]);
+    copy_every_second(from_[0].far_weight, half, far_[half]);
   }
-  for (std::size_t k = 0; k < 4; ++k) restricting_[k] = copy_of(from_[0].weights[k]);
+  for (std::size_t k = 0; k < 4; ++k) copy_into(from_[0].weights[k], restricting_[k]);
 }
 
 void CycleLevel::pack_right(std::span<const double> cells, double factor, double* vector) const {
@@ -115,21 +119,18 @@ void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
   });
 }
 
-/// Memory of coefficients stays where it is when a level is moved.
+/// Without coefficients, whose memory stays where it is when a level is moved.
 LevelRows CycleLevel::level_rows(const std::array<bool, 3>& periodic) const {
   LevelRows rows{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     rows.cells[axis] = cells_[axis];
     rows.is_ring[axis] = periodic[axis];
-    rows.coupling[axis] = coupling_[axis].rows();
   }
   rows.odd = rows_.begin(1);
   rows.stride = rows_.begin(1);  // the even cells are as many, or one more
   constexpr std::int64_t apart =
       136;  // numbers; where both colours of a row fall into one place of a page, a load waits
   rows.black = rows.stride * count_of_rows() + apart;
-  rows.diagonal = diagonal_.rows();
-  rows.inverse = inverse_.rows();
   return rows;
 }
 

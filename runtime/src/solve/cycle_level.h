@@ -23,8 +23,11 @@ namespace dpde {
 
 class CycleLevel {
  public:
-  /// Gives up what `level` has, array by array.
-  CycleLevel(MultigridLevel level, bool is_symmetric, SmootherKind smoother, const Team& team);
+  CycleLevel(const MultigridLevel& level, SmootherKind smoother, const Team& team);
+  /// Its coefficients, in the memory of those before; the grid is that it was made for, as is the smoother. Where
+  /// `is_given_up`, `level` loses what it has, array by array. Of its diagonal the inverse is left else.
+  void set(MultigridLevel& level, bool is_symmetric, SmootherKind smoother, bool is_given_up);
+  const std::array<std::int64_t, 3>& cells() const { return cells_; }
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }

@@ -34,14 +34,33 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
   }
   auto [cells_left, sparse] = without_held_cells(matrix, null_space);
   free_ = std::move(cells_left);
+  places_.assign(static_cast<std::size_t>(cells), -1);
+  for (std::size_t i = 0; i < free_.size(); ++i) places_[free_[i]] = static_cast<std::int64_t>(i);
   if (free_.empty()) return;
   right_.resize(sparse.rows());
   solution_.resize(sparse.rows());
-  double size = 0;
-  for (Eigen::Index column = 0; column < sparse.cols(); ++column) size = std::max(size, sparse.col(column).norm());
   factors_.emplace(sparse);
-  if (!factors_->factor() || is_singular(size))
+  if (!factors_->factor() || is_singular(factors_->largest_column()))
     throw Error(ErrorKind::run, "the operator is singular: some right sides have no solution, others many");
+}
+
+bool DirectSolver::holds_as_before(const NullSpace& null_space) const {
+  return null_space.parts().size() == places_.size() - free_.size() &&
+         std::ranges::all_of(null_space.parts(), [&](const auto& part) { return places_[part.front()] < 0; });
+}
+
+bool DirectSolver::renew(const StencilMatrix& matrix, const NullSpace& null_space) {
+  if (is_dense_ || null_space.is_lopsided() || !holds_as_before(null_space)) return false;
+  if (free_.empty()) return true;
+  factors_->set_zero();
+  bool are_there = true;
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
+    if (places_[row] < 0 || places_[column] < 0) return;
+    double* const entry = factors_->entry(places_[row], places_[column]);
+    are_there = are_there && entry != nullptr;
+    if (entry != nullptr) *entry += value;
+  });
+  return are_there && factors_->factor() && !is_singular(factors_->largest_column());
 }
 
 void DirectSolver::solve_by_factors() {

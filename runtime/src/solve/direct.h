@@ -20,6 +20,9 @@ class DirectSolver {
   /// \throws dpde::Error where the operator is singular in another way, or lopsided and large.
   DirectSolver(const StencilMatrix& matrix, const NullSpace& null_space, double rounding);
 
+  /// Of another matrix of the same grid: whether there are factors. They keep the order of columns, which entries that
+  /// are not 0 decide; Eigen takes memory for the factors anew.
+  bool renew(const StencilMatrix& matrix, const NullSpace& null_space);
   bool is_dense() const { return is_dense_; }
   /// `b` is compatible, but for the dense inverse; of `x` the null space is still to be removed.
   void solve(std::span<const double> b, std::span<double> x);
@@ -27,12 +30,14 @@ class DirectSolver {
  private:
   /// `size`: of the largest column.
   bool is_singular(double size);
+  bool holds_as_before(const NullSpace& null_space) const;
   void solve_by_factors();
 
   std::optional<SparseFactors> factors_;  // none where all cells are held
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse_;
   bool is_dense_ = false;
-  std::vector<std::uint32_t> free_;  // cells that are not held
+  std::vector<std::uint32_t> free_;   // cells that are not held
+  std::vector<std::int64_t> places_;  // of cells among these; -1: held
   Eigen::VectorXd right_, solution_;
 };
 

@@ -29,10 +29,17 @@ double norm_of_largest_row(const StencilMatrix& matrix) {
 
 GridOperator::GridOperator(StencilMatrix matrix, std::span<const double> sums, double rounding,
                            const OperatorKnowledge& known)
-    : rows_(std::move(matrix)), is_known_symmetric_(known.is_symmetric) {
+    : rows_(std::move(matrix)) {
+  NullSpaceMemory memory;
+  set_sums(sums, rounding, known, memory);
+}
+
+void GridOperator::set_sums(std::span<const double> sums, double rounding, const OperatorKnowledge& known,
+                            NullSpaceMemory& memory) {
   auto& own = std::get<StencilMatrix>(rows_);
+  is_known_symmetric_ = known.is_symmetric;
   balance(own, sums, rounding);
-  null_space_ = NullSpace(own, sums, rounding, known);
+  null_space_.find(own, sums, rounding, known, memory);
 }
 
 GridOperator::GridOperator(StencilMatrix matrix, double rounding) : rows_(std::move(matrix)) {

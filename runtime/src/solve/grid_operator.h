@@ -17,9 +17,18 @@ namespace dpde {
 
 class GridOperator {
  public:
+  GridOperator() = default;
   /// `rounding`: relative error of the entries. Diagonals are changed so that rows have their `sums`.
   GridOperator(StencilMatrix matrix, std::span<const double> sums, double rounding,
                const OperatorKnowledge& known = {});
+  /// The same in place of what it was, in the memory of its null space. `sums`(matrix).
+  template <class F>
+  void set(StencilMatrix matrix, const F& sums, double rounding, const OperatorKnowledge& known,
+           NullSpaceMemory& memory) {
+    rows_ = std::move(matrix);
+    const auto& own = std::get<StencilMatrix>(rows_);
+    set_sums(sums(own), rounding, known, memory);
+  }
   /// Of a matrix that is all that is known.
   GridOperator(StencilMatrix matrix, double rounding);
   /// Of rows that have their sum.
@@ -57,7 +66,9 @@ class GridOperator {
   bool operator==(const GridOperator& other) const { return rows_ == other.rows_; }
 
  private:
-  std::variant<ConstantRows, StencilMatrix> rows_;
+  void set_sums(std::span<const double> sums, double rounding, const OperatorKnowledge& known, NullSpaceMemory& memory);
+
+  std::variant<StencilMatrix, ConstantRows> rows_;
   NullSpace null_space_;
   bool is_known_symmetric_ = false;
 };

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The choice of a method by what the operator is, and what is the same for all: the null space is taken out before and
 // behind, and the residual is measured.
-#include "solve/linear_solver.h"
-
 #include <fmt/format.h>
 
-#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
@@ -13,16 +10,8 @@
 #include <vector>
 
 #include "dpde/runtime/error.h"
-#include "solve/direct.h"
 #include "solve/finite.h"
-#include "solve/first_guess.h"
-#include "solve/fourier.h"
-#include "solve/gmres.h"
-#include "solve/krylov.h"
-#include "solve/line_systems.h"
-#include "solve/multigrid.h"
-#include "solve/null_space.h"
-#include "solve/tridiagonal.h"
+#include "solve/linear_solver_impl.h"
 #include "solve/vector_parts.h"
 
 namespace dpde {
@@ -46,20 +35,7 @@ Eigen::Map<Eigen::VectorXd> vector_of(std::span<double> values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
-/// Of several rooms, as obstacles make them: those whose constant the equation leaves open.
-std::string words_on_rooms(const NullSpace& null_space, std::size_t cells) {
-  std::size_t rooms = 0, covered = 0;
-  for (const auto& part : null_space.parts()) {
-    covered += part.size();
-    if (part.size() > 1) ++rooms;
-  }
-  const bool is_whole = rooms == 1 && covered == cells;
-  if (rooms == 0 || is_whole) return "";
-  return rooms == 1 ? "; one room is cut off from the rest: there the mean is 0"
-                    : fmt::format("; {} rooms are cut off from one another: the mean of each is 0", rooms);
-}
-
-std::string words_on(SmootherKind smoother) {
+const char* words_on(SmootherKind smoother) {
   switch (smoother) {
     case SmootherKind::automatic: break;
     case SmootherKind::red_black: return "smoothed by red and black cells in turns";
@@ -75,6 +51,20 @@ std::string words_on(SmootherKind smoother) {
 
 }  // namespace
 
+Rooms::Rooms(const NullSpace& null_space, std::size_t all) : cells(all) {
+  for (const auto& part : null_space.parts()) {
+    covered += part.size();
+    if (part.size() > 1) ++count;
+  }
+}
+
+std::string Rooms::words() const {
+  const bool is_whole = count == 1 && covered == cells;
+  if (count == 0 || is_whole) return "";
+  return count == 1 ? "; one room is cut off from the rest: there the mean is 0"
+                    : fmt::format("; {} rooms are cut off from one another: the mean of each is 0", count);
+}
+
 std::string_view name_of(SolverMethod method) {
   switch (method) {
     case SolverMethod::automatic: return "automatic";
@@ -89,81 +79,10 @@ std::string_view name_of(SolverMethod method) {
   return "";
 }
 
-struct LinearSolver::Impl {
-  Impl(std::shared_ptr<const GridOperator> given, SolveOptions wanted, const Team& of)
-      : options(std::move(wanted)),
-        team(of),
-        a(std::move(given)),
-        null_space(a->null_space()),
-        largest_row(a->largest_row()) {
-    if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
-    const auto size = static_cast<std::size_t>(a->size());
-    choose();
-    if (!is_packed || !null_space.is_empty()) right.assign(size, 0.0);
-    if (has_steps() && !is_packed) size_iterations(size);
-    reason += words_on_rooms(null_space, size);
-  }
-
-  void choose();
-  bool try_tridiagonal();
-  bool try_fourier();
-  bool try_multigrid(SolverMethod wanted);
-  void make_direct(const char* why);
-  void make_unsymmetric(SolverMethod wanted);
-  void make_symmetric();
-  void make_unpreconditioned();
-  void precondition_by_network();
-  void search_along(std::span<const double> r, std::span<double> z) const;
-  bool is_flexible() const { return options.preconditioning == Preconditioning::network; }
-  void precondition_by_multigrid();
-  bool has_incomplete_factors() const;
-  void make_divided_by_diagonal();
-  void divide_by_diagonal(std::span<const double> r, std::span<double> z) const;
-  void make_iterations(VectorFunction precondition);
-  void size_iterations(std::size_t size);
-  SolveReport solve_by_known_waves(std::span<const double> b, std::span<double> x);
-  template <class Real>
-  std::optional<SolveReport> solve_rows(const ReadRowsOf<Real>& b, const WriteRowsOf<Real>& x);
-  IterationReport iterate(std::span<const double> b, std::span<double> x);
-  IterationReport iterate_packed(std::span<const double> b, std::span<double> x);
-  void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
-  /// What rounding makes of A*x, over |x|: steps come near in f64 whatever the fields are in, as their matrix is one of
-  /// f64. In f32 it would be 5 times a right side of lap(x) - 1e-3*x on 48^2 cells, and no step be made at all.
-  double rounding_of_x() const { return 8 * (has_steps() ? 0x1p-52 : options.rounding) * largest_row; }
-  MultigridOptions cycles(bool are_symmetric) const {
-    return {options.rounding, are_symmetric, a->is_known_symmetric(), options.smoother, team};
-  }
-  bool has_steps() const { return iterations || gmres || is_packed; }
-  double out_of_reach(std::span<const double> b, std::span<const double> x) const;
-
-  SolveOptions options;
-  Team team;
-  std::shared_ptr<const GridOperator> a;
-  const NullSpace& null_space;   // of it
-  std::vector<double> diagonal;  // where it is divided by
-  FirstGuess first_guess;
-  double largest_row;        // norm
-  std::string no_multigrid;  // why
-  SolverMethod method = SolverMethod::direct;
-  std::string reason;
-  std::optional<DirectSolver> direct;
-  std::optional<TridiagonalSolver> tridiagonal;
-  std::optional<FourierSolver> fourier;
-  std::optional<LineSystems> lines;
-  std::optional<double> fourier_residual;  // of the first solve by either that came near enough
-  std::optional<Multigrid> multigrid;
-  Eigen::IncompleteLUT<double> incomplete;
-  std::optional<Iterations> iterations;
-  std::optional<Gmres> gmres;
-  const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
-  std::vector<double> right;               // without what A does not reach; empty: as it is given
-  bool is_packed = false;                  // multigrid, or conjugate gradients with it, in its order of cells
-  Numbers packed_right, packed_x;
-};
-
 bool LinearSolver::Impl::try_tridiagonal() {
   if (a->size() != a->cells()[0]) return false;
-  tridiagonal = a->with_matrix([&](const StencilMatrix& matrix) { return TridiagonalSolver::of(matrix, null_space); });
+  tridiagonal =
+      a->with_matrix([&](const StencilMatrix& matrix) { return TridiagonalSolver::of(matrix, null_space()); });
   if (!tridiagonal) return false;
   method = SolverMethod::tridiagonal;
   reason = "one axis and three entries a row, the middle one dominant: eliminated from end to end";
@@ -171,13 +90,13 @@ bool LinearSolver::Impl::try_tridiagonal() {
 }
 
 bool LinearSolver::Impl::try_fourier() {
-  const bool is_singular = !null_space.is_empty();
+  const bool is_singular = !null_space().is_empty();
   if (a->constant_rows() != nullptr) {
     fourier.emplace(*a->constant_rows(), is_singular, team);
   } else {
     a->with_matrix([&](const StencilMatrix& matrix) {
       fourier = FourierSolver::of(matrix, options.rounding, is_singular, team);
-      if (!fourier) lines = LineSystems::of(matrix, null_space, team);
+      if (!fourier) lines = LineSystems::of(matrix, null_space(), team);
     });
   }
   if (!fourier && !lines) return false;
@@ -194,7 +113,7 @@ bool LinearSolver::Impl::try_fourier() {
 }
 
 void LinearSolver::Impl::make_direct(const char* why) {
-  a->with_matrix([&](const StencilMatrix& matrix) { direct.emplace(matrix, null_space, options.rounding); });
+  a->with_matrix([&](const StencilMatrix& matrix) { direct.emplace(matrix, null_space(), options.rounding); });
   method = SolverMethod::direct;
   reason = why;
 }
@@ -202,16 +121,16 @@ void LinearSolver::Impl::make_direct(const char* why) {
 void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
     a->multiply(x, y, team);
-    if (!null_space.is_empty()) null_space.remove(y, team);  // what rounding leaves, as in Multigrid::multiply
+    if (!null_space().is_empty()) null_space().remove(y, team);  // what rounding leaves, as in Multigrid::multiply
   };
   // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
   VectorFunction project;
-  if (!null_space.is_empty() && is_flexible()) {
-    project = [this](std::span<const double>, std::span<double> z) { null_space.remove(z, team); };
-  } else if (!null_space.is_empty()) {
+  if (!null_space().is_empty() && is_flexible()) {
+    project = [this](std::span<const double>, std::span<double> z) { null_space().remove(z, team); };
+  } else if (!null_space().is_empty()) {
     precondition = [this, inner = std::move(precondition)](std::span<const double> r, std::span<double> z) {
       inner(r, z);
-      null_space.remove(z, team);
+      null_space().remove(z, team);
     };
   }
   if (method == SolverMethod::gmres) {
@@ -231,14 +150,15 @@ void LinearSolver::Impl::size_iterations(std::size_t size) {
 
 bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
   multigrid = a->visit([&](const auto& rows) {
-    return Multigrid::of(rows, null_space, cycles(wanted == SolverMethod::cg), no_multigrid);
+    return Multigrid::of(rows, null_space(), cycles(wanted == SolverMethod::cg), no_multigrid);
   });
   if (!multigrid) return false;
   is_packed = true;
   packed_right = Numbers(multigrid->size());
   packed_x = Numbers(multigrid->size());
   method = wanted;
-  reason = "symmetric, each cell coupled with its neighbours: multigrid cycles, " + words_on(multigrid->smoother());
+  reason = std::string("symmetric, each cell coupled with its neighbours: multigrid cycles, ") +
+           words_on(multigrid->smoother());
   if (wanted == SolverMethod::multigrid) return true;
   reason += ", as the preconditioner of conjugate gradients";
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
@@ -252,7 +172,7 @@ bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
 void LinearSolver::Impl::precondition_by_multigrid() {
   packed_right = Numbers(multigrid->size());
   packed_x = Numbers(multigrid->size());
-  reason += ", preconditioned by multigrid of the symmetric part, " + words_on(multigrid->smoother());
+  reason += std::string(", preconditioned by multigrid of the symmetric part, ") + words_on(multigrid->smoother());
   make_iterations([this](std::span<const double> r, std::span<double> z) {
     multigrid->pack_right(r, packed_right);
     multigrid->cycle(packed_right, packed_x);
@@ -333,7 +253,7 @@ void LinearSolver::Impl::make_divided_by_diagonal() {
 }
 
 void LinearSolver::Impl::make_unsymmetric(SolverMethod wanted) {
-  if (null_space.is_lopsided())
+  if (null_space().is_lopsided())
     refuse(wanted,
            "the operator is singular and not symmetric (its rows sum to 0 and its columns do not, or the other way "
            "round)");
@@ -342,7 +262,7 @@ void LinearSolver::Impl::make_unsymmetric(SolverMethod wanted) {
   if (is_flexible()) return precondition_by_network();
   if (options.preconditioning == Preconditioning::none) return make_unpreconditioned();
   multigrid = a->visit(
-      [&](const auto& rows) { return Multigrid::of_symmetric_part(rows, null_space, cycles(false), no_multigrid); });
+      [&](const auto& rows) { return Multigrid::of_symmetric_part(rows, null_space(), cycles(false), no_multigrid); });
   if (multigrid) return precondition_by_multigrid();
   if (options.preconditioning == Preconditioning::multigrid) refuse(wanted, no_multigrid.c_str());
   incomplete.setDroptol(1e-3);
@@ -361,9 +281,9 @@ void LinearSolver::Impl::choose() {
   switch (options.method) {
     case SolverMethod::automatic:
       if (try_tridiagonal() || try_fourier()) return;
-      if (a->size() <= small_system || null_space.is_lopsided())
-        return make_direct(null_space.is_lopsided() ? "singular and not symmetric: inverted as a whole"
-                                                    : "a small system: sparse factors");
+      if (a->size() <= small_system || null_space().is_lopsided())
+        return make_direct(null_space().is_lopsided() ? "singular and not symmetric: inverted as a whole"
+                                                      : "a small system: sparse factors");
       if (!try_multigrid(SolverMethod::cg)) make_unsymmetric(SolverMethod::bicgstab);
       return;
     case SolverMethod::direct: return make_direct("as the scheme says");
@@ -421,7 +341,7 @@ SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, 
   fourier ? fourier->divide(b, x) : lines->divide(b, x);
   SolveReport report{.method = method,
                      .residual = *fourier_residual,
-                     .incompatible = null_space.share_of_mean(b, team),
+                     .incompatible = null_space().share_of_mean(b, team),
                      .converged = are_finite(x, team)};
   if (!report.converged) report.residual = NAN;
   return report;
@@ -434,7 +354,7 @@ std::optional<SolveReport> LinearSolver::Impl::solve_rows(const ReadRowsOf<Real>
   if (!passed || !passed->is_finite) return std::nullopt;
   return SolveReport{.method = method,
                      .residual = *fourier_residual,
-                     .incompatible = null_space.share_of_mean(passed->read, static_cast<std::size_t>(a->size()))};
+                     .incompatible = null_space().share_of_mean(passed->read, static_cast<std::size_t>(a->size()))};
 }
 
 std::optional<SolveReport> LinearSolver::solve_rows(const ReadRowsOf<double>& b, const WriteRowsOf<double>& x) {
@@ -456,7 +376,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   SolveReport report{.method = own.method};
   if (!own.right.empty()) {
     copy_vector(b, own.right, own.team);
-    report.incompatible = own.null_space.remove(own.right, own.team);
+    report.incompatible = own.null_space().remove(own.right, own.team);
   }
   const std::span<const double> right = own.right.empty() ? b : own.right;
   IterationReport way{.converged = true};
@@ -465,12 +385,19 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   if (own.lines) own.lines->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.has_steps()) way = own.iterate(right, x);
-  if (!own.fourier) own.null_space.remove(x, own.team);  // whose waves have none of it
+  if (!own.fourier) own.null_space().remove(x, own.team);  // whose waves have none of it
   report.iterations = way.iterations;
   report.unaided = way.unaided;
   own.judge(right, x, way.converged, report);
   report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;
+}
+bool LinearSolver::renew(std::shared_ptr<const GridOperator> grid_operator) {
+  return impl_->renew(std::move(grid_operator));
+}
+std::shared_ptr<const GridOperator> LinearSolver::give_operator() { return std::exchange(impl_->a, nullptr); }
+void LinearSolver::keep_operator(std::shared_ptr<const GridOperator> grid_operator) {
+  impl_->a = std::move(grid_operator);
 }
 const std::shared_ptr<const GridOperator>& LinearSolver::grid_operator() const { return impl_->a; }
 bool LinearSolver::has_first_guess() const { return impl_->has_steps(); }

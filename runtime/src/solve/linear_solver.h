@@ -77,6 +77,13 @@ class LinearSolver {
   /// What no image shows is taken from the guesses.
   void begin(std::span<const double> b, std::span<double> guesses, std::span<double> x);
   const std::shared_ptr<const GridOperator>& grid_operator() const;
+  /// For another, in whose place renew() puts one: until then it is of no use. keep_operator(): for its memory alone.
+  std::shared_ptr<const GridOperator> give_operator();
+  void keep_operator(std::shared_ptr<const GridOperator> grid_operator);
+  /// Becomes the solver of another operator on the same grid, in its memory. False where a new one would be another, by
+  /// its method, smoother or levels, or where the method cannot: then it is of no use. Multigrid, iterations with it or
+  /// without a preconditioner, and elimination along a line allocate nothing; sparse factors keep their order.
+  bool renew(std::shared_ptr<const GridOperator> grid_operator);
   SolverMethod method() const;
   bool has_first_guess() const;  // the method begins with what `x` is
   /// One sentence.

@@ -27,13 +27,13 @@ void Multigrid::descend(std::size_t level, const double* b, double* x) {
   CycleLevel& here = levels_[level];
   if (level + 1 == levels_.size()) {
     here.unpack(b, coarsest_b_);
-    coarsest_->solve(coarsest_b_, coarsest_x_);
+    coarsest_.solve(coarsest_b_, coarsest_x_);
     return here.pack(coarsest_x_, x);
   }
   CycleLevel& coarse = levels_[level + 1];
   here.descend(b, x, true, coarse);
   descend(level + 1, coarse.b.data(), coarse.x.data());
-  here.ascend(b, x, is_symmetric_, coarse);
+  here.ascend(b, x, options_.is_symmetric, coarse);
 }
 
 void Multigrid::multiply(std::span<const double> x, std::span<double> y) const {
@@ -47,6 +47,8 @@ void Multigrid::multiply(std::span<const double> x, std::span<double> y) const {
 
 void Multigrid::know_null_space(const NullSpace& null_space) {
   const CycleLevel& finest = levels_.front();
+  singular_cells_ = 0;
+  singular_parts_.clear();
   for (const std::vector<std::uint32_t>& part : null_space.parts()) {
     if (part.size() == finest.cell_count()) singular_cells_ = part.size();
     if (part.size() == finest.cell_count() || part.size() == 1) continue;  // the image of a cell alone is 0
@@ -83,7 +85,7 @@ IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> 
     if (has_descended) {
       squares = finest.ascend_and_descend(b.data(), x.data(), levels_[1]);
     } else {
-      finest.ascend(b.data(), x.data(), is_symmetric_, levels_[1], &squares);
+      finest.ascend(b.data(), x.data(), options_.is_symmetric, levels_[1], &squares);
     }
     rate = squares / before;
   }

@@ -6,12 +6,13 @@
 // One V-cycle smooths on the way down and up, by red cells, then black ones, or as solve/smoother.h has it.
 // Interpolation is linear. A symmetric cycle, to precondition CG, smooths in reverse on the way up, and its restriction
 // is the transpose of interpolation. A cycle that is used alone comes nearer with the plain sum of residuals (to 1e-6
-// on 512^2 and 128^3: 6 and 7 cycles for 8 and 10). The coarsest level has sparse factors.
+// on 512^2 and 128^3: 6 and 7 cycles for 8 and 10). The coarsest level has factors.
 //
 // Vectors are in half rows (solve/half_rows.h), times the sign that makes the diagonal positive: pack and unpack.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -48,6 +49,10 @@ class Multigrid {
   static std::optional<Multigrid> of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
                                                     const MultigridOptions& options, std::string& why);
 
+  /// In place of what it was made of: a matrix of the same grid, with the same options. False where they have another
+  /// form, smoother or other levels; then it is of no use.
+  bool renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric);
+
   std::size_t size() const { return levels_.front().size(); }  // of a vector
   void pack_right(std::span<const double> b, std::span<double> vector) const;
   void pack(std::span<const double> x, std::span<double> vector) const;
@@ -65,31 +70,37 @@ class Multigrid {
   int levels() const { return static_cast<int>(levels_.size()); }
 
  private:
+  /// What levels are made of, two at a time: kept once coefficients have changed.
+  struct Work {
+    MultigridLevel level, coarse;
+    double sign = 1;
+  };
   template <class Rows>
-  static std::optional<Multigrid> of_all(const Rows& rows, const NullSpace& null_space, const MultigridOptions& options,
-                                         std::string& why);
-  template <class Rows>
-  static std::optional<Multigrid> of_part(const Rows& rows, const NullSpace& null_space,
+  static std::optional<Multigrid> made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
                                           const MultigridOptions& options, std::string& why);
-  /// `level`: couplings of the symmetric part, with both signs. `zero`: those of the other sign that are no larger may
-  /// be left out.
-  static std::optional<Multigrid> of_level(MultigridLevel level, double zero, const NullSpace& null_space,
-                                           const MultigridOptions& options, std::string& why);
-  void add_level(MultigridLevel level);
-  static std::optional<Multigrid> make(MultigridLevel finest, double sign, const MultigridOptions& options,
-                                       std::string& why);
+  /// The finest of `work`; `why` not. `is_part`: of the symmetric part, with both signs.
+  template <class Rows>
+  static bool read(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
+                   Work& work, const char*& why);
+  /// All levels of the finest of `work`, which is given up level by level where there were none. False where there are
+  /// others, or no factors: `why`.
+  bool set_levels(Work& work, const char*& why);
+  bool set_level(std::size_t number, MultigridLevel& level, bool is_new);
+  bool set_coarsest(MultigridLevel& level, const char*& why);
   void know_null_space(const NullSpace& null_space);
   void descend(std::size_t level, const double* b, double* x);
 
   Team team_;
   std::vector<CycleLevel> levels_;
-  std::optional<SymmetricFactors> coarsest_;
+  SymmetricFactors coarsest_;
   std::vector<double> coarsest_b_, coarsest_x_;
   std::size_t singular_cells_ = 0;  // where the one singular part is the whole grid: their number
   std::vector<std::vector<std::uint32_t>> singular_parts_;  // else: where their cells are in a vector
   double sign_ = 1;
-  bool is_symmetric_ = false;
+  bool is_part_ = false;
   SmootherKind smoother_ = SmootherKind::red_black;
+  MultigridOptions options_;
+  std::unique_ptr<Work> work_;  // from the first renewal on
 };
 
 }  // namespace dpde

@@ -73,9 +73,10 @@ bool has_jumps(const MultigridLevel& level) {
 /// The fine cell is t beside the centre of the coarse one it belongs to. Where there is no second cell on that side the
 /// image of the first takes its part: that of a wall with a value has the other sign. What is not linear is what the
 /// cell it belongs to has.
-AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis,
-                                   bool is_symmetric, bool is_linear) {
-  AxisInterpolation result;
+void interpolate(MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis, bool is_symmetric,
+                 bool is_linear) {
+  AxisInterpolation& result = fine.from[axis];
+  result.clear();
   result.is_halved = true;
   const std::vector<double>&width = fine.width[axis], &coarse_width = coarse.width[axis];
   const std::int64_t n = fine.cells[axis], half = coarse.cells[axis];
@@ -109,16 +110,14 @@ AxisInterpolation interpolation_of(const MultigridLevel& fine, const MultigridLe
     give(near, i, is_symmetric ? near_weight : 1);
     give(far, i, is_symmetric ? far_weight : 0);
   }
-  return result;
 }
 
-AxisInterpolation no_interpolation(std::int64_t cells) {
-  AxisInterpolation result;
+void do_not_interpolate(AxisInterpolation& result, std::int64_t cells) {
+  result.clear();
   for (std::int64_t i = 0; i < cells; ++i) result.near.push_back(static_cast<std::uint32_t>(i));
   result.far = result.near;
   result.near_weight.assign(result.near.size(), 1.0);
   result.far_weight.assign(result.near.size(), 0.0);
-  return result;
 }
 
 /// Adds a fine cell's couplings and rest to those of the coarse one it becomes part of.
@@ -154,10 +153,21 @@ void add_cell(const MultigridLevel& fine, MultigridLevel& coarse, const std::arr
 
 }  // namespace
 
+void AxisInterpolation::clear() {
+  is_halved = false;
+  near.clear();
+  far.clear();
+  near_weight.clear();
+  far_weight.clear();
+  for (auto& one : weights) one.clear();
+}
+
 /// Coarse cells without an equation, inside obstacles, have no correction: it is that of the others alone. Nor do fine
 /// ones take any, so that what is restricted of them, the transpose, is nothing too.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
   fine.share.assign(fine.size(), 1.0);
+  const auto has_equation = [](double diagonal) { return diagonal > 0; };
+  if (std::ranges::all_of(fine.diagonal, has_equation) && std::ranges::all_of(coarse.diagonal, has_equation)) return;
   for_each_cell(fine.cells, [&](std::size_t number, const GridPlace& cell) {
     double all = 0, found = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -208,12 +218,14 @@ bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetri
       coarse.width[axis].assign(static_cast<std::size_t>(coarse.cells[axis]), 0.0);
       for (std::size_t i = 0; i < fine.width[axis].size(); ++i) coarse.width[axis][i / 2] += fine.width[axis][i];
     }
-    fine.from[axis] = halved[axis] ? interpolation_of(fine, coarse, axis, is_symmetric, is_linear)
-                                   : no_interpolation(fine.cells[axis]);
+    halved[axis] ? interpolate(fine, coarse, axis, is_symmetric, is_linear)
+                 : do_not_interpolate(fine.from[axis], fine.cells[axis]);
   }
   const auto size = static_cast<std::size_t>(coarse.cells[0] * coarse.cells[1] * coarse.cells[2]);
   for (auto& coupling : coarse.coupling) coupling.assign(size, 0.0);
   coarse.rest.assign(size, 0.0);
+  coarse.share.clear();
+  for (AxisInterpolation& from : coarse.from) from.clear();
   for_each_cell(fine.cells,
                 [&](std::size_t number, const GridPlace& cell) { add_cell(fine, coarse, halved, number, cell); });
   return true;
@@ -248,26 +260,30 @@ bool is_uneven(const MultigridLevel& level) {
   return std::ranges::any_of(strength, [&](double one) { return one > 0 && one < least_even * strongest; });
 }
 
-StencilMatrix matrix_of(const MultigridLevel& level) {
-  StencilMatrix matrix{level.cells, level.periodic, {{0, 0, 0}}, {level.rest}};
+void write_matrix(const MultigridLevel& level, StencilMatrix& matrix) {
+  matrix.cells = level.cells;
+  matrix.periodic = level.periodic;
+  matrix.offsets.clear();
+  const auto next_column = [&](const std::array<int, 3>& offset) -> std::vector<double>& {
+    matrix.offsets.push_back(offset);
+    if (matrix.values.size() < matrix.offsets.size()) matrix.values.emplace_back();
+    return matrix.values[matrix.offsets.size() - 1];
+  };
+  next_column({0, 0, 0}) = level.diagonal;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (level.cells[axis] == 1) continue;
     std::array<int, 3> offset{};
     for (const int step : {1, -1}) {
       offset[axis] = step;
-      matrix.offsets.push_back(offset);
-      std::vector<double> values(level.size(), 0.0);
+      std::vector<double>& values = next_column(offset);
+      values.assign(level.size(), 0.0);
       for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
         const std::int64_t other = neighbour(level.cells, level.periodic, cell, axis, step);
-        if (other < 0) return;
-        const double w = level.coupling[axis][step > 0 ? number : static_cast<std::size_t>(other)];
-        values[number] = -w;
-        matrix.values.front()[number] += w;
+        if (other >= 0) values[number] = -level.coupling[axis][step > 0 ? number : static_cast<std::size_t>(other)];
       });
-      matrix.values.push_back(std::move(values));
     }
   }
-  return matrix;
+  matrix.values.resize(matrix.offsets.size());
 }
 
 }  // namespace dpde

@@ -28,6 +28,9 @@ struct AxisInterpolation {
   std::vector<double> near_weight, far_weight;
   // Where halved: coarse cell i takes so much of the residuals of the fine cells 2i-1 to 2i+2, around rings too.
   std::array<std::vector<double>, 4> weights;
+
+  /// Memory stays.
+  void clear();
 };
 
 struct MultigridLevel {
@@ -45,7 +48,8 @@ struct MultigridLevel {
 
 /// What the level lacks: its diagonal and walls.
 void complete(MultigridLevel& level);
-/// Whether a coarser level was made, with the interpolation from it. Restriction is the transpose, or the plain sum.
+/// Whether a coarser level was made, with the interpolation from it, in the memory of what `coarse` was. Restriction is
+/// the transpose, or the plain sum.
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
 /// `share` of the fine level, of a coarse one that is complete.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse);
@@ -55,6 +59,7 @@ double least_share(const MultigridLevel& level);
 std::optional<std::array<double, 3>> even_couplings(const MultigridLevel& level);
 /// Whether cells are coupled along one axis less than half as strongly as along another.
 bool is_uneven(const MultigridLevel& level);
-StencilMatrix matrix_of(const MultigridLevel& level);
+/// In the memory of what `matrix` was.
+void write_matrix(const MultigridLevel& level, StencilMatrix& matrix);
 
 }  // namespace dpde

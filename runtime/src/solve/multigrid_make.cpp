@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "solve/grid_place.h"
@@ -38,23 +39,25 @@ double largest_of(const StencilMatrix& matrix) {
 constexpr const char* not_symmetric = "the operator is not symmetric";
 constexpr const char* not_neighbours = "cells are coupled with others than their neighbours along the axes";
 
-MultigridLevel empty_level(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic) {
-  MultigridLevel level;
+/// In the memory of what `level` was.
+void clear(MultigridLevel& level, const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic) {
   level.cells = cells;
   level.periodic = periodic;
+  level.has_value = {};
+  level.share.clear();
   const auto size = static_cast<std::size_t>(cells[0] * cells[1] * cells[2]);
   level.rest.assign(size, 0.0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (cells[axis] == 1) level.periodic[axis] = false;
     level.width[axis].assign(static_cast<std::size_t>(cells[axis]), 1.0);
     level.coupling[axis].assign(size, 0.0);
+    level.from[axis].clear();
   }
-  return level;
 }
 
 /// Couplings of the symmetric part; `rest` has the diagonal.
-MultigridLevel level_of(const StencilMatrix& matrix) {
-  MultigridLevel level = empty_level(matrix.cells, matrix.periodic);
+void read_level(const StencilMatrix& matrix, MultigridLevel& level) {
+  clear(level, matrix.cells, matrix.periodic);
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     const auto axis = axis_of(matrix.offsets[k]);
     const bool is_diagonal = matrix.offsets[k] == std::array{0, 0, 0};
@@ -71,12 +74,11 @@ MultigridLevel level_of(const StencilMatrix& matrix) {
       level.coupling[axis->first][axis->second > 0 ? number : static_cast<std::size_t>(other)] -= value / 2;
     });
   }
-  return level;
 }
 
 /// The same of rows that are alike: what is beyond a wall is the cell beside it again, or the other way round.
-MultigridLevel level_of(const ConstantRows& rows) {
-  MultigridLevel level = empty_level(rows.cells(), rows.periodic());
+void read_level(const ConstantRows& rows, MultigridLevel& level) {
+  clear(level, rows.cells(), rows.periodic());
   for (std::size_t k = 0; k < rows.row().size(); ++k) {
     const auto axis = axis_of(rows.offsets()[k]);
     const bool is_diagonal = rows.offsets()[k] == std::array{0, 0, 0};
@@ -96,7 +98,6 @@ MultigridLevel level_of(const ConstantRows& rows) {
       }
     });
   }
-  return level;
 }
 
 double largest_of(const ConstantRows& rows) {
@@ -151,63 +152,24 @@ bool has_others(const ConstantRows& rows) {
   });
 }
 
-}  // namespace
-
-template <class Rows>
-std::optional<Multigrid> Multigrid::of_all(const Rows& rows, const NullSpace& null_space,
-                                           const MultigridOptions& options, std::string& why) {
-  why = not_symmetric;
-  if (null_space.is_lopsided() || !(options.is_known_symmetric || dpde::is_symmetric(rows, options.rounding)))
-    return std::nullopt;
-  why = not_neighbours;
-  if (has_others(rows)) return std::nullopt;
-  MultigridLevel level = level_of(rows);
-  take_sums(level, rows);
-  return of_level(std::move(level), 0, null_space, options, why);
-}
-
-template <class Rows>
-std::optional<Multigrid> Multigrid::of_part(const Rows& rows, const NullSpace& null_space,
-                                            const MultigridOptions& options, std::string& why) {
-  MultigridLevel level = level_of(rows);
-  take_couplings_away(level);
-  return of_level(std::move(level), 8 * options.rounding * largest_of(rows), null_space, options, why);
-}
-
-std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
-                                       const MultigridOptions& options, std::string& why) {
-  return of_all(matrix, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of(const ConstantRows& rows, const NullSpace& null_space,
-                                       const MultigridOptions& options, std::string& why) {
-  return of_all(rows, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                      const MultigridOptions& options, std::string& why) {
-  return of_part(matrix, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
-                                                      const MultigridOptions& options, std::string& why) {
-  return of_part(rows, null_space, options, why);
-}
-
-std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double zero, const NullSpace& null_space,
-                                             const MultigridOptions& options, std::string& why) {
+/// Makes the diagonal positive, and 0 those couplings of the other sign that are no larger than `zero`; `sign`: by
+/// which all is multiplied. False where the form is another: `why`.
+bool make_positive(MultigridLevel& level, double zero, double& sign, const char*& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (level.periodic[axis] && level.cells[axis] == 2) return std::nullopt;
+    if (level.periodic[axis] && level.cells[axis] == 2) return false;
   }
   double trace = 0, largest = 0;
   for (const double value : level.rest) trace += value;
   for (const auto& coupling : level.coupling) {
     for (const double w : coupling) trace += 2 * w, largest = std::max(largest, std::abs(w));
   }
-  const double sign = trace < 0 ? -1 : 1;
+  sign = trace < 0 ? -1 : 1;
   why = "cells are coupled with their neighbours with both signs";
   for (auto& coupling : level.coupling) {
     for (double& w : coupling) {
       w *= sign;
-      if (w < -zero) return std::nullopt;
+      if (w < -zero) return false;
       w = std::max(w, 0.0);
     }
   }
@@ -218,56 +180,121 @@ std::optional<Multigrid> Multigrid::of_level(MultigridLevel level, double zero, 
     rest = std::max(sign * rest, 0.0);
   }
   why = "rows are not dominated by their diagonals";
-  if (!is_dominant) return std::nullopt;
+  return is_dominant;
+}
+
+SmootherKind smoother_for(const MultigridLevel& finest, SmootherKind asked) {
+  if (asked != SmootherKind::automatic) return asked;
+  return is_uneven(finest) ? SmootherKind::chebyshev : SmootherKind::red_black;
+}
+
+}  // namespace
+
+template <class Rows>
+bool Multigrid::read(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
+                     Work& work, const char*& why) {
+  if (!is_part) {
+    why = not_symmetric;
+    if (null_space.is_lopsided() || !(options.is_known_symmetric || dpde::is_symmetric(rows, options.rounding)))
+      return false;
+    why = not_neighbours;
+    if (has_others(rows)) return false;
+  }
+  read_level(rows, work.level);
+  is_part ? take_couplings_away(work.level) : take_sums(work.level, rows);
+  if (!make_positive(work.level, is_part ? 8 * options.rounding * largest_of(rows) : 0, work.sign, why)) return false;
   for (const auto& part : null_space.parts()) {
-    for (const std::uint32_t cell : part) level.rest[cell] = 0;  // rounding has left no more
+    for (const std::uint32_t cell : part) work.level.rest[cell] = 0;  // rounding has left no more
   }
-  std::optional<Multigrid> made = make(std::move(level), sign, options, why);
-  if (made) made->know_null_space(null_space);
-  return made;
+  complete(work.level);
+  return true;
 }
 
-/// A level of cycles is made of one of equations, which is then given up: it takes ten times the memory.
-void Multigrid::add_level(MultigridLevel level) {
-  CycleLevel& packed = levels_.emplace_back(std::move(level), is_symmetric_, smoother_, team_);
-  if (levels_.size() == 1) return;
-  packed.b = Numbers(packed.size());
-  packed.x = Numbers(packed.size());
-}
-
-std::optional<Multigrid> Multigrid::make(MultigridLevel finest, double sign, const MultigridOptions& options,
-                                         std::string& why) {
+template <class Rows>
+std::optional<Multigrid> Multigrid::made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
+                                            const MultigridOptions& options, std::string& why_not) {
   Multigrid result;
+  const char* why = "";
   result.team_ = options.team;
-  result.sign_ = sign;
-  result.is_symmetric_ = options.is_symmetric;
-  result.smoother_ = options.smoother;
-  complete(finest);
-  if (options.smoother == SmootherKind::automatic)
-    result.smoother_ = is_uneven(finest) ? SmootherKind::chebyshev : SmootherKind::red_black;
-  MultigridLevel level = std::move(finest);
-  while (level.size() > most_of_coarsest) {
-    MultigridLevel coarse;
-    if (!make_coarser(level, coarse, options.is_symmetric)) break;
-    level.rest = {};
-    complete(coarse);
-    find_shares(level, coarse);
-    if (!options.is_symmetric && result.levels_.empty()) {
-      for (double& share : level.share) share *= over_correction;
-    }
-    result.add_level(std::move(level));
-    level = std::move(coarse);
-  }
-  why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
-  if (level.size() > most_factored) return std::nullopt;
-  result.coarsest_.emplace(matrix_of(level), level.rest);
-  const std::size_t size = level.size();
-  result.add_level(std::move(level));
-  why = "the factors of the coarsest grid have a zero in their diagonal";
-  if (!result.coarsest_->is_there()) return std::nullopt;
-  result.coarsest_b_.assign(size, 0.0);
-  result.coarsest_x_ = result.coarsest_b_;
+  result.options_ = options;
+  result.is_part_ = is_part;
+  Work work;
+  const bool has_form = read(rows, is_part, null_space, options, work, why);
+  result.sign_ = work.sign;
+  if (has_form) result.smoother_ = smoother_for(work.level, options.smoother);
+  if (!has_form || !result.set_levels(work, why)) return why_not = why, std::nullopt;
+  result.know_null_space(null_space);
   return result;
+}
+
+bool Multigrid::renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric) {
+  options_.is_known_symmetric = is_known_symmetric;
+  const char* why = "";  // is not asked for: who makes another finds it again
+  if (work_ == nullptr) work_ = std::make_unique<Work>();
+  if (!read(matrix, is_part_, null_space, options_, *work_, why)) return false;
+  if (smoother_for(work_->level, options_.smoother) != smoother_) return false;
+  sign_ = work_->sign;
+  if (!set_levels(*work_, why)) return false;
+  know_null_space(null_space);
+  return true;
+}
+
+std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
+                                       const MultigridOptions& options, std::string& why) {
+  return made_of(matrix, false, null_space, options, why);
+}
+std::optional<Multigrid> Multigrid::of(const ConstantRows& rows, const NullSpace& null_space,
+                                       const MultigridOptions& options, std::string& why) {
+  return made_of(rows, false, null_space, options, why);
+}
+std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
+                                                      const MultigridOptions& options, std::string& why) {
+  return made_of(matrix, true, null_space, options, why);
+}
+std::optional<Multigrid> Multigrid::of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
+                                                      const MultigridOptions& options, std::string& why) {
+  return made_of(rows, true, null_space, options, why);
+}
+
+/// A level of cycles is made of one of equations, which takes ten times the memory where coefficients are the same
+/// everywhere.
+bool Multigrid::set_level(std::size_t number, MultigridLevel& level, bool is_new) {
+  if (is_new) {
+    CycleLevel& made = levels_.emplace_back(level, smoother_, team_);
+    if (number > 0) made.b = Numbers(made.size()), made.x = Numbers(made.size());
+  }
+  if (number >= levels_.size() || levels_[number].cells() != level.cells) return false;
+  levels_[number].set(level, options_.is_symmetric, smoother_, is_new);
+  return true;
+}
+
+bool Multigrid::set_coarsest(MultigridLevel& level, const char*& why) {
+  why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
+  if (level.size() > most_factored) return false;
+  why = "the factors of the coarsest grid have a zero in their diagonal";
+  coarsest_b_.assign(level.size(), 0.0);
+  coarsest_x_.assign(level.size(), 0.0);
+  return coarsest_.set([&](StencilMatrix& matrix) { write_matrix(level, matrix); }, level.rest);
+}
+
+bool Multigrid::set_levels(Work& work, const char*& why) {
+  const bool is_new = levels_.empty();
+  MultigridLevel *level = &work.level, *coarse = &work.coarse;
+  std::size_t number = 0;
+  for (; level->size() > most_of_coarsest; ++number) {
+    if (!make_coarser(*level, *coarse, options_.is_symmetric)) break;
+    if (is_new) level->rest = {};
+    complete(*coarse);
+    find_shares(*level, *coarse);
+    if (!options_.is_symmetric && number == 0) {
+      for (double& share : level->share) share *= over_correction;
+    }
+    why = "its levels have changed";
+    if (!set_level(number, *level, is_new)) return false;
+    std::swap(level, coarse);
+  }
+  const std::size_t count = number + 1;
+  return set_coarsest(*level, why) && set_level(number, *level, is_new) && levels_.size() == count;
 }
 
 }  // namespace dpde

@@ -5,9 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
-#include <utility>
 
 #include "solve/finite.h"
 #include "solve/vector_parts.h"
@@ -18,7 +16,10 @@ namespace {
 /// Cells that are joined by entries, each set named by one of them.
 class Joined {
  public:
-  explicit Joined(std::size_t cells) : parent_(cells) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  Joined(std::size_t cells, std::vector<std::uint32_t>& parents) : parent_(parents) {
+    parent_.resize(cells);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
   std::uint32_t root(std::uint32_t cell) {
     while (parent_[cell] != cell) cell = parent_[cell] = parent_[parent_[cell]];
     return cell;
@@ -29,8 +30,10 @@ class Joined {
   }
 
  private:
-  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint32_t>& parent_;
 };
+
+constexpr std::uint32_t no_number = std::numeric_limits<std::uint32_t>::max();
 
 /// Whether what a column sums to may be rounding of its entries.
 bool may_be_zero(const StencilMatrix& matrix, const GridPlace& cell, double rounding) {
@@ -50,53 +53,60 @@ bool may_be_zero(const StencilMatrix& matrix, const GridPlace& cell, double roun
 
 /// Of parts whose columns may sum to 0 and rows do not: the sums of rows, which are more exact, say what all entries
 /// sum to, columns too.
-void drop_parts_that_sum(Joined& joined, std::span<const double> sums, double zero,
-                         const std::vector<char>& rows_are_zero, std::vector<char>& columns_are_zero) {
-  struct Total {
-    double sum = 0, size = 0;
-  };
-  std::map<std::uint32_t, Total> totals;
+void drop_parts_that_sum(Joined& joined, std::span<const double> sums, double zero, NullSpaceMemory& memory) {
+  std::vector<std::uint32_t>& number = memory.numbers;
+  number.assign(sums.size(), no_number);
+  memory.totals.clear();
   for (std::uint32_t cell = 0; cell < sums.size(); ++cell) {
     const std::uint32_t root = joined.root(cell);
-    if (rows_are_zero[root] != 0 || columns_are_zero[root] == 0) continue;
-    Total& total = totals[root];
+    if (memory.rows_are_zero[root] != 0 || memory.columns_are_zero[root] == 0) continue;
+    if (number[root] == no_number) {
+      number[root] = static_cast<std::uint32_t>(memory.totals.size());
+      memory.totals.emplace_back();
+    }
+    NullSpaceMemory::Total& total = memory.totals[number[root]];
     total.sum += sums[cell];
     total.size += std::abs(sums[cell]);
   }
-  for (const auto& [root, total] : totals) {
-    if (std::abs(total.sum) > zero * total.size) columns_are_zero[root] = 0;
+  for (std::size_t root = 0; root < number.size(); ++root) {
+    if (number[root] == no_number) continue;
+    const NullSpaceMemory::Total& total = memory.totals[number[root]];
+    if (std::abs(total.sum) > zero * total.size) memory.columns_are_zero[root] = 0;
   }
 }
 
 /// The cells of those parts whose `is_singular`(root) is true.
 template <class F>
-std::vector<std::vector<std::uint32_t>> singular_parts(Joined& joined, std::size_t cells, const F& is_singular) {
-  std::vector<std::vector<std::uint32_t>> parts;
-  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(cells, none);
+void find_singular_parts(Joined& joined, std::size_t cells, std::vector<std::uint32_t>& number, const F& is_singular,
+                         std::vector<std::vector<std::uint32_t>>& parts) {
+  number.assign(cells, no_number);
+  std::size_t count = 0;
   for (std::uint32_t cell = 0; cell < cells; ++cell) {
     const std::uint32_t root = joined.root(cell);
     if (!is_singular(root)) continue;
-    if (number[root] == none) {
-      number[root] = static_cast<std::uint32_t>(parts.size());
-      parts.emplace_back();
+    if (number[root] == no_number) {
+      number[root] = static_cast<std::uint32_t>(count++);
+      if (parts.size() < count) parts.emplace_back();
+      parts[count - 1].clear();
     }
     parts[number[root]].push_back(cell);
   }
+  parts.resize(count);
   for (std::vector<std::uint32_t>& part : parts) part.shrink_to_fit();
-  return parts;
 }
 
 }  // namespace
 
-NullSpace::NullSpace(const StencilMatrix& matrix, std::span<const double> sums, double rounding,
-                     const OperatorKnowledge& known) {
+void NullSpace::find(const StencilMatrix& matrix, std::span<const double> sums, double rounding,
+                     const OperatorKnowledge& known, NullSpaceMemory& memory) {
   const auto cells = static_cast<std::size_t>(matrix.size());
-  Joined joined(cells);
+  Joined joined(cells, memory.parents);
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double) {
     joined.join(static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column));
   });
-  std::vector<char> rows_are_zero(cells, 1), columns_are_zero(cells, 1);  // at the roots of parts
+  std::vector<char>&rows_are_zero = memory.rows_are_zero, &columns_are_zero = memory.columns_are_zero;
+  rows_are_zero.assign(cells, 1);
+  columns_are_zero.assign(cells, 1);
   for_each_cell(matrix.cells, [&](std::size_t cell, const GridPlace& place) {
     const std::uint32_t root = joined.root(static_cast<std::uint32_t>(cell));
     if (sums[cell] != 0) rows_are_zero[root] = 0;
@@ -104,12 +114,13 @@ NullSpace::NullSpace(const StencilMatrix& matrix, std::span<const double> sums, 
     if (!is_known && columns_are_zero[root] != 0 && !may_be_zero(matrix, place, rounding)) columns_are_zero[root] = 0;
   });
   if (known.is_symmetric) columns_are_zero = rows_are_zero;
-  if (!known.sums_to_zero) drop_parts_that_sum(joined, sums, std::sqrt(rounding), rows_are_zero, columns_are_zero);
+  if (!known.sums_to_zero) drop_parts_that_sum(joined, sums, std::sqrt(rounding), memory);
+  is_lopsided_ = false;
   const auto is_singular_part = [&](std::uint32_t root) {
     is_lopsided_ = is_lopsided_ || rows_are_zero[root] != columns_are_zero[root];
     return rows_are_zero[root] != 0 && columns_are_zero[root] != 0;
   };
-  parts_ = singular_parts(joined, cells, is_singular_part);
+  find_singular_parts(joined, cells, memory.numbers, is_singular_part, parts_);
 }
 
 /// Parts are alike: all are singular, or none is. Where each cell is coupled with the next ones there is one.
@@ -127,13 +138,15 @@ NullSpace::NullSpace(const ConstantRows& rows) {
     std::iota(all.begin(), all.end(), 0U);
     return;
   }
-  Joined joined(cells);
+  NullSpaceMemory memory;
+  Joined joined(cells, memory.parents);
   for_each_cell(rows.cells(), [&](std::size_t cell, const GridPlace& place) {
     rows.for_each_entry_of(place, [&](std::size_t column, double value) {
       if (value != 0) joined.join(static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(column));
     });
   });
-  parts_ = singular_parts(joined, cells, [](std::uint32_t) { return true; });
+  find_singular_parts(
+      joined, cells, memory.numbers, [](std::uint32_t) { return true; }, parts_);
 }
 
 double NullSpace::share_of_mean(const Sums& sums, std::size_t count) const {

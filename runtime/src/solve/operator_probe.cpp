@@ -120,26 +120,48 @@ void OperatorProbe::make(const LinearImage& image) {
   image(values_, image_);
 }
 
-void OperatorProbe::take_memory() {
-  values_.assign(cell_count(), 0.0);
-  image_.assign(cell_count(), 0.0);
+void OperatorProbe::take_memory(const ProbeRoom& room) {
+  values_ = room.values;
+  image_ = room.image;
+  if (values_.empty()) {
+    own_.resize(2 * cell_count());
+    values_ = std::span(own_).first(cell_count());
+    image_ = std::span(own_).last(cell_count());
+  }
+  std::ranges::fill(values_, 0.0);
   images_ = 0;
 }
 
 void OperatorProbe::drop_memory() {
-  values_ = std::vector<double>();
-  image_ = std::vector<double>();
+  values_ = image_ = {};
+  own_ = std::vector<double>();
 }
 
-GridOperator OperatorProbe::find(const LinearImage& image, StencilMatrix used) {
-  take_memory();
-  if (std::optional<ConstantRows> rows = constant_rows(image)) {
+GridOperator OperatorProbe::find(const LinearImage& image, GridOperator used, const ProbeRoom& room) {
+  take_memory(room);
+  if (const ConstantRows* const rows = constant_rows(image)) {
     drop_memory();
     return GridOperator(*rows, known_);
   }
-  StencilMatrix found = matrix(image, std::move(used));
-  const std::vector<double> sums = sums_of(found, image);
-  return {std::move(found), sums, rounding_, known_};
+  StencilMatrix matrix = found(image, std::move(used).take_matrix());
+  used.set(
+      std::move(matrix), [&](const StencilMatrix& of) { return sums_of(of, image); }, rounding_, known_,
+      of_null_space_);
+  drop_memory();
+  if (room.values.empty()) of_null_space_ = {};
+  return used;
+}
+
+StencilMatrix OperatorProbe::matrix(const LinearImage& image, StencilMatrix used) {
+  take_memory({});
+  StencilMatrix matrix = found(image, std::move(used));
+  drop_memory();
+  return matrix;
+}
+
+const std::array<AxisColours, 3>& OperatorProbe::colours() {
+  if (!colours_) colours_ = BoxShape{cells_, periodic_, reach_}.colours();
+  return *colours_;
 }
 
 LinearImage OperatorProbe::counted(const LinearImage& image) {
@@ -149,24 +171,24 @@ LinearImage OperatorProbe::counted(const LinearImage& image) {
   };
 }
 
-std::vector<double> OperatorProbe::sums_of(const StencilMatrix& matrix, const LinearImage& image) {
-  if (known_.takes_constants_to_zero) return std::vector<double>(cell_count(), 0.0);
-  values_.resize(cell_count());
-  image_.resize(cell_count());
-  std::vector<double> sums = row_sums(counted(image), matrix, rounding_, values_, image_);
-  drop_memory();
-  return sums;
+/// In the memory of images.
+std::span<const double> OperatorProbe::sums_of(const StencilMatrix& matrix, const LinearImage& image) {
+  if (known_.takes_constants_to_zero) {
+    std::ranges::fill(image_, 0.0);
+  } else {
+    row_sums(counted(image), matrix, rounding_, values_, image_, doubtful_);
+  }
+  return image_;
 }
 
 /// The column of a cell in the middle is the row of each, mirrored.
-std::optional<ConstantRows> OperatorProbe::constant_rows(const LinearImage& image) {
-  if (static_cast<std::int64_t>(cell_count()) <= few_rows || !has_room(cells_, reach_)) return std::nullopt;
+const ConstantRows* OperatorProbe::constant_rows(const LinearImage& image) {
+  if (static_cast<std::int64_t>(cell_count()) <= few_rows || !has_room(cells_, reach_)) return nullptr;
   const GridPlace middle{cells_[0] / 2, cells_[1] / 2, cells_[2] / 2};
   values_[number_of(cells_, middle)] = 1;
   make(image);
   values_[number_of(cells_, middle)] = 0;
-  std::vector<std::array<int, 3>> offsets;
-  std::vector<double> row;
+  candidate_.clear(cells_);
   for_each_cell({2 * reach_[0] + 1, 2 * reach_[1] + 1, 2 * reach_[2] + 1}, [&](std::size_t, const GridPlace& in_box) {
     std::array<int, 3> offset{};
     GridPlace cell{};
@@ -175,19 +197,17 @@ std::optional<ConstantRows> OperatorProbe::constant_rows(const LinearImage& imag
       cell[axis] = middle[axis] - offset[axis];
     }
     const double value = image_[number_of(cells_, cell)];
-    if (value == 0) return;
-    offsets.push_back(offset);
-    row.push_back(value);
+    if (value != 0) candidate_.add(offset, value);
   });
-  if (row.empty() || !std::isfinite(largest(row))) return std::nullopt;
-  const ConstantRows rows(cells_, {}, std::move(offsets), std::move(row));
-  const std::optional<std::array<Sides, 3>> sides = find_sides(image, rows);
-  if (!sides) return std::nullopt;
-  const ConstantRows found(cells_, *sides, rows.offsets(), rows.row());
-  if (!is_made_by(found, image)) return std::nullopt;
-  const std::optional<double> sum = sum_of(found, image);
-  if (!sum || !have_one_moment(found, *sum, image)) return std::nullopt;
-  return found.with_sum(*sum);
+  if (candidate_.row().empty() || !std::isfinite(largest(candidate_.row()))) return nullptr;
+  const std::optional<std::array<Sides, 3>> sides = find_sides(image, candidate_);
+  if (!sides) return nullptr;
+  candidate_.take_sides(*sides);
+  if (!is_made_by(candidate_, image)) return nullptr;
+  const std::optional<double> sum = sum_of(candidate_, image);
+  if (!sum || !have_one_moment(candidate_, *sum, image)) return nullptr;
+  candidate_ = candidate_.with_sum(*sum);
+  return &candidate_;
 }
 
 /// What cells beside the middles of walls read of themselves and of one another: their images are even or odd,
@@ -325,31 +345,32 @@ OperatorProbe::Departure OperatorProbe::departure_of(const LinearImage& image, c
 
 /// Of a stencil whose entries are few of those in boxes. What is not found by its pattern is found in boxes.
 bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matrix) {
-  BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_);
+  BoxProbe boxes(image, {cells_, periodic_, reach_}, colours(), values_, image_);
   if (boxes.count() <= small_box) return false;
-  std::vector<std::array<int, 3>> offsets = boxes.some_offsets();
+  pattern_.offsets = boxes.some_offsets(std::move(pattern_.offsets));
   images_ += BoxProbe::images_of_some;
-  if (!pattern_ || pattern_->offsets() != offsets) {
-    const auto entries = static_cast<std::int64_t>(offsets.size());
-    pattern_.reset();
+  if (pattern_.known != pattern_.offsets) {
+    pattern_.known = pattern_.offsets;
+    const auto entries = static_cast<std::int64_t>(pattern_.offsets.size());
+    pattern_.colours.reset();
     if (entries > 0 && 2 * entries < boxes.count())
-      pattern_ = PatternColours::of(std::move(offsets), cells_, periodic_, boxes.count() / 2);
+      pattern_.colours = PatternColours::of(pattern_.offsets, cells_, periodic_, boxes.count() / 2);
   }
-  if (!pattern_) return false;
+  if (!pattern_.colours) return false;
   matrix.cells = cells_;
   matrix.periodic = periodic_;
-  matrix.offsets = pattern_->offsets();
+  matrix.offsets = pattern_.colours->offsets();
   matrix.values.resize(matrix.offsets.size());
   for (std::vector<double>& column : matrix.values) column.assign(cell_count(), 0.0);
   bool is_all = true;
-  for (std::int64_t colour = 0; is_all && colour < pattern_->count(); ++colour) {
+  for (std::int64_t colour = 0; is_all && colour < pattern_.colours->count(); ++colour) {
     for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
-      values_[number] = pattern_->colour(cell) == colour ? 1 : 0;
+      values_[number] = pattern_.colours->colour(cell) == colour ? 1 : 0;
     });
     make(image);
     for_each_cell(cells_, [&](std::size_t number, const GridPlace& cell) {
       if (image_[number] == 0) return;
-      const int k = pattern_->entry(cell, colour);
+      const int k = pattern_.colours->entry(cell, colour);
       is_all = is_all && k >= 0;
       if (k >= 0) matrix.values[static_cast<std::size_t>(k)][number] = image_[number];
     });
@@ -361,17 +382,15 @@ bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matri
   return is_all;
 }
 
-StencilMatrix OperatorProbe::matrix(const LinearImage& image, StencilMatrix used) {
-  take_memory();
+StencilMatrix OperatorProbe::found(const LinearImage& image, StencilMatrix used) {
+  std::ranges::fill(values_, 0.0);
+  images_ = 0;
   const auto cells = static_cast<std::int64_t>(cell_count());
   if (cells > few_rows) {
     check_zero(image);
-    if (is_by_pattern(image, used)) {
-      drop_memory();
-      return used;
-    }
+    if (is_by_pattern(image, used)) return used;
   }
-  BoxProbe boxes(image, {cells_, periodic_, reach_}, values_, image_, std::move(used));
+  BoxProbe boxes(image, {cells_, periodic_, reach_}, colours(), values_, image_, std::move(used));
   StencilMatrix matrix = boxes.all();
   images_ += static_cast<int>(boxes.count());
   if (cells > 1 && cells <= few_rows) check_zero(image);
@@ -388,7 +407,6 @@ StencilMatrix OperatorProbe::matrix(const LinearImage& image, StencilMatrix used
                 fmt::format("solve for {}: the operator is not linear: what it makes of arbitrary values is {:.3g} "
                             "off, with coefficients up to {:.3g}",
                             what_, departure.difference, departure.entry));
-  drop_memory();
   return matrix;
 }
 

@@ -48,25 +48,29 @@ void drop_rounding(const LinearImage& image, std::span<const std::size_t> cells,
 
 }  // namespace
 
-std::vector<double> row_sums(const LinearImage& image, const StencilMatrix& matrix, double rounding,
-                             std::span<double> ones, std::span<double> made) {
+void row_sums(const LinearImage& image, const StencilMatrix& matrix, double rounding, std::span<double> ones,
+              std::span<double> made, DoubtfulSums& doubtful) {
   std::ranges::fill(ones, 1.0);
   image(ones, made);
-  std::vector<double> sums(made.begin(), made.end());
-  std::vector<std::size_t> doubtful;
-  std::vector<double> largest, found;
-  for (std::size_t cell = 0; cell < sums.size(); ++cell) {
+  doubtful.cells.clear();
+  doubtful.largest.clear();
+  doubtful.sums.clear();
+  for (std::size_t cell = 0; cell < made.size(); ++cell) {
     const Row row = row_of(matrix, cell);
-    if (row.largest == 0) sums[cell] = 0;
-    if (sums[cell] == 0 || !row.may_be_rounding(sums[cell], rounding)) continue;
-    doubtful.push_back(cell);
-    largest.push_back(row.largest);
-    found.push_back(sums[cell]);
+    if (row.largest == 0) made[cell] = 0;
+    if (made[cell] == 0 || !row.may_be_rounding(made[cell], rounding)) continue;
+    doubtful.cells.push_back(cell);
+    doubtful.largest.push_back(row.largest);
+    doubtful.sums.push_back(made[cell]);
   }
-  if (doubtful.empty()) return sums;
-  drop_rounding(image, doubtful, largest, found, ones, made);
-  for (std::size_t i = 0; i < doubtful.size(); ++i) sums[doubtful[i]] = found[i];
-  return sums;
+  if (doubtful.cells.empty()) return;
+  drop_rounding(image, doubtful.cells, doubtful.largest, doubtful.sums, ones, made);
+  std::ranges::fill(ones, 1.0);  // which takes one image more, and no memory for what was there
+  image(ones, made);
+  for (std::size_t cell = 0; cell < made.size(); ++cell) {
+    if (row_of(matrix, cell).largest == 0) made[cell] = 0;
+  }
+  for (std::size_t i = 0; i < doubtful.cells.size(); ++i) made[doubtful.cells[i]] = doubtful.sums[i];
 }
 
 std::vector<double> row_sums(const StencilMatrix& matrix, double rounding) {

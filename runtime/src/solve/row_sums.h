@@ -26,10 +26,16 @@ struct OperatorKnowledge {
   bool operator==(const OperatorKnowledge&) const = default;
 };
 
-/// Of each row; what is nothing but rounding is 0. `ones`, `made`: memory for values of all cells. `rounding`: relative
-/// error of what kernels make.
-std::vector<double> row_sums(const LinearImage& image, const StencilMatrix& matrix, double rounding,
-                             std::span<double> ones, std::span<double> made);
+/// Rows whose sums may be rounding.
+struct DoubtfulSums {
+  std::vector<std::size_t> cells;
+  std::vector<double> largest, sums;  // the largest entry of the row
+};
+
+/// Of each row, in `made`; what is nothing but rounding is 0. `ones`: memory for values of all cells. `rounding`:
+/// relative error of what kernels make.
+void row_sums(const LinearImage& image, const StencilMatrix& matrix, double rounding, std::span<double> ones,
+              std::span<double> made, DoubtfulSums& doubtful);
 /// The same of a matrix that is all that is known.
 std::vector<double> row_sums(const StencilMatrix& matrix, double rounding);
 /// The same of an operator with these rows away from walls, of one of which it makes `sum` in a cell that is there.

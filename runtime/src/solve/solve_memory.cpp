@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "solve/half_rows.h"
 #include "solve/linear_solver.h"
@@ -35,6 +36,7 @@ class SolveArrays {
     solver();
     keep(1);                   // its right side
     keep(2 + shape_.guesses);  // those of the solve, and the solution
+    if (shape_.changes) keep(renewal());
     return {bytes_of_number * cells_ * kept_, bytes_of_number * cells_ * peak_};
   }
 
@@ -103,6 +105,13 @@ class SolveArrays {
     keep(2 * fine);  // packed right sides and solutions
   }
 
+  /// NullSpaceMemory, and MultigridLevel of a fine and a coarse grid, which stay from the second operator on.
+  double renewal() const {
+    const bool has_levels = has_neighbours_ && method() != DPDE_SOLVE_DIRECT && method() != DPDE_SOLVE_TRIDIAGONAL;
+    const double level = 6, of_null_space = 1.25;
+    return of_null_space + (has_levels ? level * (1 + std::exp2(-axes_)) : 0);
+  }
+
   void preconditioner() {
     if (has_neighbours_) return cycles(true);
     note(2 * entries_ * (entry_of_factor + bytes_of_number) / bytes_of_number);  // in rows, and in columns
@@ -126,6 +135,15 @@ class SolveArrays {
 };
 
 }  // namespace
+
+/// Whether the program makes a coefficient, or steps make another one of it.
+bool has_changing_coefficients(const dpde_solve& solve, const dpde_program& program) {
+  const std::span coefficients(solve.coefficients, static_cast<std::size_t>(solve.coefficient_count));
+  const std::span swaps(program.swaps, static_cast<std::size_t>(program.swap_count));
+  return std::ranges::any_of(coefficients, [&](int32_t field) {
+    return field >= program.input_count || std::ranges::find(swaps, field, &dpde_swap::state) != swaps.end();
+  });
+}
 
 SolveShape shape_of(const dpde_solve& solve, const dpde_layout& given) {
   const dpde_layout layout = with_three_axes(given);

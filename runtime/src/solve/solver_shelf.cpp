@@ -6,14 +6,45 @@
 namespace dpde {
 
 std::shared_ptr<LinearSolver> SolverStore::solver_of(std::shared_ptr<const GridOperator> grid_operator,
-                                                     const SolveOptions& options, const Team& team) {
+                                                     const SolveOptions& options, const Team& team,
+                                                     std::shared_ptr<LinearSolver> spare) {
   std::erase_if(kept_, [](const Kept& kept) { return kept.solver.expired(); });
   for (const Kept& kept : kept_) {
     std::shared_ptr<LinearSolver> solver = kept.solver.lock();
-    if (kept.options == options && *solver->grid_operator() == *grid_operator) return solver;
+    if (kept.options != options || *solver->grid_operator() != *grid_operator) continue;
+    if (spare != nullptr) {
+      const std::array<std::int64_t, 3> cells = grid_operator->cells();
+      spare->keep_operator(std::move(grid_operator));
+      spares_.push_back({options, cells, std::move(spare)});
+    }
+    return solver;
   }
-  auto solver = std::make_shared<LinearSolver>(std::move(grid_operator), options, team);
-  kept_.push_back({options, solver});
+  if (spare == nullptr || !spare->renew(grid_operator)) {
+    spare.reset();  // whose memory the new one takes
+    spare = std::make_shared<LinearSolver>(std::move(grid_operator), options, team);
+  }
+  kept_.push_back({options, spare});
+  return spare;
+}
+
+void SolverStore::give_spare(std::shared_ptr<LinearSolver> solver, const SolveOptions& options) {
+  if (solver == nullptr || solver.use_count() > 1) return;
+  const auto known = std::ranges::find_if(kept_, [&](const Kept& kept) { return kept.solver.lock() == solver; });
+  if (known == kept_.end()) return;
+  const bool is_wanted = known->options == options;
+  kept_.erase(known);
+  if (!is_wanted) return;
+  const std::array<std::int64_t, 3> cells = solver->grid_operator()->cells();
+  spares_.push_back({options, cells, std::move(solver)});
+}
+
+std::shared_ptr<LinearSolver> SolverStore::take_spare(const SolveOptions& options,
+                                                      const std::array<std::int64_t, 3>& cells) {
+  const auto known = std::ranges::find_if(
+      spares_, [&](const Spare& spare) { return spare.options == options && spare.cells == cells; });
+  if (known == spares_.end()) return nullptr;
+  std::shared_ptr<LinearSolver> solver = std::move(known->solver);
+  spares_.erase(known);
   return solver;
 }
 

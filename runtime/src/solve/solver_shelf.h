@@ -3,6 +3,8 @@
 // matrix, as those of the stages of a time scheme and of their adjoints, share one solver.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <string>
@@ -24,17 +26,30 @@ class SolverStore {
  public:
   /// At least so many guesses, one behind the other.
   std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses);
-  /// It stays as long as somebody holds it. Operators are compared with those that solvers hold.
+  /// It stays as long as somebody holds it. Operators are compared with those that solvers hold. `spare`: one of
+  /// take_spare(), or null.
   /// \throws dpde::Error as LinearSolver does.
   std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
-                                          const SolveOptions& options, const Team& team);
+                                          const SolveOptions& options, const Team& team,
+                                          std::shared_ptr<LinearSolver> spare = nullptr);
+  /// Keeps a solver of these options that nobody else holds, and that was made by solver_of(), until another takes its
+  /// memory.
+  void give_spare(std::shared_ptr<LinearSolver> solver, const SolveOptions& options);
+  /// With these options and so many cells, or null.
+  std::shared_ptr<LinearSolver> take_spare(const SolveOptions& options, const std::array<std::int64_t, 3>& cells);
 
  private:
   struct Kept {
     SolveOptions options;
     std::weak_ptr<LinearSolver> solver;
   };
+  struct Spare {
+    SolveOptions options;
+    std::array<std::int64_t, 3> cells;
+    std::shared_ptr<LinearSolver> solver;
+  };
   std::vector<Kept> kept_;
+  std::vector<Spare> spares_;
   std::vector<std::shared_ptr<SolveVectors>> vectors_;  // of grids of different sizes
 };
 
@@ -48,8 +63,14 @@ class SolverShelf {
   const Team& team() const { return team_; }
 
   std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
-                                          const SolveOptions& options) {
-    return store_->solver_of(std::move(grid_operator), options, team_);
+                                          const SolveOptions& options, std::shared_ptr<LinearSolver> spare = nullptr) {
+    return store_->solver_of(std::move(grid_operator), options, team_, std::move(spare));
+  }
+  void give_spare(std::shared_ptr<LinearSolver> solver, const SolveOptions& options) {
+    store_->give_spare(std::move(solver), options);
+  }
+  std::shared_ptr<LinearSolver> take_spare(const SolveOptions& options, const std::array<std::int64_t, 3>& cells) {
+    return store_->take_spare(options, cells);
   }
   std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses) {
     return store_->vectors(cells, guesses);

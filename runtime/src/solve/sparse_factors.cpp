@@ -6,7 +6,7 @@
 
 namespace dpde {
 
-SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>>& columns)
+SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>> &columns)
     : matrix_(static_cast<Eigen::Index>(columns.size()), static_cast<Eigen::Index>(columns.size())) {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t row = 0; row < columns.size(); ++row) {
@@ -19,6 +19,19 @@ SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>>& colum
 void SparseFactors::set_zero() { std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0); }
 
 void SparseFactors::set(std::int64_t row, std::int64_t column, double value) { matrix_.coeffRef(row, column) = value; }
+
+double *SparseFactors::entry(std::int64_t row, std::int64_t column) {
+  const int *const rows = matrix_.innerIndexPtr(), *const columns = matrix_.outerIndexPtr();
+  const int *const begin = rows + columns[column], *const end = rows + columns[column + 1];
+  const int *const found = std::lower_bound(begin, end, static_cast<int>(row));
+  return found == end || *found != row ? nullptr : matrix_.valuePtr() + (found - rows);
+}
+
+double SparseFactors::largest_column() const {
+  double size = 0;
+  for (Eigen::Index column = 0; column < matrix_.cols(); ++column) size = std::max(size, matrix_.col(column).norm());
+  return size;
+}
 
 bool SparseFactors::factor() {
   const Eigen::Map<const Eigen::ArrayXd> values(matrix_.valuePtr(), matrix_.nonZeros());

@@ -18,6 +18,9 @@ class SparseFactors {
 
   void set_zero();
   void set(std::int64_t row, std::int64_t column, double value);
+  /// Null where there is none.
+  double* entry(std::int64_t row, std::int64_t column);
+  double largest_column() const;  // norm
   /// False where it is singular or not finite.
   bool factor();
   void solve(std::span<const double> right, std::span<double> x) const;

@@ -82,16 +82,39 @@ void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x,
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) { result[column] += value * x[row]; });
 }
 
+namespace {
+
+/// On all but small rings each offset is a column of its own.
+bool is_column_each(const StencilMatrix& matrix) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::array<int, 3>& offset : matrix.offsets) {
+      if (matrix.periodic[axis] && 2 * std::abs(offset[axis]) >= matrix.cells[axis]) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 bool is_symmetric(const StencilMatrix& matrix, double rounding) {
+  const bool is_one = is_column_each(matrix);
   bool are_all = true;
-  for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
-    const std::vector<std::size_t> same = same_column(matrix, k, 1), opposite = same_column(matrix, k, -1);
-    if (same.front() != k) continue;
+  for (std::size_t k = 0; k < matrix.offsets.size() && are_all; ++k) {
+    if (!is_one && same_column(matrix, k, 1).front() != k) continue;
+    const std::array<int, 3>& offset = matrix.offsets[k];
+    const auto opposite = std::ranges::find(matrix.offsets, std::array{-offset[0], -offset[1], -offset[2]});
+    const double* const back = opposite == matrix.offsets.end()
+                                   ? nullptr
+                                   : matrix.values[static_cast<std::size_t>(opposite - matrix.offsets.begin())].data();
+    const double* const forth = matrix.values[k].data();
+    const std::vector<std::size_t> none, same = is_one ? none : same_column(matrix, k, 1),
+                                         other = is_one ? none : same_column(matrix, k, -1);
     for_each_cell(matrix.cells, [&](std::size_t row, const GridPlace& cell) {
-      const std::int64_t column = column_of(matrix, cell, matrix.offsets[k]);
+      const std::int64_t column = column_of(matrix, cell, offset);
       if (column < 0) return;
-      const double back = sum_of(matrix, opposite, static_cast<std::size_t>(column));
-      are_all = are_all && are_same(sum_of(matrix, same, row), back, rounding);
+      const auto there = static_cast<std::size_t>(column);
+      are_all = are_all && (is_one ? are_same(forth[row], back == nullptr ? 0 : back[there], rounding)
+                                   : are_same(sum_of(matrix, same, row), sum_of(matrix, other, there), rounding));
     });
   }
   return are_all;

@@ -3,16 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dpde {
 
 std::optional<TridiagonalSolver> TridiagonalSolver::of(const StencilMatrix& matrix, const NullSpace& null_space) {
+  TridiagonalSolver solver;
+  return solver.set(matrix, null_space) ? std::optional(std::move(solver)) : std::nullopt;
+}
+
+bool TridiagonalSolver::set(const StencilMatrix& matrix, const NullSpace& null_space) {
   const auto n = static_cast<std::size_t>(matrix.size());
   const bool is_one_part =
       null_space.is_empty() || (null_space.parts().size() == 1 && null_space.parts().front().size() == n);
   if (static_cast<std::int64_t>(n) != matrix.cells[0] || n < 3 || !is_one_part || null_space.is_lopsided())
-    return std::nullopt;
-  std::vector<double> lower(n, 0.0), diagonal(n, 0.0), upper(n, 0.0);
+    return false;
+  std::vector<double>&lower = lower_, &diagonal = diagonal_, &upper = upper_;
+  for (std::vector<double>* entries : {&lower, &diagonal, &upper}) entries->assign(n, 0.0);
   bool fits = true;
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double value) {
     if (column == row) {
@@ -31,38 +38,35 @@ std::optional<TridiagonalSolver> TridiagonalSolver::of(const StencilMatrix& matr
   }
   for (std::size_t i = 0; i < n; ++i)
     fits = fits && diagonal[i] != 0 && std::abs(diagonal[i]) >= 0.999999 * (std::abs(lower[i]) + std::abs(upper[i]));
-  if (!fits) return std::nullopt;
-  TridiagonalSolver solver;
-  solver.holds_first_ = !null_space.is_empty();
+  if (!fits) return false;
+  holds_first_ = !null_space.is_empty();
   const double first = lower[0], last = upper[n - 1];
-  solver.is_ring_ = first != 0 || last != 0;
-  if (solver.is_ring_) {
+  is_ring_ = first != 0 || last != 0;
+  if (is_ring_) {
     // A = T + u*v^T with u = (-d, 0, ..., last) and v = (1, 0, ..., -first/d), d = diagonal[0].
     const double d = diagonal[0];
-    solver.ring_first_ = 1;
-    solver.ring_last_ = -first / d;
+    ring_first_ = 1;
+    ring_last_ = -first / d;
     diagonal[0] += d;
     diagonal[n - 1] += first * last / d;
-    solver.ring_.assign(n, 0.0);
-    solver.ring_.front() = -d;
-    solver.ring_.back() = last;
+    ring_.assign(n, 0.0);
+    ring_.front() = -d;
+    ring_.back() = last;
   }
   lower[0] = upper[n - 1] = 0;
-  solver.pivot_.resize(n);
+  pivot_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double pivot = diagonal[i] - (i > 0 ? lower[i] * solver.pivot_[i - 1] * upper[i - 1] : 0);
-    if (std::abs(pivot) <= 1e-13 * std::abs(diagonal[i])) return std::nullopt;
-    solver.pivot_[i] = 1 / pivot;
+    const double pivot = diagonal[i] - (i > 0 ? lower[i] * pivot_[i - 1] * upper[i - 1] : 0);
+    if (std::abs(pivot) <= 1e-13 * std::abs(diagonal[i])) return false;
+    pivot_[i] = 1 / pivot;
   }
-  solver.lower_ = std::move(lower);
-  solver.upper_ = std::move(upper);
-  if (solver.is_ring_) {
-    solver.eliminate(solver.ring_);
-    const double scale = 1 + solver.ring_first_ * solver.ring_.front() + solver.ring_last_ * solver.ring_.back();
-    if (std::abs(scale) < 1e-13) return std::nullopt;
-    solver.ring_scale_ = 1 / scale;
+  if (is_ring_) {
+    eliminate(ring_);
+    const double scale = 1 + ring_first_ * ring_.front() + ring_last_ * ring_.back();
+    if (std::abs(scale) < 1e-13) return false;
+    ring_scale_ = 1 / scale;
   }
-  return solver;
+  return true;
 }
 
 void TridiagonalSolver::eliminate(std::span<double> x) const {

@@ -17,10 +17,13 @@ struct SolveShape {
   int method = DPDE_SOLVE_AUTOMATIC;    // of dpde_solve
   int guesses = 0;
   bool has_floats = false;  // transforms of fields of f32
+  bool changes = false;     // coefficients, from step to step
 };
 
 /// Of a solve without coefficients rows are taken to be the same in all cells.
 SolveShape shape_of(const dpde_solve& solve, const dpde_layout& layout);
+/// Whether steps make another field of one of its coefficients.
+bool has_changing_coefficients(const dpde_solve& solve, const dpde_program& program);
 
 struct SolveMemory {
   double kept = 0;  // bytes, as long as the solve is there
