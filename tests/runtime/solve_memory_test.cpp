@@ -68,7 +68,7 @@ TEST(MemoryOfSolves, IsWhatIsSaid) {
                                                      std::tuple{SolverMethod::bicgstab, DPDE_SOLVE_BICGSTAB, true},
                                                      std::tuple{SolverMethod::gmres, DPDE_SOLVE_GMRES, true}}) {
         for (const auto& [is_constant, changes] : {std::pair{true, false}, {false, false}, {false, true}}) {
-          if (!is_constant && !varies) continue;
+          if ((!is_constant && !varies) || (changes && walls != all_walls[1])) continue;
           const MeasuredSolver one{cells, walls, is_constant, method, of_solve, changes};
           SolveShape shape{.cells = cells, .is_constant = is_constant, .method = of_solve, .changes = changes};
           for (std::size_t axis = 0; axis < 3; ++axis) {
