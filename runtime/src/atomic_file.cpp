@@ -154,12 +154,12 @@ class AtomicFile::Output {
 namespace {
 
 /// A link is followed: its target is replaced, the link stays. A special file is written directly.
-struct Target {
+struct ReplacedFile {
   std::filesystem::path path;
   bool is_special;
 };
 
-Target target_of(const std::filesystem::path& path) {
+ReplacedFile target_of(const std::filesystem::path& path) {
   struct stat status {};
   const bool exists = stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(path, EISDIR);
@@ -173,7 +173,7 @@ Target target_of(const std::filesystem::path& path) {
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& path, Access access) {
-  const Target target = target_of(path);
+  const ReplacedFile target = target_of(path);
   output_ = std::make_unique<Output>(target.path, target.is_special, access);
 }
 AtomicFile::~AtomicFile() = default;

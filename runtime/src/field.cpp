@@ -74,7 +74,7 @@ void copy_row(const From* from, int64_t count, To* to) {
   }
 }
 
-int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
+int64_t periodic_cell(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 
 }  // namespace
 
@@ -160,7 +160,7 @@ void fill_coordinate(Field& field, int axis, double low, double spacing, bool pe
   const dpde_layout& layout = field.layout();
   const auto a = static_cast<size_t>(axis);
   const auto value = [&](int64_t i) {
-    const int64_t place = i + layout.first[a], cell = periodic ? wrapped(place, layout.global[a]) : place;
+    const int64_t place = i + layout.first[a], cell = periodic ? periodic_cell(place, layout.global[a]) : place;
     return low + (static_cast<double>(cell) + 0.5) * spacing;
   };
   for (int64_t z = -layout.halo[2]; z < layout.cells[2] + layout.halo[2]; ++z) {

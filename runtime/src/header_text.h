@@ -14,6 +14,8 @@
 
 namespace dpde {
 
+constexpr std::size_t most_axes = 32;  // of an array, as NumPy has it
+
 class HeaderText {
  public:
   /// `format`: ".npy", for messages; `file` must stay.

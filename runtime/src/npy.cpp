@@ -21,7 +21,6 @@ namespace dpde {
 namespace {
 
 constexpr std::string_view magic = "\x93NUMPY";
-constexpr size_t most_axes = 32;
 static_assert(std::endian::native == std::endian::little);
 
 struct Header {
@@ -31,9 +30,9 @@ struct Header {
 };
 
 /// Reads the header's dictionary: {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }
-class HeaderReader : public HeaderText {
+class NpyHeaderReader : public HeaderText {
  public:
-  HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".npy") {}
+  NpyHeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".npy") {}
 
   Header read() {
     Header header;
@@ -178,7 +177,7 @@ std::string header_of(std::span<const int64_t> shape, bool is_single) {
 
 NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
   const std::string_view all(bytes.data(), bytes.size());
-  HeaderReader reader({}, name);
+  NpyHeaderReader reader({}, name);
   if (!all.starts_with(magic)) reader.fail("it does not begin with the bytes of one");
   if (all.size() < magic.size() + 4) reader.fail("it ends inside its header");
   const int version = all[6];
@@ -188,7 +187,7 @@ NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
   size_t length = 0;
   for (size_t i = digits; i-- > 0;) length = length << 8 | static_cast<unsigned char>(all[magic.size() + 2 + i]);
   if (length > all.size() - start) reader.fail("it ends inside its header");
-  const Header header = HeaderReader(all.substr(start, length), name).read();
+  const Header header = NpyHeaderReader(all.substr(start, length), name).read();
   const std::optional<Type> type = find_type(header.type);
   if (!type)
     reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, integers and truth values are supported",

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <limits>
 
+#include "aligned_memory.h"
 #include "dpde/runtime/layout.h"
 #include "real.h"
+#include "sweep.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t lanes = 8;        // of a row: sums that do not wait for each other
-constexpr int64_t widest = 2048;    // piece of a row that is combined with those of the other rows at a time
-constexpr int64_t cache_line = 64;  // bytes
-constexpr int64_t least_cells_for_threads = 32 * 1024;
+constexpr int64_t lanes = 8;      // of a row: sums that do not wait for each other
+constexpr int64_t widest = 2048;  // piece of a row that is combined with those of the other rows at a time
 
 struct Add {
   double operator()(double a, double b) const { return a + b; }
@@ -60,7 +60,7 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
   // As long as there is one for each thread: what is far apart in memory is slow to read (measured: 128 cells take
   // twice the time of 1024, over y at 1024^2). Results do not depend on it, each cell being combined with those of
   // other rows alone.
-  const int64_t line = cache_line / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
+  const int64_t line = line_bytes / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
   piece_ = std::min(widest, (share + line - 1) / line * line);
   if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
   if (ranks_ != nullptr || over(0)) values_.assign(static_cast<size_t>(groups(0) * groups(1) * groups(2)), 0.0);

@@ -21,7 +21,7 @@ namespace dpde {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-constexpr std::size_t most_axes = 32, length_bytes = 8;
+constexpr std::size_t length_bytes = 8;
 
 struct TensorEntry {
   std::string type;
@@ -30,9 +30,9 @@ struct TensorEntry {
 
 /// Reads the header: {"name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, "__metadata__": {"key":
 /// "text"}}
-class HeaderReader : public HeaderText {
+class SafetensorsHeaderReader : public HeaderText {
  public:
-  HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".safetensors") {}
+  SafetensorsHeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".safetensors") {}
 
   std::vector<std::pair<std::string, TensorEntry>> read() {
     std::vector<std::pair<std::string, TensorEntry>> entries;
@@ -155,7 +155,7 @@ std::vector<double> numbers(std::string_view data) {
   return {raw.begin(), raw.end()};
 }
 
-NamedArray array_of(const HeaderReader& reader, const std::string& name, const TensorEntry& entry,
+NamedArray array_of(const SafetensorsHeaderReader& reader, const std::string& name, const TensorEntry& entry,
                     std::string_view data) {
   const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
   const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
@@ -175,7 +175,7 @@ NamedArray array_of(const HeaderReader& reader, const std::string& name, const T
 }
 
 /// As the format wants it: every byte belongs to one entry.
-void check_bytes_are_used_once(const HeaderReader& reader,
+void check_bytes_are_used_once(const SafetensorsHeaderReader& reader,
                                const std::vector<std::pair<std::string, TensorEntry>>& entries, std::size_t bytes) {
   std::vector<std::pair<std::vector<int64_t>, std::string>> parts;
   for (const auto& [name, entry] : entries) parts.emplace_back(entry.offsets, name);
@@ -204,11 +204,11 @@ std::string quoted(const std::string& name) {
 
 std::vector<NamedArray> parse_safetensors(std::string_view bytes, const std::string& name) {
   uint64_t length = 0;
-  const HeaderReader nothing({}, name);
+  const SafetensorsHeaderReader nothing({}, name);
   if (bytes.size() < length_bytes) nothing.fail("it ends before its header");
   std::memcpy(&length, bytes.data(), length_bytes);
   if (length > bytes.size() - length_bytes) nothing.fail("it ends inside its header");
-  HeaderReader reader(bytes.substr(length_bytes, length), name);
+  SafetensorsHeaderReader reader(bytes.substr(length_bytes, length), name);
   const std::string_view data = bytes.substr(length_bytes + length);
   std::vector<NamedArray> arrays;
   const auto entries = reader.read();

@@ -11,8 +11,7 @@ namespace dpde {
 namespace {
 
 constexpr int64_t plane_bytes = 640 * 1024;  // of one plane of a tile
-constexpr int64_t least_cells_for_threads = 32 * 1024;
-constexpr int64_t parts_per_thread = 4;  // so that little is left to wait for where a thread comes late
+constexpr int64_t parts_per_thread = 4;      // so that little is left to wait for where a thread comes late
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
 constexpr int64_t least_tile = 8;                              // rows
 

@@ -12,6 +12,8 @@
 
 namespace dpde {
 
+constexpr int64_t least_cells_for_threads = 32 * 1024;  // fewer are passed sooner by one
+
 struct SweepStream {
   int field;
   int64_t delta;  // bytes from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)

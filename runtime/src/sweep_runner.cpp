@@ -6,13 +6,12 @@
 #include <chrono>
 #include <utility>
 
+#include "aligned_memory.h"
 #include "dpde/runtime/layout.h"
 #include "real.h"
 
 namespace dpde {
 namespace {
-
-constexpr int64_t cache_line = 64;  // bytes
 
 /// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches
 /// want it.
@@ -20,7 +19,7 @@ const dpde_variant& code_of(const Sweep& sweep, std::span<void* const> fields) {
   const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
   const auto is_off = [&](const SweepStream& stream) {
     void* const base = fields[static_cast<size_t>(stream.field)];
-    return stream.is_written && reinterpret_cast<uintptr_t>(moved(base, stream.delta, 1)) % cache_line != 0;
+    return stream.is_written && reinterpret_cast<uintptr_t>(moved(base, stream.delta, 1)) % line_bytes != 0;
   };
   return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
 }
@@ -32,7 +31,7 @@ const dpde_variant& code_of(const Sweep& sweep, std::span<void* const> fields) {
                                                  int64_t width) {
   for (size_t s : sweep.leading) {
     const char* ahead = moved(pointers[s], stride, 1);
-    for (int64_t x = 0; x < sweep.count * width; x += cache_line) __builtin_prefetch(ahead + x);
+    for (int64_t x = 0; x < sweep.count * width; x += line_bytes) __builtin_prefetch(ahead + x);
   }
   if (!sweep.leading.empty()) return;
   for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(moved(pointers[s], stride, 1));

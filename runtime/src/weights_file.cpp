@@ -20,13 +20,13 @@
 namespace dpde {
 namespace {
 
-[[noreturn]] void fail(const std::string& file, const std::string& what) {
+[[noreturn]] void refuse(const std::string& file, const std::string& what) {
   throw Error(ErrorKind::input, fmt::format("{} is not a usable file of weights: {}", file, what));
 }
 
 bool is_npz(const std::string& name) {
   if (name.ends_with(".npz")) return true;
-  if (!name.ends_with(".safetensors")) fail(name, "its name ends neither with .safetensors nor with .npz");
+  if (!name.ends_with(".safetensors")) refuse(name, "its name ends neither with .safetensors nor with .npz");
   return false;
 }
 
@@ -163,25 +163,25 @@ std::vector<double> weights_of(const dpde_network& network, std::span<const Name
     if (array == arrays.end()) {
       std::vector<std::string> others;
       for (const NamedArray& each : arrays) others.push_back(each.name);
-      fail(file, fmt::format("network {} needs an array {}; it has {}", network.name, name,
-                             others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", "))));
+      refuse(file, fmt::format("network {} needs an array {}; it has {}", network.name, name,
+                               others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", "))));
     }
     if (!array->other_type.empty())
-      fail(file, fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, array->other_type));
+      refuse(file, fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, array->other_type));
     if (array->shape != place.shape) {
-      fail(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name, fmt::join(array->shape, ", "),
-                             network.name, fmt::join(place.shape, ", ")));
+      refuse(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name,
+                               fmt::join(array->shape, ", "), network.name, fmt::join(place.shape, ", ")));
     }
     const auto bad = std::ranges::find_if_not(array->values, [](double value) { return std::isfinite(value); });
     if (bad != array->values.end())
-      fail(file, fmt::format("value {} of {} is {}", bad - array->values.begin(), array->name, *bad));
+      refuse(file, fmt::format("value {} of {} is {}", bad - array->values.begin(), array->name, *bad));
     std::ranges::copy(array->values, weights.begin() + place.begin);
     ++used;
   }
   const auto mine = std::ranges::count_if(arrays, [&](const NamedArray& array) { return names.is_own(array); });
   if (static_cast<std::size_t>(mine) != used)
-    fail(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network",
-                           mine, names.are_numbers() ? "" : names.prefix(), network.name, used));
+    refuse(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network",
+                             mine, names.are_numbers() ? "" : names.prefix(), network.name, used));
   return weights;
 }
 

@@ -16,13 +16,13 @@ namespace {
 constexpr int64_t most_bytes = int64_t{256} << 20, most_bytes_in_cache = int64_t{8} << 20, least_products_per_byte = 64;
 
 /// A network of a pair, or its solves.
-struct Pair {
+struct StoredPair {
   int64_t runs, bytes;
   bool pays_in_memory;
   std::function<void(const std::shared_ptr<Tapes>&)> connect;
 };
 
-void add_networks(const ResolvedSetup& setup, const ProgramPair& of, std::vector<Pair>& pairs) {
+void add_networks(const ResolvedSetup& setup, const ProgramPair& of, std::vector<StoredPair>& pairs) {
   Executor &program = of.program, &adjoint = of.adjoint;
   const ProgramIds &own = setup.ids(program.program()), &others = setup.ids(adjoint.program());
   for (int i = 0; i < program.program().network_count; ++i) {
@@ -41,7 +41,7 @@ void add_networks(const ResolvedSetup& setup, const ProgramPair& of, std::vector
 }
 
 /// Solves of an adjoint whose unknown is one of the program's make it again. All of them share their tapes.
-void add_solves(const ResolvedSetup& setup, const ProgramPair& of, std::vector<Pair>& pairs) {
+void add_solves(const ResolvedSetup& setup, const ProgramPair& of, std::vector<StoredPair>& pairs) {
   const auto unknown = [&](const Executor& executor, const FieldSolve* solve) {
     return setup.ids(executor.program()).fields[static_cast<size_t>(solve->unknown())];
   };
@@ -68,17 +68,17 @@ void add_solves(const ResolvedSetup& setup, const ProgramPair& of, std::vector<P
 
 void TapeStore::plan(const ResolvedSetup& setup, std::span<const ProgramPair> programs, int64_t left, double most_share,
                      bool is_plan) {
-  std::vector<Pair> pairs;
+  std::vector<StoredPair> pairs;
   for (const ProgramPair& of : programs) {
     add_networks(setup, of, pairs);
     add_solves(setup, of, pairs);
   }
   double wanted = 0;
-  for (const Pair& pair : pairs) wanted += static_cast<double>(pair.runs) * static_cast<double>(pair.bytes);
-  const bool pays = std::ranges::all_of(pairs, &Pair::pays_in_memory);
+  for (const StoredPair& pair : pairs) wanted += static_cast<double>(pair.runs) * static_cast<double>(pair.bytes);
+  const bool pays = std::ranges::all_of(pairs, &StoredPair::pays_in_memory);
   const int64_t room = std::clamp<int64_t>(left, 0, pays ? most_bytes : most_bytes_in_cache);
   const double share = std::min(std::min(1.0, static_cast<double>(room) / std::max(wanted, 1.0)), most_share);
-  for (const Pair& pair : pairs) {
+  for (const StoredPair& pair : pairs) {
     const auto count = static_cast<int64_t>(share * static_cast<double>(pair.runs));
     if (count == 0) continue;
     bytes_ += pair.bytes * count;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t modes_of_block = 32;
 
-bool is_zero(double value) { return value == 0; }
+bool vanishes(double value) { return value == 0; }
 
 /// Sizes of the rows, and whether each is the same along an axis.
 class Rows {
@@ -38,7 +38,7 @@ class Rows {
   }
   bool couple_neighbours_along(std::size_t axis) const {
     for (std::size_t k = 0; k < matrix_.offsets.size(); ++k) {
-      if (std::abs(matrix_.offsets[k][axis]) > 1 && !std::ranges::all_of(matrix_.values[k], is_zero)) return false;
+      if (std::abs(matrix_.offsets[k][axis]) > 1 && !std::ranges::all_of(matrix_.values[k], vanishes)) return false;
     }
     return true;
   }
