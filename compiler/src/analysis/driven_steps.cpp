@@ -32,11 +32,6 @@ model::Expr of_time(const model::Expr& e, const model::Problem& problem, const s
   return model::map_parts(e, [&](const model::Expr& part) { return of_time(part, problem, place); });
 }
 
-bool is_condition(const model::Expr& e) {
-  const auto* b = std::get_if<model::Binary>(&e->kind);
-  return b != nullptr && (is_comparison(b->op) || is_logical(b->op));
-}
-
 class DrivenSteps {
  public:
   explicit DrivenSteps(const model::Problem& problem) : problem_(problem) {
@@ -65,7 +60,7 @@ class DrivenSteps {
       const model::Expr formula = of_time(e, problem_, place);
       if (!model::is_formula(formula)) return;
       ++seen_;
-      is_condition(formula) ? look_for_changes(formula) : look_for_extremes(formula);
+      model::is_condition(formula) ? look_for_changes(formula) : look_for_extremes(formula);
       if (!model::any_part(
               e, [](const model::Expr& part) { return std::holds_alternative<model::Coordinate>(part->kind); }))
         return;  // it is the same at all places

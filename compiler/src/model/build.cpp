@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "support/comparisons.h"
 #include "support/derivative_names.h"
 #include "support/match.h"
 
@@ -81,6 +82,11 @@ Expr binary(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
   return make(Binary{op, left, right}, origin);
 }
 
+Expr plus(const Expr& a, const Expr& b, Origin origin) { return binary(BinaryOp::add, a, b, origin); }
+Expr minus(const Expr& a, const Expr& b, Origin origin) { return binary(BinaryOp::subtract, a, b, origin); }
+Expr times(const Expr& a, const Expr& b, Origin origin) { return binary(BinaryOp::multiply, a, b, origin); }
+Expr over(const Expr& a, const Expr& b, Origin origin) { return binary(BinaryOp::divide, a, b, origin); }
+
 Expr call(Fn fn, std::vector<Expr> arguments, Origin origin) { return make(Call{fn, std::move(arguments)}, origin); }
 
 Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origin) {
@@ -141,6 +147,11 @@ Expr without_aids(const Solve& solved, Origin origin) {
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
 bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
+
+bool is_condition(const Expr& e) {
+  const auto* b = std::get_if<Binary>(&e->kind);
+  return b != nullptr && (is_comparison(b->op) || is_logical(b->op));
+}
 
 bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {

@@ -19,6 +19,10 @@ Expr coordinate(int axis, Origin origin = {});
 Expr noise(std::uint64_t seed, Origin origin = {});
 Expr negate(const Expr& operand, Origin origin = {});
 Expr binary(BinaryOp op, const Expr& left, const Expr& right, Origin origin = {});
+Expr plus(const Expr& a, const Expr& b, Origin origin = {});
+Expr minus(const Expr& a, const Expr& b, Origin origin = {});
+Expr times(const Expr& a, const Expr& b, Origin origin = {});
+Expr over(const Expr& a, const Expr& b, Origin origin = {});
 Expr call(Fn fn, std::vector<Expr> arguments, Origin origin = {});
 Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origin = {});
 /// Orders 3 and 4 are nested: the second derivative inside.
@@ -39,7 +43,14 @@ Expr solve(Solve solved, Origin origin = {});
 /// The same solve beginning with nothing of the model's: what a solution depends on.
 Expr without_aids(const Solve& solved, Origin origin);
 
+/// `e` where it is a T, else nullptr.
+template <class T>
+const T* as(const Expr& e) {
+  return std::get_if<T>(&e->kind);
+}
 bool is_constant(const Expr& e, double value);
+/// Whether it compares, or combines conditions.
+bool is_condition(const Expr& e);
 /// Neither fields nor coordinates nor noise nor reductions: the same at all points.
 bool is_uniform(const Expr& e);
 bool holds_reduction(const Expr& e);

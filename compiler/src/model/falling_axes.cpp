@@ -34,9 +34,9 @@ Expr with_signs_outside(BinaryOp op, const Expr& left, const Expr& right, Origin
   return negate(binary(BinaryOp::add, a, b, origin), origin);
 }
 
-class Rewriter {
+class FallingAxesRewriter {
  public:
-  explicit Rewriter(const std::vector<Axis>& axes) : axes_(axes) {}
+  explicit FallingAxesRewriter(const std::vector<Axis>& axes) : axes_(axes) {}
 
   Expr operator()(const Expr& e) const;
   void rewrite(std::vector<AxisSides>& boundary) const;
@@ -60,7 +60,7 @@ class Rewriter {
   const std::vector<Axis>& axes_;
 };
 
-Expr Rewriter::operator()(const Expr& e) const {
+Expr FallingAxesRewriter::operator()(const Expr& e) const {
   const Origin origin = e->origin;
   return match(
       e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; },
@@ -99,7 +99,7 @@ Expr Rewriter::operator()(const Expr& e) const {
       [&](const Solve& s) { return solved(s, origin); });
 }
 
-Expr Rewriter::derivative_of(const Derivative& d, Origin origin) const {
+Expr FallingAxesRewriter::derivative_of(const Derivative& d, Origin origin) const {
   const Expr operand = (*this)(d.operand);
   const Expr* inside = negated(operand);
   const Expr result = derivative(inside ? *inside : operand, d.axis, d.order, origin);
@@ -107,7 +107,7 @@ Expr Rewriter::derivative_of(const Derivative& d, Origin origin) const {
   return changes_sign != (inside != nullptr) ? negate(result, origin) : result;
 }
 
-Expr Rewriter::advection_of(const Advect& a, Origin origin) const {
+Expr FallingAxesRewriter::advection_of(const Advect& a, Origin origin) const {
   std::vector<Expr> velocity = all(a.velocity);
   for (int axis = 0; axis < static_cast<int>(velocity.size()); ++axis) {
     Expr& along = velocity[static_cast<std::size_t>(axis)];
@@ -116,7 +116,7 @@ Expr Rewriter::advection_of(const Advect& a, Origin origin) const {
   return advect(std::move(velocity), (*this)(a.operand), origin);
 }
 
-Expr Rewriter::sampled(Sample sample, Origin origin) const {
+Expr FallingAxesRewriter::sampled(Sample sample, Origin origin) const {
   for (std::size_t a = 0; a < sample.place.size(); ++a) {
     sample.place[a] = (*this)(sample.place[a]);
     if (!axes_[a].runs_down()) continue;
@@ -127,14 +127,14 @@ Expr Rewriter::sampled(Sample sample, Origin origin) const {
   return model::sample(std::move(sample), origin);
 }
 
-Expr Rewriter::applied(const Apply& a, Origin origin) const {
+Expr FallingAxesRewriter::applied(const Apply& a, Origin origin) const {
   Operator function = a.function;
   function.body = all(function.body);
   for (Operator::Adjoint& adjoint : function.adjoints) adjoint.value = (*this)(adjoint.value);
   return apply({std::move(function), all(a.arguments), a.component, a.places, a.results}, origin);
 }
 
-Expr Rewriter::solved(Solve solve, Origin origin) const {
+Expr FallingAxesRewriter::solved(Solve solve, Origin origin) const {
   solve.operation = (*this)(solve.operation);
   solve.right = (*this)(solve.right);
   for (Expr& start : solve.starts) start = (*this)(start);
@@ -143,7 +143,7 @@ Expr Rewriter::solved(Solve solve, Origin origin) const {
   return model::solve(std::move(solve), origin);
 }
 
-void Rewriter::rewrite(std::vector<AxisSides>& boundary) const {
+void FallingAxesRewriter::rewrite(std::vector<AxisSides>& boundary) const {
   for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
     AxisSides& sides = boundary[axis];
     for (Side* side : {&sides.low, &sides.high}) side->value = (*this)(side->value);
@@ -156,7 +156,7 @@ void Rewriter::rewrite(std::vector<AxisSides>& boundary) const {
 Problem in_rising_coordinates(Problem problem) {
   const std::vector<Axis> axes = problem.axes;
   if (std::ranges::none_of(axes, &Axis::runs_down)) return problem;
-  const Rewriter rewriter(axes);
+  const FallingAxesRewriter rewriter(axes);
   rewrite_in_coordinates(problem, [&](const Expr& e, const Placement&) { return rewriter(e); });
   for (State& state : problem.states) rewriter.rewrite(state.boundary);
   for (Coefficient& coefficient : problem.coefficients) {

@@ -12,10 +12,6 @@ namespace dpde::model {
 
 namespace {
 
-Expr plus(const Expr& a, const Expr& b) { return binary(BinaryOp::add, a, b); }
-Expr minus(const Expr& a, const Expr& b) { return binary(BinaryOp::subtract, a, b); }
-Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
-Expr over(const Expr& a, const Expr& b) { return binary(BinaryOp::divide, a, b); }
 Expr square(const Expr& a) { return binary(BinaryOp::power, a, 2.0); }
 
 Expr slope_of_binary(const Binary& b, const Variable& by) {

@@ -10,9 +10,9 @@ namespace dpde::model {
 
 namespace {
 
-class Reader {
+class InfluenceReader {
  public:
-  explicit Reader(Reading& reading) : reading_(reading) {}
+  explicit InfluenceReader(Reading& reading) : reading_(reading) {}
 
   void read(const Expr& e, bool smooth) {
     match(
@@ -69,7 +69,7 @@ void add(Influence::Unknowns& to, const Influence::Unknowns& from) { to.insert(f
 
 Reading reading_of(const Expr& e) {
   Reading reading;
-  Reader(reading).read(e, true);
+  InfluenceReader(reading).read(e, true);
   return reading;
 }
 
@@ -115,7 +115,7 @@ Influence::Influence(const Problem& problem, const Reading& program) {
   add_edges(problem, program);
   Reading losses;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
-    if (formula.is_of_loss) Reader(losses).read(*formula.value, true);
+    if (formula.is_of_loss) InfluenceReader(losses).read(*formula.value, true);
   });
   spread();
   losses_ = on(losses);

@@ -11,11 +11,6 @@ namespace dpde::model {
 
 namespace {
 
-template <class T>
-const T* as(const Expr& e) {
-  return std::get_if<T>(&e->kind);
-}
-
 /// Calls `f` on the children whose values are taken where `e` is.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {

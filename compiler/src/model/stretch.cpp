@@ -25,9 +25,6 @@ bool is_taken(const Problem& problem, const std::string& name) {
 
 namespace {
 
-Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
-Expr over(const Expr& a, const Expr& b, Origin origin = {}) { return binary(BinaryOp::divide, a, b, origin); }
-
 Expr metric_of(const Stretch& stretch) { return over(1.0, slope_of(stretch.map)); }
 
 /// 1 over the mean of the slope, at the centres or at the upper faces of the cells.
@@ -37,9 +34,9 @@ double normalisation(const Axis& axis, const Expr& slope, bool on_faces) {
   return axis.cells / sum;
 }
 
-class Rewriter {
+class StretchRewriter {
  public:
-  explicit Rewriter(const Problem& problem) : problem_(problem), placements_(problem) {
+  explicit StretchRewriter(const Problem& problem) : problem_(problem), placements_(problem) {
     for (const Axis& axis : problem.axes) {
       slopes_.push_back(axis.stretch ? std::optional(slope_of(axis.stretch->map)) : std::nullopt);
       names_.push_back(axis.name + "_metric");
@@ -149,7 +146,7 @@ class UniformPlace {
   bool on_faces_;
 };
 
-Expr Rewriter::operator()(const Expr& e) {
+Expr StretchRewriter::operator()(const Expr& e) {
   const Origin origin = e->origin;
   return match(
       e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; },
@@ -197,14 +194,14 @@ Expr Rewriter::operator()(const Expr& e) {
 
 /// Times the volume of the cell in units of the uniform coordinates: fluxes then enter both their cells alike, and a
 /// symmetric operator stays one.
-Expr Rewriter::over_volume(Expr e) {
+Expr StretchRewriter::over_volume(Expr e) {
   for (int axis = 0; axis < static_cast<int>(slopes_.size()); ++axis) {
     if (is_stretched(axis)) e = over(e, metric(axis), e->origin);
   }
   return e;
 }
 
-Expr Rewriter::spacing_or(const Param& p, const Expr& e) {
+Expr StretchRewriter::spacing_or(const Param& p, const Expr& e) {
   for (int axis = 0; axis < static_cast<int>(slopes_.size()); ++axis) {
     if (!is_stretched(axis)) continue;
     const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
@@ -216,13 +213,13 @@ Expr Rewriter::spacing_or(const Param& p, const Expr& e) {
 }
 
 /// What `weighted` weighs integrals by, times the spacing.
-Expr Rewriter::size_along(int axis) {
+Expr StretchRewriter::size_along(int axis) {
   const auto a = static_cast<std::size_t>(axis);
   const Expr h = param("h" + problem_.axes[a].name);
   return times(norm(a, home_[a]), home_[a] ? times(h, *slopes_[a]) : over(h, metric(axis)));
 }
 
-Expr Rewriter::sampled(Sample sample, Origin origin) {
+Expr StretchRewriter::sampled(Sample sample, Origin origin) {
   for (std::size_t a = 0; a < sample.place.size(); ++a) {
     const int axis = static_cast<int>(a);
     sample.place[a] = (*this)(sample.place[a]);
@@ -232,14 +229,14 @@ Expr Rewriter::sampled(Sample sample, Origin origin) {
   return model::sample(std::move(sample), origin);
 }
 
-Expr Rewriter::derivative_of(const Derivative& d, Origin origin) {
+Expr StretchRewriter::derivative_of(const Derivative& d, Origin origin) {
   Expr result = (*this)(d.operand);
   if (!is_stretched(d.axis)) return derivative(result, d.axis, d.order, origin);
   for (int order = 0; order < d.order; ++order) result = times(metric(d.axis), derivative(result, d.axis, 1, origin));
   return result;
 }
 
-Expr Rewriter::advection_of(const Advect& a, Origin origin) {
+Expr StretchRewriter::advection_of(const Advect& a, Origin origin) {
   std::vector<Expr> velocity = all(a.velocity);
   for (int axis = 0; axis < static_cast<int>(velocity.size()); ++axis) {
     Expr& along = velocity[static_cast<std::size_t>(axis)];
@@ -249,7 +246,7 @@ Expr Rewriter::advection_of(const Advect& a, Origin origin) {
 }
 
 /// What is staggered along an axis is weighted by the slope of the map there.
-Expr Rewriter::weighted(const Reduce& r, Origin origin) {
+Expr StretchRewriter::weighted(const Reduce& r, Origin origin) {
   Expr operand = (*this)(r.operand);
   const bool is_weighted = r.reduction == Reduce::Kind::mean || r.reduction == Reduce::Kind::integral;
   const Placement home =
@@ -266,7 +263,7 @@ Expr Rewriter::weighted(const Reduce& r, Origin origin) {
 }
 
 /// Between the two cells beside a side, as differences have it.
-double Rewriter::metric_beside(int axis, bool is_low) const {
+double StretchRewriter::metric_beside(int axis, bool is_low) const {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   const auto in_cell = [&](double i) {
     const double h = along.spacing();
@@ -275,7 +272,7 @@ double Rewriter::metric_beside(int axis, bool is_low) const {
   return 0.5 * (in_cell(0.5) + in_cell(1.5));
 }
 
-void Rewriter::rewrite(AxisSides& sides, int axis, const Placement& home) {
+void StretchRewriter::rewrite(AxisSides& sides, int axis, const Placement& home) {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   for (Side* side : {&sides.low, &sides.high}) {
     side->value = (*this)(side->value);
@@ -292,7 +289,7 @@ void Rewriter::rewrite(AxisSides& sides, int axis, const Placement& home) {
   }
 }
 
-std::vector<Coefficient> Rewriter::metrics() const {
+std::vector<Coefficient> StretchRewriter::metrics() const {
   std::vector<Coefficient> metrics;
   for (std::size_t a = 0; a < slopes_.size(); ++a) {
     if (!is_read_[a]) continue;
@@ -322,7 +319,7 @@ Problem in_uniform_coordinates(Problem problem) {
   const auto is_stretched = [](const Axis& axis) { return axis.stretch.has_value(); };
   if (std::ranges::none_of(problem.axes, is_stretched)) return problem;
   const Problem before = problem;
-  Rewriter rewriter(before);
+  StretchRewriter rewriter(before);
   rewrite_in_coordinates(problem, [&](const Expr& e, const Placement& home) {
     rewriter.begin(home);
     return rewriter(e);

@@ -19,11 +19,6 @@ namespace dpde::model {
 
 namespace {
 
-bool is_condition(const Expr& e) {
-  const auto* b = std::get_if<Binary>(&e->kind);
-  return b && (is_comparison(b->op) || is_logical(b->op));
-}
-
 /// What an expression may be made of beside numbers and parameters.
 struct Allowed {
   bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false,

@@ -16,9 +16,9 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double told = 1e-6;       // ln |g|: beyond rounding
-constexpr double alike = 1e-9;      // of the sum of all terms: rounding
-constexpr double any_factor = 0.5;  // not one that is folded
+constexpr double told = 1e-6;               // ln |g|: beyond rounding
+constexpr double rounding_of_a_sum = 1e-9;  // of the sum of all terms: rounding
+constexpr double any_factor = 0.5;          // not one that is folded
 
 std::string factor_of(std::size_t term) { return "factor of term " + std::to_string(term); }
 
@@ -79,7 +79,7 @@ bool are_sums_of(const std::vector<Form>& parts, const std::vector<std::size_t>&
     rest = rest.plus(parts[i].times(-1));
   }
   return std::ranges::all_of(
-      left, [&](const auto& entry) { return size_of(entry.second) <= alike * size_of(rows[entry.first]); });
+      left, [&](const auto& entry) { return size_of(entry.second) <= rounding_of_a_sum * size_of(rows[entry.first]); });
 }
 
 }  // namespace

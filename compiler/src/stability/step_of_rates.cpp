@@ -18,7 +18,7 @@ namespace dpde::stability {
 namespace {
 
 using Polynomial = StepOfRates::Polynomial;
-using Matrix = std::vector<std::vector<Polynomial>>;
+using PolynomialMatrix = std::vector<std::vector<Polynomial>>;
 
 void add_product(Polynomial& to, double factor, const Polynomial& a, const Polynomial& b) {
   if (a.empty() || b.empty()) return;
@@ -28,8 +28,8 @@ void add_product(Polynomial& to, double factor, const Polynomial& a, const Polyn
   }
 }
 
-Matrix product_of(const Matrix& a, const Matrix& b) {
-  Matrix result(a.size(), std::vector<Polynomial>(a.size()));
+PolynomialMatrix product_of(const PolynomialMatrix& a, const PolynomialMatrix& b) {
+  PolynomialMatrix result(a.size(), std::vector<Polynomial>(a.size()));
   for (std::size_t i = 0; i < a.size(); ++i) {
     for (std::size_t j = 0; j < a.size(); ++j) {
       for (std::size_t k = 0; k < a.size(); ++k) add_product(result[i][j], 1, a[i][k], b[k][j]);
@@ -39,10 +39,10 @@ Matrix product_of(const Matrix& a, const Matrix& b) {
 }
 
 /// Of x^n + c[n-1] x^(n-1) + ... + c[0], by the method of Faddeev and Le Verrier.
-std::vector<Polynomial> characteristic_of(const Matrix& a) {
+std::vector<Polynomial> characteristic_of(const PolynomialMatrix& a) {
   const std::size_t size = a.size();
   std::vector<Polynomial> result(size);
-  Matrix part = a;
+  PolynomialMatrix part = a;
   for (std::size_t k = 1; k <= size; ++k) {
     Polynomial& of_power = result[size - k];
     for (std::size_t i = 0; i < size; ++i) add_product(of_power, -1.0 / static_cast<double>(k), part[i][i], {1});
@@ -62,11 +62,11 @@ std::complex<double> value_of(const Polynomial& polynomial, const std::complex<d
   return {real, imaginary};
 }
 
-Matrix matrix_of(model::TimeScheme time) {
-  Matrix matrix = stencil::multistep_matrix(time);
+PolynomialMatrix matrix_of(model::TimeScheme time) {
+  PolynomialMatrix matrix = stencil::multistep_matrix(time);
   if (!matrix.empty()) return matrix;
   const Polynomial polynomial = stencil::stability_polynomial(time);
-  return polynomial.empty() ? Matrix{} : Matrix{{polynomial}};
+  return polynomial.empty() ? PolynomialMatrix{} : PolynomialMatrix{{polynomial}};
 }
 
 }  // namespace

@@ -15,11 +15,6 @@ namespace dpde::stencil {
 
 namespace {
 
-template <class T>
-const T* as(const model::Expr& e) {
-  return std::get_if<T>(&e->kind);
-}
-
 bool is_odd(int half_cells) { return half_cells % 2 != 0; }
 int cell_below(int half_cells) { return (half_cells - (is_odd(half_cells) ? 1 : 0)) / 2; }
 

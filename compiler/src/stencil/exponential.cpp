@@ -42,7 +42,7 @@ bool depends_on_time(const model::Expr& e) {
 }
 
 /// An equation in its two parts: N is the sum of these operands, their waves multiplied by symbols.
-struct Split {
+struct LinearAndRest {
   Expr linear = 0.0;  // a symbol
   std::vector<WavePart> rest;
 };
@@ -70,12 +70,12 @@ class Exponential {
 
  private:
   /// Terms that are sums of derivatives of the state itself, and the rest.
-  Split split(const Advance& advance) {
+  LinearAndRest split(const Advance& advance) {
     Discretiser numbers = lowering_.discretiser();
     const WaveReading reading{[](const model::Expr&) { return true; },
                               [&](const model::Expr& uniform) { return numbers(uniform); }};
     const WaveReading of_scheme = waves_of(lowering_.problem().scheme, reading.value);
-    Split result;
+    LinearAndRest result;
     model::Expr pointwise = 0.0;
     for (const model::Term& term : model::terms_of(advance.rate)) {
       const bool is_constant = !depends_on_time(term.value);
@@ -144,7 +144,7 @@ class Exponential {
   Lowering& lowering_;
   const std::vector<Advance>& advances_;
   std::string prefix_;
-  std::vector<Split> splits_;
+  std::vector<LinearAndRest> splits_;
   std::map<int, std::map<std::string, std::string>> fields_;              // that stand for the states at a stage
   std::map<int, std::map<std::string, std::vector<std::string>>> rates_;  // parts of N at a stage, by state
 };

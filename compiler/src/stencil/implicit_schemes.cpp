@@ -27,7 +27,7 @@ struct StageTerms {
   std::array<Weight, most_stages> of_rest;         // a_ij, j = 0, 1, ..., i - 1
   std::array<Weight, most_stages> of_solved = {};  // b_ij, j = 1, 2, ..., i - 1
 };
-struct Tableau {
+struct AdditiveTableau {
   Weight own;  // g
   std::span<const StageTerms> rows;
   const StageTerms* embedded = nullptr;  // of the pair's other result; b_ij of all stages
@@ -48,7 +48,7 @@ constexpr StageTerms ars443[] = {{1.L / 2, {1.L / 2}},
 /// by 1/12 and sum of w_j*(A*c)_j = 1/6 by 1/24, with the a_ij of N and of L.
 constexpr StageTerms ars443_embedded = {1, {0, 5.L / 2, 0, -3.L / 2}, {5.L / 2, 0, -3.L / 2, 0}};
 
-Tableau tableau_of(model::TimeScheme time) {
+AdditiveTableau additive_tableau_of(model::TimeScheme time) {
   switch (time) {
     case model::TimeScheme::backward_euler:
     case model::TimeScheme::imex_euler: return {1, ars111};
@@ -90,7 +90,7 @@ struct RightSide {
 };
 
 /// What a row takes of the stages whose h*N(U_j) are known.
-RightSide known_side(const Tableau& tableau, const StageTerms& row, const std::vector<Changes>& rests) {
+RightSide known_side(const AdditiveTableau& tableau, const StageTerms& row, const std::vector<Changes>& rests) {
   RightSide right{{}, {}, 0};
   for (std::size_t j = 0; j < rests.size(); ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
   right.known = right.of_solved;
@@ -99,7 +99,7 @@ RightSide known_side(const Tableau& tableau, const StageTerms& row, const std::v
 }
 
 /// Of each stage, and behind them of the embedded result. Later ones know h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
-std::vector<RightSide> right_sides(const Tableau& tableau) {
+std::vector<RightSide> right_sides(const AdditiveTableau& tableau) {
   std::vector<RightSide> result;
   std::vector<Changes> rests;  // h*N(U_j)
   for (std::size_t i = 0; i < tableau.rows.size(); ++i) {
@@ -151,7 +151,7 @@ class ImplicitScheme {
                             is_projected && lowering.problem().is_projected(advance.state)});
   }
 
-  std::vector<Stage> by(const Tableau& tableau, const FieldsOfStates& embedded) {
+  std::vector<Stage> by(const AdditiveTableau& tableau, const FieldsOfStates& embedded) {
     std::vector<Stage> stages;
     const std::vector<RightSide> sides = right_sides(tableau);
     const std::size_t count = tableau.rows.size();
@@ -382,7 +382,8 @@ std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance
                                    bool is_projected, const FieldsOfStates& embedded) {
   ImplicitScheme scheme(lowering, advances, name, is_projected);
   const model::TimeScheme time = lowering.problem().scheme.time;
-  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal() : scheme.by(tableau_of(time), embedded);
+  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal()
+                                                   : scheme.by(additive_tableau_of(time), embedded);
 }
 
 }  // namespace dpde::stencil

@@ -20,7 +20,7 @@ const ast::Network* find_network(const ast::File& file, const std::string& name)
   return nullptr;
 }
 
-std::vector<std::string> names_of(const std::vector<ast::Identifier>& fields) {
+std::vector<std::string> fields_or_none(const std::vector<ast::Identifier>& fields) {
   std::vector<std::string> names;
   for (const ast::Identifier& field : fields) names.push_back(field.name == "_" ? "" : field.name);
   return names;
@@ -80,14 +80,14 @@ std::optional<NetworkCall> read_network_call(const ast::File& file, const ast::A
     report_missing(file, source.network, module, sink);
     return std::nullopt;
   }
-  return NetworkCall{source.network.name, mode_of(source.mode), names_of(source.inputs),
-                     names_of(source.by), names_of(source.to),  source.weights};
+  return NetworkCall{source.network.name,       mode_of(source.mode),      fields_or_none(source.inputs),
+                     fields_or_none(source.by), fields_or_none(source.to), source.weights};
 }
 
 std::vector<std::string> fields_of(const ast::ApplyItem& apply) {
   std::vector<std::string> fields;
   for (const auto* list : {&apply.inputs, &apply.by, &apply.to}) {
-    const std::vector<std::string> names = names_of(*list);
+    const std::vector<std::string> names = fields_or_none(*list);
     fields.insert(fields.end(), names.begin(), names.end());
   }
   std::erase(fields, "");

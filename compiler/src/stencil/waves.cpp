@@ -12,11 +12,6 @@ namespace dpde::stencil {
 
 namespace {
 
-template <class T>
-const T* as(const model::Expr& e) {
-  return std::get_if<T>(&e->kind);
-}
-
 bool is_sum(const model::Binary& b) { return b.op == BinaryOp::add || b.op == BinaryOp::subtract; }
 
 class WaveParts {

@@ -16,22 +16,22 @@ namespace dpde::model {
 namespace {
 
 /// Which sides a place means: [axis][low, high].
-struct Place {
+struct NamedSides {
   int axis = -1;  // -1: all
   bool low = true, high = true;
 };
 
-std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
+std::optional<NamedSides> find_place(Draft& draft, const ast::Identifier& place) {
   if (!draft.problem.has_grid) {
     report_no_grid(draft, "a boundary", place.range);
     return std::nullopt;
   }
-  if (place.name == "all") return Place{};
+  if (place.name == "all") return NamedSides{};
   const std::size_t dot = place.name.find('.');
   const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
   const int axis = axis_of(draft, place.name.substr(0, dot));
   if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size()))
-    return Place{axis, side != "high", side != "low"};
+    return NamedSides{axis, side != "high", side != "low"};
   std::vector<std::string> sides{"all"};
   for (const Axis& known : draft.problem.axes) {
     for (const char* end : {"", ".low", ".high"}) sides.push_back(known.name + end);
@@ -116,7 +116,7 @@ bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, 
 
 bool is_periodic(const Axis& axis) { return axis.topology == Topology::periodic; }
 
-void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const Place& place) {
+void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const NamedSides& place) {
   std::vector<std::string> periodic;
   bool any_bounded = false;
   for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {

@@ -24,13 +24,6 @@ constexpr const char* operator_names[] = {
     "noise",     "force_on", "torque_on", "cross",    "outer",       "inner",        "sym",
     "transpose", "trace",    "average",   "band_pass"};
 
-/// Applies `f` to each component.
-template <class F>
-Typed map_parts(Typed value, const F& f) {
-  for (Expr& part : value.parts) part = f(part);
-  return value;
-}
-
 }  // namespace
 
 std::vector<std::string> Expressions::function_names() {

@@ -17,11 +17,11 @@ namespace dpde::model {
 
 namespace {
 
-constexpr double most = 1e9, most_runs = 1e5;  // runs are files of their own until all are done
+constexpr double most_of_an_option = 1e9, most_runs = 1e5;  // runs are files of their own until all are done
 
-class Reader {
+class DataSetReader {
  public:
-  Reader(const ast::DataSet& source, Draft& draft) : source_(source), draft_(draft) {}
+  DataSetReader(const ast::DataSet& source, Draft& draft) : source_(source), draft_(draft) {}
 
   DataSet read() {
     set_.name = source_.name.name;
@@ -53,7 +53,7 @@ class Reader {
   }
   double number(const ast::Expr& e) { return evaluate(draft_, e, "a number of a data set").value_or(1); }
 
-  int whole(const ast::Expr& e, const std::string& option, double least, double largest = most) {
+  int whole(const ast::Expr& e, const std::string& option, double least, double largest = most_of_an_option) {
     const double value = number(e);
     if (value >= least && value <= largest && value == std::floor(value)) return static_cast<int>(value);
     fail(e.range(), option,
@@ -151,7 +151,7 @@ std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::strin
   const ast::DataSet* source = find_declaration<ast::DataSet>(*written, name);
   const Selection nothing;
   Draft draft(*written, nothing, sink);
-  DataSet set = Reader(*source, draft).read();
+  DataSet set = DataSetReader(*source, draft).read();
   return sink.has_errors() ? std::nullopt : std::optional(std::move(set));
 }
 

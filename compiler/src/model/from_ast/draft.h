@@ -26,6 +26,17 @@ struct Typed {
   std::vector<Expr> parts;  // of a vector one an axis, of a tensor one for two axes, row by row, otherwise one
 };
 inline Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
+/// `f` of each component.
+template <class F>
+Typed map_parts(Typed value, const F& f) {
+  for (Expr& part : value.parts) part = f(part);
+  return value;
+}
+
+/// What does not go with a row of a scheme, and what to write instead.
+struct Obstacle {
+  std::string what, hint;
+};
 
 /// The settings of --set, and which of them were asked for.
 class Settings {

@@ -15,10 +15,6 @@ namespace dpde::model {
 
 namespace {
 
-struct Obstacle {
-  std::string what, hint;
-};
-
 /// What of the scheme stands in the way.
 std::optional<Obstacle> obstacle(const Problem& problem) {
   const Scheme& scheme = problem.scheme;

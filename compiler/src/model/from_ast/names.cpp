@@ -17,7 +17,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr std::string_view axis_names[] = {"x", "y", "z"};
+constexpr std::string_view axis_letters[] = {"x", "y", "z"};
 constexpr std::size_t longest_list = 20;
 
 constexpr std::string_view reserved_words[] = {
@@ -85,11 +85,11 @@ std::string vector_of(const std::string& name) {
 }
 
 int axis_of(std::string_view name) {
-  const auto* found = std::find(std::begin(axis_names), std::end(axis_names), name);
-  return found == std::end(axis_names) ? -1 : static_cast<int>(found - std::begin(axis_names));
+  const auto* found = std::find(std::begin(axis_letters), std::end(axis_letters), name);
+  return found == std::end(axis_letters) ? -1 : static_cast<int>(found - std::begin(axis_letters));
 }
 
-std::string axis_name(int axis) { return std::string(axis_names[axis]); }
+std::string axis_name(int axis) { return std::string(axis_letters[axis]); }
 
 std::string rated_field(std::string_view written) {
   const bool is_rate = written.starts_with("dt(") && written.ends_with(")");

@@ -22,9 +22,6 @@ namespace dpde::model {
 
 namespace {
 
-Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
-Expr plus(const Expr& a, const Expr& b) { return binary(BinaryOp::add, a, b); }
-Expr minus(const Expr& a, const Expr& b) { return binary(BinaryOp::subtract, a, b); }
 Expr larger(const Expr& a, const Expr& b) { return call(Fn::max, {a, b}); }
 Expr smaller(const Expr& a, const Expr& b) { return call(Fn::min, {a, b}); }
 
@@ -343,11 +340,6 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
 }
 
 namespace {
-
-bool is_condition(const Expr& e) {
-  const auto* binary = std::get_if<Binary>(&e->kind);
-  return binary != nullptr && (is_comparison(binary->op) || is_logical(binary->op));
-}
 
 /// A formula that is the same in all cells, evaluated in the first one: one number.
 Expr in_first_cell(const Problem& problem, const Expr& e) {

@@ -87,9 +87,6 @@ void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   waves = std::move(chosen);
 }
 
-Expr times(double factor, const Expr& e) { return binary(BinaryOp::multiply, factor, e); }
-Expr sum_of(const Expr& a, const Expr& b) { return binary(BinaryOp::add, a, b); }
-
 /// A direction: a coordinate or the time, where it begins and how long it is.
 struct Direction {
   Expr place;
@@ -107,12 +104,12 @@ Expr sum_of(const std::vector<Wave>& waves, const std::vector<Direction>& direct
       if (wave.number[d] == 0) continue;
       const double rate = two_pi * wave.number[d] / directions[d].length;
       phase -= rate * directions[d].begin;
-      angle = angle ? sum_of(*angle, times(rate, directions[d].place)) : times(rate, directions[d].place);
+      angle = angle ? plus(*angle, times(rate, directions[d].place)) : times(rate, directions[d].place);
     }
     // the mean of cos^2 is 1/2: all of them together have mean square 1
     const Expr term =
-        times(std::sqrt(2 * wave.weight / energy), call(Fn::cos, {sum_of(*angle, std::remainder(phase, two_pi))}));
-    sum = sum ? sum_of(*sum, term) : term;
+        times(std::sqrt(2 * wave.weight / energy), call(Fn::cos, {plus(*angle, std::remainder(phase, two_pi))}));
+    sum = sum ? plus(*sum, term) : term;
   }
   return *sum;
 }

@@ -85,12 +85,7 @@ class SplitReader {
   Draft& draft_;
 };
 
-struct Obstacle {
-  std::string what, hint;
-};
-
-/// What does not go with parts.
-std::optional<Obstacle> obstacle(const Problem& problem) {
+std::optional<Obstacle> obstacle_to_parts(const Problem& problem) {
   const TimeScheme time = problem.scheme.time;
   if (has_memory(time) || is_exponential(time) || time == TimeScheme::verlet)
     return Obstacle{fmt::format("time = {} takes all terms at once", print(time)),
@@ -111,7 +106,7 @@ void check_split(Draft& draft) {
   const ast::ValueItem* row = row_of(draft);
   if (!row || !problem.scheme.is_split() || draft.sink.has_errors()) return;
   const SourceRange range = row->value.range();
-  if (const std::optional<Obstacle> found = obstacle(problem)) {
+  if (const std::optional<Obstacle> found = obstacle_to_parts(problem)) {
     draft.sink.report("split-does-not-fit", range, {found->what}, found->hint);
     return;
   }

@@ -106,7 +106,7 @@ ast::DataItem data_of_field(const ast::DataItem& like, const std::string& name, 
   return item;
 }
 
-std::set<std::string> names_in(const ast::Expr& e) {
+std::set<std::string> fields_in(const ast::Expr& e) {
   std::set<std::string> names;
   ast::for_each_name(e, [&](const std::string& name) { names.insert(name.substr(0, name.find('.'))); });
   return names;
@@ -247,7 +247,7 @@ class MappedTask {
   ast::Expr through(const ast::NamedFormula& each, ast::Expr value, SourceRange range) {
     std::map<std::string, std::string> data_of_fields;
     bool has_all = true;
-    for (const std::string& name : names_in(*each.value)) {
+    for (const std::string& name : fields_in(*each.value)) {
       if (!fields_.contains(name)) continue;
       has_all = has_all && data_.contains(name);
       if (has_all) data_of_fields[name] = data_.at(name)->name.name;
@@ -255,7 +255,7 @@ class MappedTask {
     if (has_all && !data_of_fields.empty()) {
       const std::string name = name_of_data(draft_, each.name.name);
       value = put_name(value, renamed(*each.value, data_of_fields), name);
-      if (names_in(value).contains(name) && read_.insert(name).second) {
+      if (fields_in(value).contains(name) && read_.insert(name).second) {
         const ast::DataItem& like = *data_.at(data_of_fields.begin()->first);
         items_.push_back({data_of_field(like, name, each.name.name), range});
       }
@@ -268,7 +268,7 @@ class MappedTask {
     const auto is_own_alone = [&](const std::string& name) {
       return fields_.contains(name) && draft_.scope.find(name) == nullptr;
     };
-    for (const std::string& name : names_in(value)) {
+    for (const std::string& name : fields_in(value)) {
       const auto of = std::ranges::find_if(data_, [&](const auto& each) { return each.second->name.name == name; });
       read_.insert(name);
       if (!is_own_alone(name) && (of == data_.end() || !is_own_alone(of->first))) continue;

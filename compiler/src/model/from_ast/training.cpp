@@ -18,7 +18,7 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* subject = "a task that learns from trajectories";
-constexpr double most = 1e9;
+constexpr double largest = 1e9;
 constexpr std::array<std::string_view, 11> option_names{"trials", "batch", "epochs",   "seed",     "unroll",  "cut",
                                                         "noise",  "clip",  "validate", "patience", "schedule"};
 
@@ -48,7 +48,7 @@ std::string file_in(Draft& draft, const ast::Expr& e, std::size_t arguments) {
 double at_least(Draft& draft, const ast::Expr& e, const std::string& option, double least, double otherwise) {
   const auto value = evaluate(draft, e, option);
   if (!value) return otherwise;
-  if (*value >= least && *value <= most) return *value;
+  if (*value >= least && *value <= largest) return *value;
   draft.sink.report("bad-optimiser-option", e.range(),
                     {option, "using", fmt::format("must be {} or more, not {}", least, *value)});
   return otherwise;
@@ -58,7 +58,7 @@ std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, 
                    const std::string& of = "using") {
   const auto value = evaluate(draft, e, option);
   if (!value) return otherwise;
-  if (*value >= least && *value <= most && *value == std::floor(*value)) return static_cast<std::int64_t>(*value);
+  if (*value >= least && *value <= largest && *value == std::floor(*value)) return static_cast<std::int64_t>(*value);
   draft.sink.report("bad-optimiser-option", e.range(),
                     {option, of, fmt::format("is a whole number from {} on, not {}", least, *value)});
   return otherwise;

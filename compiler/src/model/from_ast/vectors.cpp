@@ -16,13 +16,6 @@ namespace dpde::model {
 
 namespace {
 
-/// Applies `f` to each component.
-template <class F>
-Typed map_parts(Typed value, const F& f) {
-  for (Expr& part : value.parts) part = f(part);
-  return value;
-}
-
 Expr dot(const std::vector<Expr>& a, const std::vector<Expr>& b, Origin origin) {
   Expr sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -17,11 +17,11 @@ namespace dpde::stencil {
 
 namespace {
 
-using Names = std::set<std::string>;
+using NameSet = std::set<std::string>;
 
 /// From the last let to the first, each looked at once: a let is read by what stands behind it only.
 Kernel without_unused_lets(Kernel kernel) {
-  Names used;
+  NameSet used;
   const auto note = [&](const Expr& e) {
     visit(e, [&](const Expr& part) {
       if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
@@ -40,7 +40,7 @@ Kernel without_unused_lets(Kernel kernel) {
 }
 
 /// The kernel with its sums and the stores and scatters to `fields`.
-Kernel restricted(Kernel kernel, const Names& fields) {
+Kernel restricted(Kernel kernel, const NameSet& fields) {
   std::erase_if(kernel.scatters, [&](const Scatter& scatter) { return !fields.contains(scatter.target.field); });
   return without_idle_formulas(without_unused_lets(with_stores_only(std::move(kernel), fields)));
 }
@@ -48,7 +48,7 @@ Kernel restricted(Kernel kernel, const Names& fields) {
 /// The statements of one program seen from its end.
 class Liveness {
  public:
-  Liveness(const Module& module, const Program& program, std::map<std::string, Names>& live_parts)
+  Liveness(const Module& module, const Program& program, std::map<std::string, NameSet>& live_parts)
       : module_(module), program_(program), live_parts_(live_parts) {
     for (const Swap& swap : program.swaps) live_.insert(swap.next);
     live_.insert(program.keeps.begin(), program.keeps.end());
@@ -177,7 +177,7 @@ class Liveness {
 
   bool pass_run(const Run& run) {
     const Kernel& kernel = *module_.find_kernel(run.kernel);
-    Names needed;
+    NameSet needed;
     for (const Store& store : kernel.stores) {
       if (is_live(store.field)) needed.insert(store.field);
     }
@@ -185,7 +185,7 @@ class Liveness {
       if (is_live(scatter.target.field)) needed.insert(scatter.target.field);
     }
     if (needed.empty() && kernel.sums.empty()) return false;
-    Names& parts = live_parts_[kernel.name];
+    NameSet& parts = live_parts_[kernel.name];
     parts.insert(needed.begin(), needed.end());
     const Kernel left = restricted(kernel, parts);
     const Signature s = signature(left);
@@ -207,7 +207,7 @@ class Liveness {
       live_.erase(carry.result);
       live_halos_.erase(carry.result);
     }
-    Names needed;
+    NameSet needed;
     std::size_t before = 0;
     do {
       before = live.carries.size();
@@ -239,15 +239,15 @@ class Liveness {
 
   const Module& module_;
   const Program& program_;
-  std::map<std::string, Names>& live_parts_;
-  Names live_, live_halos_, live_stacks_;
-  Names dead_results_;  // of the network that was passed last
+  std::map<std::string, NameSet>& live_parts_;
+  NameSet live_, live_halos_, live_stacks_;
+  NameSet dead_results_;  // of the network that was passed last
 };
 
 }  // namespace
 
 Module remove_dead_code(const Module& module) {
-  std::map<std::string, Names> live_parts, before;
+  std::map<std::string, NameSet> live_parts, before;
   do {
     before = live_parts;
     for (const Program& program : module.programs) Liveness(module, program, live_parts).run();

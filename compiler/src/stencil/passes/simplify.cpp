@@ -10,10 +10,10 @@ namespace dpde::stencil {
 
 namespace {
 
-using Values = std::map<std::string, Expr>;
+using ValuesOfLocals = std::map<std::string, Expr>;
 
 /// Rebuilds `e` from the leaves up, with the locals in `values` replaced.
-Expr rebuild(const Expr& e, const Values& values) {
+Expr rebuild(const Expr& e, const ValuesOfLocals& values) {
   if (const Local* l = std::get_if<Local>(&e->kind)) {
     const auto found = values.find(l->name);
     return found == values.end() ? e : found->second;
@@ -28,7 +28,7 @@ bool is_trivial(const Expr& e) {
 Kernel simplify_kernel(const Kernel& kernel) {
   Kernel result = kernel;
   result.lets.clear();
-  Values values;
+  ValuesOfLocals values;
   for (const Let& let : kernel.lets) {
     const Expr value = rebuild(let.value, values);
     if (is_trivial(value)) {
