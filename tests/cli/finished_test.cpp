@@ -6,7 +6,7 @@
 namespace dpde::testing {
 namespace {
 
-const std::string waves = R"(
+const std::string wave_equation = R"(
 model burgers { field u; param nu, a; dt(u) = -u*dx(u) + nu*lap(u) }
 scheme plain { time = rk2 }
 scene fine : burgers with plain {
@@ -24,7 +24,7 @@ class Finished : public Command {
  protected:
   void SetUp() override {
     Command::SetUp();
-    write("waves.dpde", waves);
+    write("waves.dpde", wave_equation);
   }
   Outcome make(const std::string& more = "", const std::string& file = "waves.dpde") const {
     return dpde("run " + file + " train --out . " + more);
@@ -54,7 +54,7 @@ TEST_F(Finished, DataSetsAreNotMadeAgain) {
 
 TEST_F(Finished, OtherDataSetsAndDamagedOnesAreMade) {
   ASSERT_EQ(make().status, 0);
-  std::string other = waves;
+  std::string other = wave_equation;
   other.replace(other.find("runs 3"), 6, "runs 4");
   write("other.dpde", other);
   EXPECT_EQ(make("--resume --json", "other.dpde").json()["resumed_runs"], 0);

@@ -11,8 +11,8 @@ namespace dpde::testing {
 namespace {
 
 /// Found in one update that changes nothing: what is tested are the values that it begins with.
-std::string untrained(const std::string& unknown, const std::string& steps, const std::string& tests,
-                      const std::string& field = "u") {
+std::string untrained_with_spectra(const std::string& unknown, const std::string& steps, const std::string& tests,
+                                   const std::string& field = "u") {
   return "task t : tried { data r = trajectories(\"truth.nc\", " + field + "); " + unknown + "; minimise mean((" +
          field + " - r)^2) over " + steps + " steps; using adam(rate = 1e-300), epochs 1\n  " + tests + " }\n";
 }
@@ -65,11 +65,12 @@ TEST_P(SpectraOfWaves, AreThoseOfTheScheme) {
       "dataset fine_truths : finer { runs 2; vary a from 1; frames every 1/4; file \"finer.nc\" }\n";
   write("d.dpde", text + data);
   ASSERT_EQ(dpde("run d.dpde fine_truths --out . --json").status, 0);
-  const Outcome outcome = made(text + untrained("unknown nu from 0.2", "4",
-                                                "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps beside "
-                                                "finer on trajectories(\"finer.nc\")",
-                                                "u.x"),
-                               "--json --out o");
+  const Outcome outcome =
+      made(text + untrained_with_spectra("unknown nu from 0.2", "4",
+                                         "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps beside "
+                                         "finer on trajectories(\"finer.nc\")",
+                                         "u.x"),
+           "--json --out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json energy = outcome.json()["spectrum"]["energy"];
   // cos(x) in shell 1, cos(3y) in shell 3, cos(3x + 4y) in shell 5; a is 1 and 2, in the mean a^2 = 2.5.
@@ -105,8 +106,8 @@ TEST_P(SpectraOfWaves, AreThoseOfTheScheme) {
 TEST_F(Spectra, AreDrawnWithBothAxesLogarithmic) {
   if (shell("command -v gnuplot").status != 0) GTEST_SKIP() << "gnuplot is not there";
   const Outcome outcome =
-      made(three + untrained("unknown nu from 0.2", "4",
-                             "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps", "u.x"),
+      made(three + untrained_with_spectra("unknown nu from 0.2", "4",
+                                          "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps", "u.x"),
            "--out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("spectrum energy over 2 runs to t = 1: mean of |log10| of the ratio to the data's, over "
@@ -128,7 +129,7 @@ TEST_F(Spectra, WhatTheyCannotBeOf) {
   write("t.dpde", walled);
   ASSERT_EQ(dpde("run t.dpde truths --out . --json").status, 0);
   const auto refused = [&](const std::string& test, const std::string& code, const std::string& part) {
-    write("u.dpde", walled + untrained("unknown nu from 0.2", "64", test));
+    write("u.dpde", walled + untrained_with_spectra("unknown nu from 0.2", "64", test));
     const Outcome outcome = dpde("check u.dpde t");
     EXPECT_EQ(outcome.status, 2) << test;
     EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << test << outcome.err;
@@ -161,10 +162,10 @@ TEST_F(Spectra, CorrelationIsLostAsWavesDriftApart) {
       scene("truth", "1") + scene("tried", "1.5") + scene("near", "0.9") + scene("far", "-1") +
       "dataset truths : truth { runs 3; vary a from 1; frames every 1/4; file \"truth.nc\" }\n";
   const std::string rest = " on trajectories(\"truth.nc\") for 256 steps beside near, far";
-  const Outcome outcome =
-      made(text + untrained("unknown c from 1.5", "16",
-                            "correlation usual = 2*u" + rest + "\n  correlation high = (u, v).x above 0.95" + rest),
-           "--json --out o");
+  const Outcome outcome = made(text + untrained_with_spectra("unknown c from 1.5", "16",
+                                                             "correlation usual = 2*u" + rest +
+                                                                 "\n  correlation high = (u, v).x above 0.95" + rest),
+                               "--json --out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const auto expected = [](double apart, double threshold) {
     for (int k = 1; k <= 16; ++k) {
@@ -205,8 +206,9 @@ TEST_F(Spectra, NothingIsLeftOfWhatBlowsUp) {
       "scene lost : grown with plain { grid x = 0 .. 2*pi, cells 8, periodic; c = 1e100; initial u = sin(x); time 0 .. "
       "2, step 1/8 }\ndataset truths : truth { frames every 1/4; file \"truth.nc\" }\n";
   const std::string rest = " on trajectories(\"truth.nc\") for 16 steps beside lost";
-  const Json json =
-      made(text + untrained("unknown c from 0", "2", "correlation w = u" + rest + "; spectrum s = u" + rest)).json();
+  const Json json = made(text + untrained_with_spectra("unknown c from 0", "2",
+                                                       "correlation w = u" + rest + "; spectrum s = u" + rest))
+                        .json();
   EXPECT_EQ(json["correlation"]["w"]["beside"]["lost"]["course"][1], 0.0);
   EXPECT_LT(json["correlation"]["w"]["beside"]["lost"]["time"]["mean"].get<double>(), 0.25);
   EXPECT_EQ(json["spectrum"]["s"]["beside"]["lost"]["distance"]["mean"], "inf");
@@ -311,8 +313,8 @@ TEST_F(Spectra, StatisticsOfNothingHaveNoPercentage) {
       ".. 1, cells 3, periodic; c = 0; initial u = 0; time 0 .. 2, step 1/8 }\n"
       "scene tried : m with plain { grid x = 0 .. 1, cells 3, periodic; c = 0; initial u = 0; time 0 .. 2, step 1/8 "
       "}\ndataset truths : truth { frames every 1; file \"truth.nc\" }\n";
-  const std::string test =
-      untrained("unknown c from 0.25", "8", "statistic level = mean(u) on trajectories(\"truth.nc\") for 16 steps");
+  const std::string test = untrained_with_spectra(
+      "unknown c from 0.25", "8", "statistic level = mean(u) on trajectories(\"truth.nc\") for 16 steps");
   const Outcome words = made(text + test, "");
   EXPECT_NE(
       words.out.find("  tried: mean 0.375 (+0.38 more), deviation 0.1768 (+0.18 more); the data of truth.nc: 0, 0\n"),

@@ -7,12 +7,12 @@
 namespace dpde::testing {
 namespace {
 
-struct Kind {
+struct SolveFailure {
   std::string name, model, scheme, fields, said, code;
 };
 
 /// The factor exp(k) is no number from k = 710 on.
-const std::vector<Kind> kinds = {
+const std::vector<SolveFailure> solve_failures = {
     {"declared", "field u\n  solve psi - exp(k)*lap(psi) = u for psi\n  dt(u) = psi - u", "euler",
      "boundary psi: all = 0\n  boundary u: all = zero_gradient", "solve for psi: the operator is not finite", "E0814"},
     {"newton", "field u\n  dt(u) = lap(u) - exp(k)*u^3", "backward_euler; implicit = all", "boundary u: all = 0",
@@ -21,7 +21,8 @@ const std::vector<Kind> kinds = {
      "solve for u_solved: the operator is not finite", "E0814"},
 };
 
-std::string text_of(const Kind& kind, const std::string& k, const std::string& from, const std::string& optimiser) {
+std::string text_of(const SolveFailure& kind, const std::string& k, const std::string& from,
+                    const std::string& optimiser) {
   return "model m { param k; param a\n  " + kind.model + " }\nscheme c { time = " + kind.scheme +
          " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 12\n  grid y = 0 .. 1, cells 10\n  k = " + k +
          "\n  a = 1\n  " + kind.fields +
@@ -34,7 +35,7 @@ std::string text_of(const Kind& kind, const std::string& k, const std::string& f
 class TrainingSolves : public Command {};
 
 TEST_F(TrainingSolves, WhatHasNoSolutionIsSaidAndTheBestKept) {
-  for (const Kind& kind : kinds) {
+  for (const SolveFailure& kind : solve_failures) {
     if (kind.name == "stage" && !is_thorough()) continue;
     SCOPED_TRACE(kind.name);
     write("d.dpde", text_of(kind, "0", "-0.1", "adam(rate = 0.1)"));

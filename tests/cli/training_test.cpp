@@ -9,7 +9,7 @@
 namespace dpde::testing {
 namespace {
 
-const std::string burgers = R"(
+const std::string burgers_on_32_cells = R"(
 model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
 scheme plain { time = rk2 }
 scene truth : burgers with plain {
@@ -25,7 +25,7 @@ dataset other : truth { runs 3; seed 9; vary a in 0.5 .. 1.5; vary phase in 0 ..
 )";
 
 std::string learning(const std::string& options, const std::string& data = "train.nc", const std::string& steps = "4") {
-  return burgers + "task learn : truth { data u_ref = trajectories(\"" + data +
+  return burgers_on_32_cells + "task learn : truth { data u_ref = trajectories(\"" + data +
          "\", u); unknown nu from 0.2 in 0 .. 1; minimise mean((u - u_ref)^2) over " + steps + " steps; using " +
          options + "; test err = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 32 steps }\n";
 }
@@ -36,7 +36,7 @@ class Training : public Command {
  protected:
   void SetUp() override {
     Command::SetUp();
-    write("data.dpde", burgers);
+    write("data.dpde", burgers_on_32_cells);
     for (const std::string set : {"train", "other"}) {
       const Outcome made = dpde("run data.dpde " + set + " --out . --json");
       ASSERT_EQ(made.status, 0) << made.out << made.err;
@@ -163,7 +163,7 @@ TEST_F(Training, EarlyStopKeepsTheBest) {
 }
 
 TEST_F(Training, DivergenceIsNamedAndTheBestKept) {
-  write("t.dpde", burgers +
+  write("t.dpde", burgers_on_32_cells +
                       "task learn : truth { data u_ref = trajectories(\"train.nc\", u); unknown nu from 0.2; minimise "
                       "mean((u - u_ref)^2) over 16 steps; "
                       "using gradient_descent(rate = 1e6), batch 4, epochs 5 }\n");
@@ -205,7 +205,7 @@ TEST_F(Training, DataThatDoNotFit) {
                 .find("its frames are 2 steps apart, and 3 steps of the loss are no multiple"),
             std::string::npos);
   EXPECT_NE(refused(learning(adam, "train.nc", "34")).find("too few for windows of 34 steps"), std::string::npos);
-  write("one.dpde", burgers + "dataset one : truth { frames every 1/16; file \"one.nc\" }\n");
+  write("one.dpde", burgers_on_32_cells + "dataset one : truth { frames every 1/16; file \"one.nc\" }\n");
   ASSERT_EQ(dpde("run one.dpde one --out . --json").status, 0);
   EXPECT_NE(refused(learning("adam(rate = 0.02), validate 0.05", "one.nc", "8"))
                 .find("its last 1 frames, kept for validation, are shorter than a window of 8 steps"),
@@ -214,7 +214,7 @@ TEST_F(Training, DataThatDoNotFit) {
   refused(learning(adam, "broken.nc"));
 }
 
-const std::string corrected = R"(
+const std::string corrected_burgers = R"(
 model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
 scheme plain { time = rk2 }
 network corrector(u) { initial he, seed 1; conv 8, 5; tanh; conv out, 5, gain = 0.01 }
@@ -236,7 +236,7 @@ dataset test : fine { runs 3; seed 7; vary a in 0.5 .. 1.5; vary phase in 0 .. 6
 )";
 
 std::string correcting(const std::string& from, int epochs) {
-  return corrected + "task learn : coarse { data r = trajectories(\"fine.nc\", u); learn corrector" + from +
+  return corrected_burgers + "task learn : coarse { data r = trajectories(\"fine.nc\", u); learn corrector" + from +
          "; minimise mean((u - r)^2) over 4 steps; using adam(rate = 3e-3), batch 8, epochs " + std::to_string(epochs) +
          ", unroll (1, 2, 4), schedule cosine, validate 0.2; test err = mean(abs(u - r)) on "
          "trajectories(\"fine_test.nc\") for 32 steps }\n";
@@ -255,8 +255,9 @@ TEST_F(Training, ANetworkCorrectsACoarseRun) {
   write("again.dpde", correcting(" from \"o/corrector.safetensors\"", 3));
   const Json again = dpde("optimize again.dpde learn --out again --json").json();
   EXPECT_NEAR(again["test"]["err"]["start"]["mean"].get<double>(), test["mean"].get<double>(), 1e-5);
-  write("other.dpde",
-        correcting(" from \"o/corrector.safetensors\"", 3).replace(corrected.find("conv 8, 5"), 9, "conv 8, 3"));
+  write(
+      "other.dpde",
+      correcting(" from \"o/corrector.safetensors\"", 3).replace(corrected_burgers.find("conv 8, 5"), 9, "conv 8, 3"));
   EXPECT_EQ(dpde("optimize other.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
 }
 
@@ -295,7 +296,7 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
 
 TEST_F(Training, WhatATaskCannotSay) {
   const auto refused = [&](const std::string& items, const std::string& code, const std::string& part) {
-    write("t.dpde", burgers + "task learn : truth { " + items + " }\n");
+    write("t.dpde", burgers_on_32_cells + "task learn : truth { " + items + " }\n");
     const Outcome outcome = dpde("check t.dpde learn");
     EXPECT_EQ(outcome.status, 2) << items;
     EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << items << "\n" << outcome.err;
@@ -331,7 +332,7 @@ TEST_F(Training, WhatATaskCannotSay) {
 
 TEST_F(Training, WhatADataSetCannotSay) {
   const auto refused = [&](const std::string& items, const std::string& part) {
-    write("d.dpde", burgers + "dataset d : truth { " + items + " }\n");
+    write("d.dpde", burgers_on_32_cells + "dataset d : truth { " + items + " }\n");
     const Outcome outcome = dpde("run d.dpde d --out x");
     EXPECT_NE(outcome.status, 0) << items;
     EXPECT_NE(outcome.err.find(part), std::string::npos) << items << "\n" << outcome.err;
@@ -467,7 +468,7 @@ TEST_F(Training, DataSetsAreMadeAgainOnceTheyAreNotThere) {
 }
 
 TEST_F(Training, DataSetsAreCoarsened) {
-  write("c.dpde", burgers +
+  write("c.dpde", burgers_on_32_cells +
                       "dataset coarse : truth { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; "
                       "coarsen 4; file \"coarse.nc\" }\n"
                       "scene small : burgers with plain { grid x = 0 .. 2*pi, cells 8, periodic; nu = 0.05; a = 1; "

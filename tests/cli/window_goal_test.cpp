@@ -9,7 +9,7 @@
 namespace dpde::testing {
 namespace {
 
-const std::string heated_rod = R"(
+const std::string rod_with_window = R"(
 network heater(u) { real f64; initial he, seed 1; conv 2, 3; tanh; conv out, 1, gain = 0.1 }
 model rod { field u; param k; dt(u) = k*lap(u) }
 scene s : rod { grid x = 0 .. 1, cells 8, periodic; k = 0.05; initial u = 0; time 0 .. 1, step 1/64
@@ -48,7 +48,7 @@ class WindowGoals : public Command {
   }
   std::string task(const std::string& lines,
                    const std::string& options = "adam(rate = 1e-2), batch 2, epochs 3") const {
-    write("t.dpde", heated_rod + "task t : s { learn heater; " + lines + "; using " + options + " }\n");
+    write("t.dpde", rod_with_window + "task t : s { learn heater; " + lines + "; using " + options + " }\n");
     return "t.dpde t --json";
   }
   Json learn(const std::string& lines, const std::string& more = "",
@@ -124,7 +124,7 @@ task t : s {
 
 /// A data set keeps a single frame, the state that each run begins with.
 TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
-  const std::string begins = heated_rod +
+  const std::string begins = rod_with_window +
                              "scene starts : rod { grid x = 0 .. 1, cells 8, periodic; k = 0; initial u = noise(1)\n"
                              "  time -1 .. 0, step 1 }\n"
                              "dataset d : starts { runs 2; frames every 1 from 0; file \"one.nc\" }\n";

@@ -91,7 +91,7 @@ stencil::Module adjoint_like() {
   spread.scatters = {{Interp{"v", {}, {0.5, access("u")}, {}}, access("u")}};
   const std::vector<AxisBoundary> axes = {periodic(), insulated()};
   Program program{.name = "p", .axes = topologies(axes)};
-  program.body = {run("k", 2), run("s"), run("k", 2), Fold{"v", 2, axes}};
+  program.body = {samples::run("k", 2), samples::run("s"), samples::run("k", 2), Fold{"v", 2, axes}};
   program.keeps = {"v"};
   return {{kernel, spread}, {program}, {}};
 }

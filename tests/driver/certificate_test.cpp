@@ -35,7 +35,8 @@ driver::CompileOptions for_certification() {
   return options;
 }
 
-analysis::Certificate certificate_of(const SourceFile& source, const std::shared_ptr<driver::Compiled>& scene) {
+analysis::Certificate certificate_of_compiled(const SourceFile& source,
+                                              const std::shared_ptr<driver::Compiled>& scene) {
   DiagnosticSink sink;
   const std::optional<analysis::Certificate> certificate = analysis::certify(source, scene, {}, sink);
   EXPECT_TRUE(certificate.has_value()) << all_messages(source, sink);
@@ -46,7 +47,7 @@ TEST(Certificate, PassesACorrectAdjoint) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const analysis::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_TRUE(certificate.passed());
   EXPECT_GE(certificate.cases.size(), 10u);
   EXPECT_TRUE(certificate.skipped.empty());
@@ -78,7 +79,7 @@ scene pond : drift with plain {
 )");
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const analysis::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_TRUE(certificate.passed());
   EXPECT_EQ(certificate.cases.size(), 9u);  // the scene's grid, whole and for one step, and seven small ones
   ASSERT_TRUE(certificate.slope.has_value());
@@ -103,7 +104,7 @@ scene pond : m with plain {
 )");
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  EXPECT_TRUE(certificate_of(source, scene).passed());
+  EXPECT_TRUE(certificate_of_compiled(source, scene).passed());
 }
 
 /// The scene compiled again after `change` to every store of the step's adjoint kernels.
@@ -126,7 +127,7 @@ std::shared_ptr<driver::Compiled> with_changed_adjoint(
 TEST(Certificate, FailsAnAdjointThatIsALittleWrong) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(1 + 1e-8) * e; });
-  const analysis::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_FALSE(certificate.passed());
   EXPECT_GT(certificate.worst(), 1e-9);
 }
@@ -134,7 +135,7 @@ TEST(Certificate, FailsAnAdjointThatIsALittleWrong) {
 TEST(Certificate, FailsAnAdjointWithoutATerm) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; });
-  const analysis::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_FALSE(certificate.passed());
   ASSERT_TRUE(certificate.slope.has_value());
   EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
@@ -151,10 +152,10 @@ scene wave : wave with plain { grid x = 0 .. 1, cells 64, periodic; initial u = 
 )");
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const analysis::Certificate right = certificate_of(source, scene);
+  const analysis::Certificate right = certificate_of_compiled(source, scene);
   EXPECT_TRUE(right.passed()) << right.slope.value_or(0);
   EXPECT_LT(right.quotients ? right.quotients->error.value_or(1) : 0, 1e-5);
-  const analysis::Certificate wrong = certificate_of(
+  const analysis::Certificate wrong = certificate_of_compiled(
       source, with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; }));
   EXPECT_FALSE(wrong.passed());
   ASSERT_TRUE(wrong.quotients);
@@ -238,7 +239,7 @@ task t : s { unknown a; unknown initial u; minimise mean(u^2) + 3*abs(a) }
 )");
     driver::CompileOptions options = for_certification();
     options.selection.name = "t";
-    return certificate_of(source, compiled(source, options)).kinks;
+    return certificate_of_compiled(source, compiled(source, options)).kinks;
   };
   EXPECT_TRUE(kinks("0.5").empty());
   const auto found = kinks("0");

@@ -22,7 +22,7 @@ constexpr const char* gas_between_walls =
     "boundary r: y = gradient(-g*0.1); boundary q.x: y = 0; boundary q.y: y = 0\n"
     "initial r = 1 + g*0.1*sin(2*pi*x); initial q = (0.2*sin(pi*y), 0.1*g*sin(pi*y))\n"
     "time 0 .. 0.4, step 1/100 }\ntask t : s { unknown c; ";
-constexpr const char* reaction = "model m { field u; param k = 0.1, a = 0.3; dt(u) = k*lap(u) - a*u^3 }\n";
+constexpr const char* reaction_model = "model m { field u; param k = 0.1, a = 0.3; dt(u) = k*lap(u) - a*u^3 }\n";
 constexpr const char* odd_on_ring =
     "grid x = -1 .. 1, cells 8, periodic\ninitial u = a*sin(pi*x); time 0 .. 0.5, step 1/100 }\n"
     "task t : s { unknown k; unknown a; ";
@@ -46,12 +46,12 @@ constexpr ZeroLoss zero_losses[] = {
     {gas_of_one_speed, "euler", gas_between_walls, "minimise (integral(q.x*r, at = y.high) + integral(r*dx(r)))^2"},
     {gas_of_one_speed, "ssp_rk3", gas_between_walls, "minimise integral(q.x*r, at = y.high)"},
     {gas_of_one_speed, "euler; real = f32", gas_between_walls, "minimise integral(q.x*r, at = y.high)"},
-    {reaction, "rk2", odd_on_ring, "minimise mean(u)"},
-    {reaction, "rk2", odd_between_walls, "minimise mean(u)"},
-    {reaction, "rk2; real = f32", odd_on_ring, "minimise mean(u^3) + 0.5*mean(u)"},
-    {reaction, "rk2", odd_between_walls, "minimise integral(k*u, at = x.high)"},
-    {reaction, "rk2", odd_on_ring, "minimise sum(u*dx(u))"},
-    {reaction, "rk2", odd_on_ring, "minimise mean(dx(u^2)), sum over time"},
+    {reaction_model, "rk2", odd_on_ring, "minimise mean(u)"},
+    {reaction_model, "rk2", odd_between_walls, "minimise mean(u)"},
+    {reaction_model, "rk2; real = f32", odd_on_ring, "minimise mean(u^3) + 0.5*mean(u)"},
+    {reaction_model, "rk2", odd_between_walls, "minimise integral(k*u, at = x.high)"},
+    {reaction_model, "rk2", odd_on_ring, "minimise sum(u*dx(u))"},
+    {reaction_model, "rk2", odd_on_ring, "minimise mean(dx(u^2)), sum over time"},
 };
 constexpr ZeroLoss agreeing_zero_losses[] = {
     {diffusion, "rk4; lap = central(4)", wave_on_ring, "minimise mean(u)"},

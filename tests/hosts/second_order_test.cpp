@@ -9,13 +9,13 @@
 namespace dpde::testing {
 namespace {
 
-struct Case {
+struct SecondOrderCase {
   std::string name, text;
 };
 
 /// Walls, a nonlinear step with stages, all kinds of unknowns; parameters that act through formulas; two fields on two
 /// axes; boundary values and controls; a Courant number; reductions.
-const Case cases[] = {
+const SecondOrderCase second_order_cases[] = {
     {"Burgers", R"(model m { field u; coefficient q; param nu; dt(u) = -advect(u, u) + nu*lap(u) + q }
 scheme smooth { advect = central(2); time = rk2 }
 scene s : m with smooth {
@@ -135,7 +135,7 @@ double distance(std::span<const double> a, std::span<const double> b) {
 class HessianVector : public ::testing::TestWithParam<int> {};
 
 TEST_P(HessianVector, IsTheDerivativeOfTheGradientAndSymmetric) {
-  const Case& c = cases[GetParam()];
+  const SecondOrderCase& c = second_order_cases[GetParam()];
   for (const std::string cells : {"", "1", "2", "3"}) {
     const Settings set = cells.empty() ? Settings{} : Settings{{"cells", cells}};
     Simulation sim = compile_text(c.text, {.name = "t", .set = set, .second_order = true});
@@ -154,7 +154,7 @@ TEST_P(HessianVector, IsTheDerivativeOfTheGradientAndSymmetric) {
 
 TEST_P(HessianVector, IsTheSameOnEveryBackEndAndWithCheckpoints) {
   if (!is_tried(GetParam(), 2)) GTEST_SKIP() << "at night";
-  const Case& c = cases[GetParam()];
+  const SecondOrderCase& c = second_order_cases[GetParam()];
   Simulation sim = compile_text(c.text, {.name = "t", .second_order = true});
   const std::vector<double> v = random_values(sim.unknown_values().size(), 4), expected = sim.hessian_vector(v);
   for (const HostBackend backend : {HostBackend::cpp, HostBackend::interpreter}) {
@@ -167,10 +167,10 @@ TEST_P(HessianVector, IsTheSameOnEveryBackEndAndWithCheckpoints) {
   EXPECT_EQ(few.gradient(), loss) << "products leave what the gradient begins with";
 }
 
-INSTANTIATE_TEST_SUITE_P(Tasks, HessianVector, ::testing::Range(0, static_cast<int>(std::size(cases))),
-                         [](const auto& info) { return cases[info.param].name; });
+INSTANTIATE_TEST_SUITE_P(Tasks, HessianVector, ::testing::Range(0, static_cast<int>(std::size(second_order_cases))),
+                         [](const auto& info) { return second_order_cases[info.param].name; });
 
-std::string rod(const std::string& initial, const std::string& task) {
+std::string rod_with_task(const std::string& initial, const std::string& task) {
   return R"(
 model heat { field u; param k; dt(u) = k*lap(u) }
 scheme ftcs { lap = central(2); time = euler }
@@ -183,8 +183,8 @@ scene rod : heat with ftcs {
 
 /// A step scales sin(x) by f = 1 - k r: the loss is k^4 f^16/2, the residual k^2 f^8 sin(x).
 TEST(GaussNewton, IsTheClosedForm) {
-  Simulation sim =
-      compile_text(rod("k^2*sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find", .second_order = true});
+  Simulation sim = compile_text(rod_with_task("k^2*sin(x)", "unknown k; minimise mean(u^2)"),
+                                {.name = "find", .second_order = true});
   const std::vector<double> one{1};
   const double h = 2 * std::numbers::pi / 16, r = 4.0 / 8 / (h * h) * std::pow(std::sin(h / 2), 2);
   for (const double k : {0.25, 0.4}) {
@@ -206,7 +206,7 @@ TEST(GaussNewton, IsTheClosedForm) {
 
 /// Where the data are met exactly both matrices are one.
 TEST(GaussNewton, IsTheHessianWhereTheResidualsAreZero) {
-  std::string text = cases[1].text;
+  std::string text = second_order_cases[1].text;
   text.replace(text.find("minimise mean(u^4)"), std::string::npos,
                "data d = u from scene s at t = 0.08, 0.2\n  minimise mean((u - d)^2) at t = 0.08, 0.2 }");
   Simulation sim = compile_text(text, {.name = "t", .second_order = true});
@@ -227,7 +227,7 @@ TEST(GaussNewton, IsTheHessianWhereTheResidualsAreZero) {
 
 /// A coefficient that the host gives does not follow its formula any more, nor does an initial state.
 TEST(HessianVectorOfHosts, LeavesOutFormulasThatAreNotUsed) {
-  Simulation sim = compile_text(cases[1].text, {.name = "t", .second_order = true});
+  Simulation sim = compile_text(second_order_cases[1].text, {.name = "t", .second_order = true});
   const std::vector<double> x = sim.unknown_values(), v = random_values(x.size(), 7);
   std::vector<double> before = sim.hessian_vector(v);
   for (const char* given : {"q", "u"}) {
@@ -253,9 +253,9 @@ std::string error_of(const std::function<void()>& body) {
 
 TEST(HessianVectorErrors, SayWhatIsMissing) {
   const std::vector<double> one{1};
-  Simulation without = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find"});
+  Simulation without = compile_text(rod_with_task("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find"});
   EXPECT_NE(error_of([&] { without.hessian_vector(one); }).find("HostOptions::second_order"), std::string::npos);
-  Simulation other = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)\n minimise mean(exp(u))"),
+  Simulation other = compile_text(rod_with_task("sin(x)", "unknown k; minimise mean(u^2)\n minimise mean(exp(u))"),
                                   {.name = "find", .second_order = true});
   EXPECT_NE(error_of([&] {
               other.hessian_vector(one, Curvature::gauss_newton);
@@ -267,14 +267,14 @@ TEST(HessianVectorErrors, SayWhatIsMissing) {
   EXPECT_NE(error_of([&] { other.set_unknowns(std::vector<double>(3)); }).find("the vector of values has 3"),
             std::string::npos);
   Simulation scene =
-      compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "rod", .second_order = true});
+      compile_text(rod_with_task("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "rod", .second_order = true});
   EXPECT_NE(error_of([&] { scene.hessian_vector(one); }).find("without a task"), std::string::npos);
 }
 
 using SecondOrderAhead = InFolder;
 
 TEST_F(SecondOrderAhead, IsAsInMemory) {
-  const std::string file = write("t.dpde", cases[1].text);
+  const std::string file = write("t.dpde", second_order_cases[1].text);
   const dpde_scene* scene = build(file, "t", " --second-order");
   ASSERT_NE(scene, nullptr);
   Simulation ahead(*scene), in_memory = compile_file(file, {.name = "t", .second_order = true});
@@ -287,12 +287,13 @@ TEST_F(SecondOrderAhead, IsAsInMemory) {
 
 TEST_F(SecondOrderAhead, WithoutTheOptionIsAnErrorAndNewtonHasIt) {
   const std::vector<double> one{1};
-  const dpde_scene* plain = build(write("plain.dpde", rod("sin(x)", "unknown k; minimise mean(u^2)")), "find");
+  const dpde_scene* plain =
+      build(write("plain.dpde", rod_with_task("sin(x)", "unknown k; minimise mean(u^2)")), "find");
   ASSERT_NE(plain, nullptr);
   Simulation without(*plain);
   EXPECT_NE(error_of([&] { without.hessian_vector(one); }).find("dpde build --second-order"), std::string::npos);
   std::string text =
-      rod("sin(x)", "unknown k; minimise mean(u^2)\n  using newton_cg(hessian = gauss_newton), iterations 3");
+      rod_with_task("sin(x)", "unknown k; minimise mean(u^2)\n  using newton_cg(hessian = gauss_newton), iterations 3");
   const dpde_scene* newton =
       build(write("newton.dpde", text.replace(text.find("task find"), 9, "task newton")), "newton");
   ASSERT_NE(newton, nullptr);

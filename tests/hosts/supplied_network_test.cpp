@@ -11,7 +11,7 @@ namespace {
 using In = HostNetwork::In;
 using Out = HostNetwork::Out;
 
-std::string scene(const std::string& network, const std::string& more = "") {
+std::string scene_with_network(const std::string& network, const std::string& more = "") {
   return "network closure(u: vector, nu) -> vector { " + network + R"( }
 model m { vector u; param nu; dt(u) = nu*lap(u) + closure(u, nu) }
 scheme s { time = rk2; networks = f64)" +
@@ -95,13 +95,13 @@ void expect_error(const std::function<void()>& run, const std::string& part) {
 
 TEST(SuppliedNetworks, GiveTheGradientsOfTheSameLayers) {
   for (const auto& [precision, tolerance] : {std::pair{"", 1e-13}, {"; real = f32", 2e-5}}) {
-    Simulation own = compile_text(scene(layers, precision), {.name = "t"});
+    Simulation own = compile_text(scene_with_network(layers, precision), {.name = "t"});
     const double loss = own.gradient();
     const std::vector<double> weights = own.weights("closure"),
                               expected(own.gradient_vector().begin(), own.gradient_vector().end());
     const double scale = *std::ranges::max_element(expected, {}, [](double g) { return std::abs(g); });
     for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
-      Simulation sim = compile_text(scene(host, precision), {.name = "t", .backend = backend});
+      Simulation sim = compile_text(scene_with_network(host, precision), {.name = "t", .backend = backend});
       EXPECT_EQ(sim.weights("closure"), std::vector<double>(26));
       sim.supply("closure", {value, vector_jacobian});
       sim.set_weights("closure", weights);
@@ -117,7 +117,7 @@ TEST(SuppliedNetworks, GiveTheGradientsOfTheSameLayers) {
 }
 
 TEST(SuppliedNetworks, AreComparedWithDifferencesWhenTheyAreUsed) {
-  Simulation sim = compile_text(scene(host), {.name = "t"});
+  Simulation sim = compile_text(scene_with_network(host), {.name = "t"});
   expect_error([&] { sim.loss(); }, "network closure is the host's own: supply() its value");
   sim.set_weights("closure", random_values(26, 7));
   sim.supply("closure", {value, {}});
@@ -151,7 +151,7 @@ TEST(SuppliedNetworks, AreComparedWithDifferencesWhenTheyAreUsed) {
   sim.supply("closure", {value, vector_jacobian});
   EXPECT_GT(sim.gradient(), 0);
   expect_error([&] { sim.supply("clsure", {value, {}}); }, "clsure");
-  Simulation own = compile_text(scene(layers), {.name = "t"});
+  Simulation own = compile_text(scene_with_network(layers), {.name = "t"});
   expect_error([&] { own.supply("closure", {value, {}}); }, "has layers of its own");
 }
 

@@ -137,7 +137,7 @@ TEST(Units, OfWalls) {
   EXPECT_EQ(misfit(walls("all = mixed(a, c, h)")).substr(0, 19), "this is in K/m, but");
 }
 
-const std::string flow = R"(
+const std::string flow_with_units = R"(
 model flow {
   vector u on faces in m/s
   field p in m^2/s^2, c in mol/L
@@ -160,14 +160,14 @@ scene box : flow {
 )";
 
 TEST(Units, OfVectors) {
-  const Problem problem = problem_of(flow);
+  const Problem problem = problem_of(flow_with_units);
   EXPECT_EQ(problem.unit_of("u.x"), "m/s");
   EXPECT_EQ(problem.unit_of("c"), "mol/L");
   EXPECT_EQ(problem.unit_of("energy"), "m^4/s^2");
   EXPECT_EQ(problem.unit_of("turn"), "1/s");
   EXPECT_EQ(problem.unit_of("t"), "s");
   EXPECT_EQ(problem.unit_of("y"), "m");
-  std::string wrong = flow;
+  std::string wrong = flow_with_units;
   wrong.replace(wrong.find("m^2/s^2"), 7, "Pa");
   EXPECT_EQ(misfit(wrong), "this is in Pa/m, but dt(u) in m/s^2");
 }

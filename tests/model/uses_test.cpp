@@ -79,12 +79,12 @@ std::string text_with_thing(const Thing& thing, const std::string& slot) {
          at("test") + ")\n}\n";
 }
 
-struct Case {
+struct SlotCase {
   UseKind kind;
   std::string slot;
 };
-std::vector<Case> slots() {
-  std::vector<Case> found;
+std::vector<SlotCase> slots() {
+  std::vector<SlotCase> found;
   for (const UseKind kind : all_kinds()) {
     if (const std::string slot = slot_of(kind); !slot.empty()) found.push_back({kind, slot});
   }

@@ -261,7 +261,7 @@ TEST(NetworkPreconditioners, ReadBack) {
 }
 
 /// A flow around an obstacle, whose constraint is preconditioned: the same flow, whatever checkpoints and threads are.
-std::string disc(const std::string& behind, const std::string& scheme) {
+std::string disc_solved_by(const std::string& behind, const std::string& scheme) {
   return "network near(r) -> z { padding x periodic, y zero; initial he, seed 3; conv 4, 3; leaky_relu; conv out, 3 }\n"
          "model m { vector u on faces; field p; mask solid\n  dt(u) = -advect(u, u) - grad(p) + 0.02*lap(u)\n"
          "  0 = div(u) gives p" +
@@ -273,9 +273,9 @@ std::string disc(const std::string& behind, const std::string& scheme) {
 
 TEST(NetworkPreconditioners, OfConstraintsBesideObstacles) {
   const std::string near = " preconditioner near(residual)";
-  const auto plain = task_gradient(disc("", "solve = direct"), "t");
+  const auto plain = task_gradient(disc_solved_by("", "solve = direct"), "t");
   for (const char* guess : {"none", "last", "extrapolate"}) {
-    const auto own = task_gradient(disc(near, "solve = cg(1e-11, 900); guess = " + std::string(guess)), "t");
+    const auto own = task_gradient(disc_solved_by(near, "solve = cg(1e-11, 900); guess = " + std::string(guess)), "t");
     EXPECT_NEAR(own.loss, plain.loss, 1e-8 * plain.loss) << guess;
     EXPECT_LT(box_apart(own.gradient.at("u.x"), plain.gradient.at("u.x")), 1e-8) << guess;
   }
@@ -284,7 +284,7 @@ TEST(NetworkPreconditioners, OfConstraintsBesideObstacles) {
     OpenWith with{.adjoint = true};
     with.session.slots = slots;
     with.session.threads = threads;
-    OpenedScene opened(disc(near, "solve = cg(1e-5, 900)"), "t", with);
+    OpenedScene opened(disc_solved_by(near, "solve = cg(1e-5, 900)"), "t", with);
     const auto inverse = opened.inverse();
     ASSERT_TRUE(inverse);
     Eigen::VectorXd gradient(inverse->size());

@@ -27,12 +27,12 @@ double error_of(const std::string& rhs, const std::string& initial, const std::s
   return run_scene(scene(rhs, initial, time, "exact u = " + exact, steps), "s").l2.at("u");
 }
 
-struct Exact {
+struct ExactOfMeans {
   std::string rhs, initial, exact;
 };
 
 /// sin(pi*x) has mean 0 along x on these cells, cos(pi*y) along y.
-const std::vector<Exact> exact_solutions{
+const std::vector<ExactOfMeans> exact_solutions{
     {"-mean(u)", "1 + sin(pi*x)*y", "exp(-t) + sin(pi*x)*y"},
     {"-(u - mean(u, x))", "y^2 + sin(pi*x)*y", "y^2 + sin(pi*x)*y*exp(-t)"},
     {"-(u - mean(u, y))", "x + cos(pi*y)*x", "x + cos(pi*y)*x*exp(-t)"},
@@ -53,7 +53,7 @@ TEST(Reduction, HasTheOrderOfTheTimeScheme) {
     int order;
   };
   for (const Scheme& scheme : {Scheme{"euler", 1}, {"rk2", 2}, {"ssp_rk3", 3}, {"rk4", 4}, {"ab2", 2}}) {
-    for (const Exact& e : exact_solutions) {
+    for (const ExactOfMeans& e : exact_solutions) {
       const double coarse = error_of(e.rhs, e.initial, e.exact, scheme.name, 4),
                    fine = error_of(e.rhs, e.initial, e.exact, scheme.name, 5);
       EXPECT_NEAR(std::log2(coarse / fine), scheme.order, 0.16) << e.rhs << " " << scheme.name << " " << fine;

@@ -45,14 +45,15 @@ struct Errors {
   double carried, oscillator;
 };
 
-constexpr int cells = 64;
+constexpr int cells_of_one_axis = 64;
 
 /// Of what moves by this many cells in a unit of time.
 Rate carried_by(int speed) {
   return [speed](const RealValues& values) {
-    RealValues rate(cells);
-    for (int i = 0; i < cells; ++i) {
-      const Real west = values[(i + cells - 1) % cells], east = values[(i + 1) % cells];
+    RealValues rate(cells_of_one_axis);
+    for (int i = 0; i < cells_of_one_axis; ++i) {
+      const Real west = values[(i + cells_of_one_axis - 1) % cells_of_one_axis],
+                 east = values[(i + 1) % cells_of_one_axis];
       rate[i] = speed * (west - east) / 2 + (west - 2 * values[i] + east) / 256;
     }
     return rate;
@@ -70,19 +71,19 @@ Errors errors_after(int steps, const std::string& scheme, const std::string& rea
       "  initial u = 1.3 + 0.5*sin(2*pi*x/64) + 0.2*cos(6*pi*x/64)\n  initial q = 1.25\n  initial p = 0.5 + x/256\n  "
       "time 0 .. " +
       std::to_string(steps) + "/4, step 1/4\n}\n";
-  RealValues u(cells), qp(2 * cells);
+  RealValues u(cells_of_one_axis), qp(2 * cells_of_one_axis);
   const Real pi = std::acos(Real(-1));
-  for (int i = 0; i < cells; ++i) {
+  for (int i = 0; i < cells_of_one_axis; ++i) {
     const Real x = i + 0.5L;
     u[i] = 1.3L + 0.5L * std::sin(2 * pi * x / 64) + 0.2L * std::cos(6 * pi * x / 64);
     qp[i] = 1.25L;
-    qp[cells + i] = 0.5L + x / 256;
+    qp[cells_of_one_axis + i] = 0.5L + x / 256;
   }
   const Rate oscillator = [](const RealValues& values) {
-    RealValues rate(2 * cells);
-    for (int i = 0; i < cells; ++i) {
-      rate[i] = values[cells + i];
-      rate[cells + i] = -values[i];
+    RealValues rate(2 * cells_of_one_axis);
+    for (int i = 0; i < cells_of_one_axis; ++i) {
+      rate[i] = values[cells_of_one_axis + i];
+      rate[cells_of_one_axis + i] = -values[i];
     }
     return rate;
   };
@@ -91,7 +92,7 @@ Errors errors_after(int steps, const std::string& scheme, const std::string& rea
     qp = textbook_step(scheme, qp, 0.25L, oscillator);
   }
   const SceneResult found = run_scene(text, "run");
-  const RealValues q(qp.begin(), qp.begin() + cells);
+  const RealValues q(qp.begin(), qp.begin() + cells_of_one_axis);
   return {largest_error(found.state.at("u"), u), largest_error(found.state.at("q"), q)};
 }
 
@@ -129,8 +130,9 @@ TEST(Rounding, OfGradientsOverManySteps) {
           std::to_string(steps) +
           "/4, step 1/4\n}\n"
           "task t : run { unknown initial u; minimise sum((0.7 + 0.3*sin(2*pi*x/64))*u) }\n";
-      RealValues bar(cells);
-      for (int i = 0; i < cells; ++i) bar[i] = 0.7L + 0.3L * std::sin(2 * std::acos(Real(-1)) * (i + 0.5L) / 64);
+      RealValues bar(cells_of_one_axis);
+      for (int i = 0; i < cells_of_one_axis; ++i)
+        bar[i] = 0.7L + 0.3L * std::sin(2 * std::acos(Real(-1)) * (i + 0.5L) / 64);
       for (int n = 0; n < steps; ++n) bar = textbook_step(bound.scheme, bar, 0.25L, carried_by(-1));
       const double error = largest_error(task_gradient(text, "t").gradient.at("u"), bar);
       EXPECT_LT(error, most) << bound.scheme << " " << real;

@@ -14,8 +14,8 @@ namespace dpde::testing {
 namespace {
 
 /// Odd derivatives in the linear part, in the rest, in both, and mixed with even ones.
-const std::string equations[] = {"c*dx(u) + 1e-4*d(u, x, 3)", "c*dx(u) - u^2", "c*dx(u) - 0.5*dx(u^2)",
-                                 "0.01*lap(u) - c*dx(u) + 0.02*dx(u^2) - 1e-3*d(u, x, 3)"};
+const std::string equations_of_short_waves[] = {"c*dx(u) + 1e-4*d(u, x, 3)", "c*dx(u) - u^2", "c*dx(u) - 0.5*dx(u^2)",
+                                                "0.01*lap(u) - c*dx(u) + 0.02*dx(u^2) - 1e-3*d(u, x, 3)"};
 
 std::string scene_of(const std::string& equation, int cells) {
   return fmt::format(
@@ -33,7 +33,7 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Against steps of Runge and Kutta that are so short that they have no error: of the same derivatives.
 TEST(ShortestWave, ExponentialStepsHaveTheirOrder) {
-  for (const std::string& equation : equations) {
+  for (const std::string& equation : equations_of_short_waves) {
     for (const int cells : {15, 16}) {
       const std::string text = scene_of(equation, cells);
       const std::vector<double> exact = run_scene(text, "s", {{"time", "rk4"}, {"step", "1/40000"}}).state.at("u");
@@ -61,7 +61,7 @@ TEST(ShortestWave, IsNotDampedByOddDerivatives) {
 
 /// By each coefficient, of second order too.
 TEST(ShortestWave, DerivativesAreExact) {
-  for (const std::string& equation : equations) {
+  for (const std::string& equation : equations_of_short_waves) {
     for (const char* cells : {"7", "8"}) {
       const std::string task = "task t : s { unknown c; unknown initial u; minimise mean(u^3) + mean(u^2) }\n";
       expect_certified(scene_of(equation, std::stoi(cells)) + task, true);
@@ -71,7 +71,8 @@ TEST(ShortestWave, DerivativesAreExact) {
 
 /// By all of them against differences of the loss: no product of odd derivatives is that of an even one.
 TEST(ShortestWave, GradientsAreThoseOfDifferences) {
-  const std::string text = scene_of(equations[2], 16) + "task g : s { unknown c; minimise mean(u^3) + mean(u^2) }\n";
+  const std::string text =
+      scene_of(equations_of_short_waves[2], 16) + "task g : s { unknown c; minimise mean(u^3) + mean(u^2) }\n";
   constexpr double e = 1e-5;
   const double gradient = task_gradient(text, "g").gradient.at("c")[0];
   const double above = task_loss(text, "g", {{"c", fmt::format("{}", 1 + e)}}),

@@ -17,7 +17,7 @@ namespace {
 using testing::run_scene;
 using testing::task_gradient;
 
-const std::string heat = R"(
+const std::string heat_by_solves = R"(
 kernel implicit(w: field halo 1, out image: field, nu, dt, hx: param) {
   image = w - dt*nu*(w[-1] - 2*w + w[+1])/hx^2
 }
@@ -45,8 +45,9 @@ TEST(ImplicitHeat, DampsWavesByTheClosedForm) {
   for (const auto backend : {driver::Backend::jit, driver::Backend::interpreter}) {
     for (const int cells : {1, 2, 3, 8, 64}) {
       const std::vector<double> ring =
-          run_scene(heat, "ring", {{"cells", std::to_string(cells)}}, backend).state.at("u");
-      const std::vector<double> rod = run_scene(heat, "rod", {{"cells", std::to_string(cells)}}, backend).state.at("u");
+          run_scene(heat_by_solves, "ring", {{"cells", std::to_string(cells)}}, backend).state.at("u");
+      const std::vector<double> rod =
+          run_scene(heat_by_solves, "rod", {{"cells", std::to_string(cells)}}, backend).state.at("u");
       for (int i = 0; i < cells; ++i) {
         const double x = (i + 0.5) / cells, pi = std::numbers::pi;
         EXPECT_NEAR(ring[static_cast<std::size_t>(i)], amplitude(2 * pi, cells).value * std::sin(2 * pi * x), 1e-13);
@@ -60,7 +61,7 @@ TEST(ImplicitHeat, GradientByTheConductivityIsTheClosedForm) {
   const double pi = std::numbers::pi;
   for (const auto& [task, k] : {std::pair{"of_ring", 2 * pi}, std::pair{"of_rod", pi}}) {
     const Amplitude a = amplitude(k, 64);
-    const auto result = task_gradient(heat, task);
+    const auto result = task_gradient(heat_by_solves, task);
     EXPECT_NEAR(result.loss, a.value * a.value / 2, 1e-14) << task;
     EXPECT_NEAR(result.gradient.at("nu").front() / (a.value * a.slope), 1, 1e-11) << task;
   }

@@ -13,7 +13,7 @@
 namespace dpde::testing {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::string vortices(const std::string& often, const std::string& initial, const std::string& task = "") {
   return R"(

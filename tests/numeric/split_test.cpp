@@ -11,7 +11,7 @@ namespace dpde::testing {
 namespace {
 
 /// u = exp(-t)*(2 + cos(x)), with a source that makes it so.
-std::string reacting(const std::string& split, const std::string& time) {
+std::string reacting_in_parts(const std::string& split, const std::string& time) {
   return fmt::format(R"(
 model one {{ field u; param k; dt(u) = k*lap(u) - u^2 + exp(-t)*((k - 1)*cos(x) - 2) + exp(-2*t)*(2 + cos(x))^2 }}
 scheme s {{ lap = central(8); time = {}; {} }}
@@ -36,8 +36,8 @@ double order_in_time(const std::string& text, const std::string& scene, const st
 TEST(Split, ReactionAndDiffusionAreOfOrderOneAndTwo) {
   for (const char* time : {"rk2", "rk4", "ars222"}) {
     for (const char* parts : {"diffusion, sources", "sources, diffusion"}) {
-      const std::string lie = reacting(fmt::format("lie({})", parts), time);
-      const std::string strang = reacting(fmt::format("strang({})", parts), time);
+      const std::string lie = reacting_in_parts(fmt::format("lie({})", parts), time);
+      const std::string strang = reacting_in_parts(fmt::format("strang({})", parts), time);
       EXPECT_NEAR(order_in_time(lie, "reaction", "u", 64), 1, 0.1) << time << " " << parts;
       EXPECT_NEAR(order_in_time(strang, "reaction", "u", 64), 2, 0.1) << time << " " << parts;
     }
@@ -65,7 +65,7 @@ TEST(Split, IsCertified) {
   for (const char* kind : {"lie", "strang"}) {
     for (const char* time : {"rk2", "ars222"}) {
       const std::string text =
-          reacting(fmt::format("{}(sources, diffusion)", kind), time) +
+          reacting_in_parts(fmt::format("{}(sources, diffusion)", kind), time) +
           "task t : reaction { unknown initial u; unknown k; minimise mean((u - 0.3*sin(x))^2) }\n";
       expect_certified(text, true);
     }

@@ -152,7 +152,7 @@ scene outflow : shallow_water with s {
   EXPECT_LT(furthest(end.at("u.x"), 2), 2e-3);
 }
 
-const std::string plate = R"(
+const std::string plate_on_faces = R"(
 model m {
   vector u on faces
   field p
@@ -164,7 +164,7 @@ model m {
 )";
 
 std::string plate_scene(const std::string& x, const std::string& y, const std::string& scheme) {
-  return plate + "scheme c { " + scheme + " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + x +
+  return plate_on_faces + "scheme c { " + scheme + " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + x +
          "\n  grid y = 0 .. 1, cells " + y +
          "\n  a = 0.6\n  b = 0.3\n  A = 0.5\n  g = 1 + y\n"
          "  boundary u.x: x.low = gradient(g*A*cos(t)), x.high = mixed(a, b*(1 + t), A)" +

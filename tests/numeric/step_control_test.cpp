@@ -264,7 +264,7 @@ task t : s {
 }
 
 /// One of three substances is fast; a mask holds them in a part of the plane.
-std::string reacting(const char* time) {
+std::string reacting_with_tolerance(const char* time) {
   return std::string("scheme c { implicit = all; time = ") + time + R"( }
 model m {
   field u, v, w
@@ -300,7 +300,7 @@ task t : s {
 )";
 }
 
-const std::string flow = flow_around_a_solid + std::string(R"(
+const std::string controlled_flow = flow_around_a_solid + std::string(R"(
 scheme c { time = dopri5 }
 scene s : m with c {
   grid x = 0 .. 1, cells 6, periodic
@@ -322,10 +322,10 @@ task t : s {
 
 TEST(StepControl, DerivativesAreCertified) {
   expect_certified(inverse_problem(), true);
-  expect_certified(flow, false);
-  expect_certified(reacting("ars443"), true);
+  expect_certified(controlled_flow, false);
+  expect_certified(reacting_with_tolerance("ars443"), true);
   for (const char* implicit : {"linear", "all"}) {
-    std::string solved = flow;
+    std::string solved = controlled_flow;
     solved.replace(solved.find("time = dopri5"), 13, std::string("time = ars443; implicit = ") + implicit);
     expect_certified(solved, false);
   }

@@ -21,12 +21,13 @@ const std::string to_both_walls =
     ", stretched 0.5 + 0.5*tanh(1.5*(2*y - 1))/tanh(1.5)\n";          // 0 .. 1, widths 1 : 5.5 : 1
 const std::string around = ", periodic, stretched x + 0.4*sin(x)\n";  // 0 .. 2*pi
 
-const std::string scheme = "scheme s { advect = central(2); dx = central(2); lap = central(2); time = rk4 }\n";
+const std::string central_with_rk4 =
+    "scheme s { advect = central(2); dx = central(2); lap = central(2); time = rk4 }\n";
 
 /// 1/count as a setting.
 std::string part_of_one(int count) { return "1/" + std::to_string(count); }
 
-double order(const std::string& text, int cells, const Overrides& more = {}, bool refines_step = false) {
+double order_by_refinement(const std::string& text, int cells, const Overrides& more = {}, bool refines_step = false) {
   const auto error = [&](int refinement) {
     Overrides overrides = more;
     overrides["cells"] = std::to_string(cells * refinement);
@@ -40,7 +41,7 @@ double order(const std::string& text, int cells, const Overrides& more = {}, boo
 
 /// Values, given derivatives and mixed conditions that vary in time, at walls where the cells are narrow and wide.
 TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
-  const std::string heat = "model heat { field u; param kappa; dt(u) = kappa*lap(u) }\n" + scheme +
+  const std::string heat = "model heat { field u; param kappa; dt(u) = kappa*lap(u) }\n" + central_with_rk4 +
                            "scene s : heat with s {\n  grid x = 0 .. 1, cells 8" + to_the_low_wall +
                            "  kappa = 0.5\n  initial u = sin(x + 0.2)\n  exact u = exp(-kappa*t)*sin(x + 0.2)\n  time "
                            "0 .. 0.25, step 1/16384\n";
@@ -52,7 +53,7 @@ TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
   for (const std::string& low : {low_value, low_slope, low_mixed}) {
     for (const std::string& high : {high_value, high_slope, high_mixed}) {
       const std::string text = heat + "  boundary u: " + low + ", " + high + "\n}\n";
-      EXPECT_NEAR(order(text, 16), 2, 0.15) << low << ", " << high;
+      EXPECT_NEAR(order_by_refinement(text, 16), 2, 0.15) << low << ", " << high;
     }
   }
 }
@@ -67,7 +68,7 @@ model m {
   let e = exp(-t)
   dt(u) = div(kappa*grad(u)) - e*cos(x)*(1 + y^2) + e*(2 + sin(x))*cos(x)*(1 + y^2) + e*cos(x)*sin(x)*(1 + y^2) - 2*e*(2 + sin(x))*cos(x)
 }
-)" + scheme + R"(
+)" + central_with_rk4 + R"(
 scene s : m with s {
   grid x = 0 .. 2*pi, cells 16)" +
                            around + R"(
@@ -80,12 +81,12 @@ scene s : m with s {
   time 0 .. 1/64, step 1/131072
 }
 )";
-  EXPECT_NEAR(order(text, 16), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(text, 16), 2, 0.1);
 }
 
 const std::string ring = R"(
 model m { field u; param c; dt(u) = -advect(c, u) }
-)" + scheme + R"(
+)" + central_with_rk4 + R"(
 scene s : m with s {
   grid x = 0 .. 2*pi, cells 32)" +
                          around + R"(  c = 1
@@ -96,43 +97,43 @@ scene s : m with s {
 )";
 
 TEST(Stretched, TransportIsOfTheOrderOfItsScheme) {
-  EXPECT_NEAR(order(ring, 64), 2, 0.1);
-  EXPECT_NEAR(order(ring, 64, {{"advect", "central(4)"}}), 4, 0.15);
-  EXPECT_NEAR(order(ring, 128, {{"advect", "upwind(1)"}}), 1, 0.15);
-  EXPECT_NEAR(order(ring, 64, {{"advect", "upwind(3)"}}), 3, 0.15);
-  EXPECT_NEAR(order(ring, 256, {{"advect", "semi_lagrangian"}, {"time", "euler"}}, true), 1, 0.15);
+  EXPECT_NEAR(order_by_refinement(ring, 64), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(ring, 64, {{"advect", "central(4)"}}), 4, 0.15);
+  EXPECT_NEAR(order_by_refinement(ring, 128, {{"advect", "upwind(1)"}}), 1, 0.15);
+  EXPECT_NEAR(order_by_refinement(ring, 64, {{"advect", "upwind(3)"}}), 3, 0.15);
+  EXPECT_NEAR(order_by_refinement(ring, 256, {{"advect", "semi_lagrangian"}, {"time", "euler"}}, true), 1, 0.15);
 }
 
 TEST(Stretched, HigherOrdersHoldOnPeriodicAxes) {
-  const std::string text = "model m { field u; param k; dt(u) = k*lap(u) - dx(u) }\n" + scheme +
+  const std::string text = "model m { field u; param k; dt(u) = k*lap(u) - dx(u) }\n" + central_with_rk4 +
                            "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(  k = 0.1
   initial u = sin(x) + 0.3*cos(2*x)
   exact u = exp(-k*t)*sin(x - t) + 0.3*exp(-4*k*t)*cos(2*(x - t))
   time 0 .. 0.5, step 1/1024
 }
 )";
-  EXPECT_NEAR(order(text, 64), 2, 0.1);
-  EXPECT_NEAR(order(text, 64, {{"dx", "central(4)"}}), 4, 0.15);
-  EXPECT_NEAR(order(text, 32, {{"dx", "central(6)"}}), 6, 0.3);
+  EXPECT_NEAR(order_by_refinement(text, 64), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(text, 64, {{"dx", "central(4)"}}), 4, 0.15);
+  EXPECT_NEAR(order_by_refinement(text, 32, {{"dx", "central(6)"}}), 6, 0.3);
 }
 
 /// The third derivative is one of a second; between walls too.
 TEST(Stretched, DerivativesOfHighOrderAreNested) {
-  const std::string third = "model m { field u; dt(u) = -d(u, x, 3) }\n" + scheme +
+  const std::string third = "model m { field u; dt(u) = -d(u, x, 3) }\n" + central_with_rk4 +
                             "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(
   initial u = sin(x)
   exact u = sin(x + t)
   time 0 .. 0.015625, step 1/16384
 }
 )";
-  EXPECT_NEAR(order(third, 32), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(third, 32), 2, 0.1);
 }
 
 /// The speeds of upwinding and of a Courant number are those in the place, not in the uniform coordinate.
 TEST(Stretched, CourantStepsLookAtTheNarrowestCell) {
   std::string text = ring;
   text.replace(text.find("step 1/1024"), 11, "step 1, courant 0.5");
-  EXPECT_NEAR(order(text, 64), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(text, 64), 2, 0.1);
   // a step of 1 with as many parts as 0.5 of the narrowest cell wants: 1/(0.5*h*0.6), h the width in the uniform
   // coordinate
   Overrides parts{{"cells", "64"}};
@@ -145,7 +146,7 @@ TEST(Stretched, CourantStepsLookAtTheNarrowestCell) {
 
 const std::string stretched_basin = R"(
 model m { field u; param k; dt(u) = div((k + u^2)*grad(u)) }
-)" + scheme + R"(
+)" + central_with_rk4 + R"(
 scene s : m with s {
   grid x = 0 .. 1, cells 13)" + to_the_low_wall +
                                     R"(  grid y = 0 .. 1, cells 9)" + to_both_walls + R"(  k = 0.1
@@ -186,21 +187,21 @@ TEST(Stretched, MeansWeighCellsByTheirVolume) {
 /// In equations, and along one axis, too: x relaxes to its mean, what does not vary along x stays as it is.
 TEST(Stretched, ReductionsInEquationsWeighCells) {
   const auto text = [](const std::string& initial, const std::string& exact) {
-    return "model m { field u; dt(u) = 0.5*(mean(u, x) + integral(u, x)) - u }\n" + scheme +
+    return "model m { field u; dt(u) = 0.5*(mean(u, x) + integral(u, x)) - u }\n" + central_with_rk4 +
            "scene s : m with s {\n  grid x = 0 .. 1, cells 16" + to_the_low_wall +
            "  grid y = 0 .. 1, cells 3\n  boundary u = zero_gradient\n  initial u = " + initial +
            "\n  exact u = " + exact + "\n  time 0 .. 1, step 1/64\n}\n";
   };
   EXPECT_LT(run_scene(text("1 + y", "1 + y"), "s").l2.at("u"), 1e-14);
-  EXPECT_NEAR(order(text("x", "0.5 + (x - 0.5)*exp(-t)"), 16), 2, 0.1);
+  EXPECT_NEAR(order_by_refinement(text("x", "0.5 + (x - 0.5)*exp(-t)"), 16), 2, 0.1);
 }
 
 /// A flux that is given passes a wall as it is, whatever the cells are: the total grows by kappa*g in unit time, in the
 /// measure in which the length of the axis is right.
 TEST(Stretched, GivenFluxesPassWallsExactly) {
   const std::string text =
-      "model m { field u; dt(u) = 0.5*lap(u) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 1, cells 7" +
-      to_the_low_wall +
+      "model m { field u; dt(u) = 0.5*lap(u) }\n" + central_with_rk4 +
+      "scene s : m with s {\n  grid x = 0 .. 1, cells 7" + to_the_low_wall +
       "  boundary u: x.low = gradient(0.3), x.high = gradient(-0.1)\n  initial u = 1\n  time 0 .. 0.5, step 1/1000\n}\n"
       "task total : s { unknown initial u from 1; minimise integral(u) }\n";
   double length = 0;
@@ -212,7 +213,7 @@ TEST(Stretched, GivenFluxesPassWallsExactly) {
 /// Flow against a wall, steady: (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps)).
 TEST(Stretched, BoundaryLayersGainFromNarrowCells) {
   const auto text = [](const std::string& grid) {
-    return "model m { field u; param eps; dt(u) = eps*lap(u) - dx(u) }\n" + scheme +
+    return "model m { field u; param eps; dt(u) = eps*lap(u) - dx(u) }\n" + central_with_rk4 +
            "scene s : m with s {\n  grid x = 0 .. 1, cells 32" + grid + R"(
   eps = 0.05
   boundary u: x.low = 0, x.high = 1
@@ -257,7 +258,7 @@ TEST(Stretched, GradientsAreExact) {
 TEST(Stretched, StaggeredWavesAreOfOrderTwo) {
   const std::string text = R"(
 model water { vector v on faces; field u; dt(u) = -div(v); dt(v) = -grad(u) }
-)" + scheme + R"(
+)" + central_with_rk4 + R"(
 scene s : water with s {
   grid x = 0 .. 1, cells 16)" +
                            to_the_low_wall + R"(  grid y = 0 .. 1, cells 16)" + to_both_walls + R"(
@@ -273,7 +274,7 @@ scene s : water with s {
 task total : s { unknown initial u; minimise integral(u) }
 task before : s { unknown initial u; minimise integral(u) at t = 0 }
 )";
-  EXPECT_NEAR(order(text, 16), 2, 0.15);
+  EXPECT_NEAR(order_by_refinement(text, 16), 2, 0.15);
   const auto coarse = run_scene(text, "s", {{"cells", "16"}}).l2, fine = run_scene(text, "s", {{"cells", "32"}}).l2;
   for (const char* field : {"v.x", "v.y"}) EXPECT_NEAR(std::log2(coarse.at(field) / fine.at(field)), 2, 0.15) << field;
   EXPECT_NEAR(task_loss(text, "total"), task_loss(text, "before"), 1e-14);

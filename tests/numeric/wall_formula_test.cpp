@@ -87,7 +87,7 @@ scene back = tube { time 0 .. 0.75, step 1/1000 }
 }
 
 /// Two substances that react on a wall, the flow on faces leaving by an end; all of it sought.
-std::string reacting(const std::string& time, const std::string& cells_x, const std::string& cells_y) {
+std::string reacting_at_walls(const std::string& time, const std::string& cells_x, const std::string& cells_y) {
   return fmt::format(R"(
 model m {{ field a, b; vector u on faces; coefficient c; param k, D
   dt(a) = D*lap(a) - interpolate(u.x)*dx(a)
@@ -124,7 +124,7 @@ TEST(WallFormulas, DerivativesAreCertified) {
   for (std::size_t count = 0; const char* time : {"rk4", "ab2", "ssp_rk3"}) {
     for (const char* cells : {"1", "2", "5"}) {
       if (!testing::is_tried(count++, 2)) continue;
-      const auto certificate = certificate_of(reacting(time, cells, "5"), std::string(time) == "rk4");
+      const auto certificate = certificate_of(reacting_at_walls(time, cells, "5"), std::string(time) == "rk4");
       ASSERT_TRUE(certificate);
       EXPECT_TRUE(certificate->passed()) << time << " " << cells;
       EXPECT_LT(certificate->worst(), 1e-11) << time << " " << cells;
@@ -149,7 +149,7 @@ TEST(WallFormulas, OfWavesAreCertified) {
 }
 
 TEST(WallFormulas, BackEndsAgree) {
-  const std::string text = reacting("rk4", "6", "5");
+  const std::string text = reacting_at_walls("rk4", "6", "5");
   const auto jit = run_scene(text, "film").state;
   const auto oracle = run_scene(text, "film", {}, driver::Backend::interpreter).state;
   const auto cpp = run_scene(text, "film", {}, driver::Backend::cpp).state;

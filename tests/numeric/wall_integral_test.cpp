@@ -14,8 +14,8 @@ namespace dpde::testing {
 namespace {
 
 /// The observables of the scene s at its begin, and at its end.
-std::pair<std::map<std::string, double>, std::map<std::string, double>> observed(const std::string& text,
-                                                                                 const Overrides& set = {}) {
+std::pair<std::map<std::string, double>, std::map<std::string, double>> observed_inside_and_at_walls(
+    const std::string& text, const Overrides& set = {}) {
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
   options.backend = driver::Backend::jit;
@@ -59,7 +59,7 @@ scene s : heat with c {
 
 /// What a step adds is what goes through the walls.
 TEST(WallIntegral, FluxesBalance) {
-  const auto [begin, end] = observed(flux_plate("1 + sin(3*x + y)", ""));
+  const auto [begin, end] = observed_inside_and_at_walls(flux_plate("1 + sin(3*x + y)", ""));
   EXPECT_NEAR((end.at("heat") - begin.at("heat")) / 1e-3, begin.at("gain") + begin.at("up"), 1e-11);
   EXPECT_NEAR(begin.at("up") - 0.7 * (-0.3), 2 * 0.7 * (0 - std::sin(0)), 10);  // it is a number
 }
@@ -68,7 +68,7 @@ TEST(WallIntegral, OfLinearProfilesIsExact) {
   const std::string lines =
       "  observe low = integral(dx(T), at = x.low)\n  observe value = mean(T^2*x, at = y.high)\n"
       "    observe product = integral(dx(k*T*x), at = x.low)\n";
-  const auto begin = observed(flux_plate("1 + 3*x", lines)).first;
+  const auto begin = observed_inside_and_at_walls(flux_plate("1 + 3*x", lines)).first;
   EXPECT_NEAR(begin.at("low"), 3 * 2, 1e-12);
   EXPECT_NEAR(begin.at("product"), 0.7 * 2, 1e-12);  // T is 1 there
   EXPECT_NEAR(begin.at("value"), 0, 1e-12);          // T is 0 there
@@ -91,8 +91,8 @@ scene s : heat with c {
   stretched.replace(stretched.find("cells 8"), 7, "cells 8, stretched x + 0.08*sin(2*pi*x)");
   const double exact = std::numbers::pi * std::exp(-std::numbers::pi * std::numbers::pi * 0.02);
   for (const std::string& each : {text, stretched}) {
-    const double coarse = observed(each, {{"cells", "16"}}).second.at("flux") - exact;
-    const double fine = observed(each, {{"cells", "32"}}).second.at("flux") - exact;
+    const double coarse = observed_inside_and_at_walls(each, {{"cells", "16"}}).second.at("flux") - exact;
+    const double fine = observed_inside_and_at_walls(each, {{"cells", "32"}}).second.at("flux") - exact;
     EXPECT_NEAR(std::log2(coarse / fine), 2, 0.35);
     EXPECT_LT(std::abs(fine), 0.005);
   }
@@ -101,7 +101,7 @@ scene s : heat with c {
 /// Fluid at rest under gravity: the pressures of floor and ceiling differ by the weight. A velocity that is a square is
 /// known on walls that it lies on.
 TEST(WallIntegral, OfPressuresAndOfWhatLiesOnWalls) {
-  const auto end = observed(R"(
+  const auto end = observed_inside_and_at_walls(R"(
 model still {
   vector u on faces
   field p
@@ -124,7 +124,7 @@ scene s : still with c {
                        .second;
   EXPECT_NEAR(end.at("weight"), 3 * 2, 1e-9);
   EXPECT_NEAR(end.at("lift"), -3 * 2, 1e-9);
-  const auto begin = observed(R"(
+  const auto begin = observed_inside_and_at_walls(R"(
 model carry { vector u on faces; dt(u) = lap(u) }
 scheme c { time = euler }
 scene s : carry with c {
@@ -144,7 +144,7 @@ scene s : carry with c {
 
 /// Channel flow by a force per mass: at rest in the end, both walls together bear it, whatever the grid.
 TEST(WallIntegral, WallsOfAChannelBearTheForce) {
-  const auto end = observed(R"(
+  const auto end = observed_inside_and_at_walls(R"(
 model channel { field u; param nu; dt(u) = 1.5 + nu*lap(u) }
 scheme c { time = backward_euler }
 scene s : channel with c {
@@ -223,7 +223,7 @@ scene s : flow with c {
   observe fx = force_on(solid, u.x)
 }
 )";
-  const auto end = observed(text).second;
+  const auto end = observed_inside_and_at_walls(text).second;
   const double exact = -4 * std::numbers::pi * 0.4 * 0.4;
   EXPECT_NEAR(end.at("torque") / exact, 1, 0.1);
   EXPECT_NEAR(end.at("fx"), 0, 1e-8);

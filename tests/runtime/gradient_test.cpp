@@ -228,7 +228,7 @@ TEST(Gradient, TwoStatesAndAnAdjointThatReadsNone) {
 
 // u_next = (k + t) u, t the time at the start of the step: the gradient is a product.
 
-void growth_uniforms(const double* params, double* uniforms) {
+void first_two_uniforms(const double* params, double* uniforms) {
   uniforms[0] = params[0];
   uniforms[1] = params[1];
 }
@@ -239,10 +239,10 @@ void factor_row(const dpde_row* row) {
 
 TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
   TestProgram step("step", 1, {"u"}, {"u_next"}), adjoint("adjoint", 1, {"u_next_bar", "u"}, {"u_bar"});
-  step.params({"k", "t"}, growth_uniforms, 2);
+  step.params({"k", "t"}, first_two_uniforms, 2);
   step.sweep(factor_row, {{"u"}, {"u_next"}});
   step.swap("u", "u_next");
-  adjoint.params({"k", "t"}, growth_uniforms, 2);
+  adjoint.params({"k", "t"}, first_two_uniforms, 2);
   adjoint.sweep(factor_row, {{"u_next_bar"}, {"u_bar"}});
   adjoint.swap("u_next_bar", "u_bar");
   adjoint.bars({"u", "u_next"});

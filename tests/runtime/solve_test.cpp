@@ -20,7 +20,7 @@ using namespace test;
 namespace {
 
 /// What automatic chooses, and each other method that takes the operator.
-void expect_right(const StencilMatrix& matrix, const std::string& name) {
+void expect_solved(const StencilMatrix& matrix, const std::string& name) {
   const std::vector<double> b = arbitrary_values(matrix.size(), 3);
   int solved = 0;
   for (const SolverMethod method : {SolverMethod::automatic, SolverMethod::direct, SolverMethod::tridiagonal,
@@ -47,15 +47,15 @@ TEST(LinearSolvers, AgreeWithTheDensePseudoInverseOnEverySmallExtent) {
       for (const Coefficient& k : {Coefficient(constant_one), Coefficient(uneven)}) {
         for (const double shift : {0.0, 3.0}) {
           const auto line = diffusion({n, 1, 1}, {wall, all_walls[0], all_walls[0]}, shift, k);
-          expect_right(line, "1-D, " + std::to_string(n));
+          expect_solved(line, "1-D, " + std::to_string(n));
           for (const auto& other : all_walls)
-            expect_right(diffusion({n, 8 - n, 1}, {wall, other, all_walls[0]}, shift, k), "2-D, " + std::to_string(n));
+            expect_solved(diffusion({n, 8 - n, 1}, {wall, other, all_walls[0]}, shift, k), "2-D, " + std::to_string(n));
         }
       }
     }
   }
-  expect_right(diffusion({5, 4, 3}, {all_walls[0], all_walls[1], all_walls[2]}, 0, uneven), "3-D");
-  expect_right(diffusion({4, 3, 6}, {all_walls[2], all_walls[2], all_walls[2]}, 0, constant_one), "3-D closed");
+  expect_solved(diffusion({5, 4, 3}, {all_walls[0], all_walls[1], all_walls[2]}, 0, uneven), "3-D");
+  expect_solved(diffusion({4, 3, 6}, {all_walls[2], all_walls[2], all_walls[2]}, 0, constant_one), "3-D closed");
 }
 
 /// Two rooms and a block between them: each room has a constant of its own, the block is 0.
@@ -66,7 +66,7 @@ TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
     return in_block(x) || in_block(next) ? 0.0 : 1.0;
   };
   const StencilMatrix matrix = diffusion({10, 6, 1}, {all_walls[2], all_walls[2], all_walls[0]}, 0, k);
-  expect_right(matrix, "rooms");
+  expect_solved(matrix, "rooms");
   const std::vector<double> b = arbitrary_values(60, 5);
   std::vector<double> x(60, 0.0);
   LinearSolver solver(matrix, {.method = SolverMethod::cg});

@@ -20,7 +20,7 @@ using Axes = std::array<int32_t, 3>;
 
 constexpr int powers[3] = {1, 2, 3};  // of the derivatives along each axis, which are added up
 
-std::vector<double> arbitrary(std::size_t count) {
+std::vector<double> arbitrary_field(std::size_t count) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> value(-1, 1);
   std::vector<double> values(count);
@@ -92,7 +92,7 @@ std::vector<double> transformed(const std::vector<double>& field, const Extents&
 TEST(FieldTransforms, AreThoseOfSumsOverAllWaves) {
   for (const Extents& cells :
        {Extents{8, 5, 1}, Extents{7, 6, 5}, Extents{1, 9, 4}, Extents{20, 1, 3}, Extents{33, 10, 2}}) {
-    const std::vector<double> field = arbitrary(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]));
+    const std::vector<double> field = arbitrary_field(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]));
     for (int set = 1; set < 8; ++set) {
       const Axes axes{set & 1, set >> 1 & 1, set >> 2 & 1};
       const std::vector<double> exact = expected(field, cells, axes);
@@ -114,7 +114,7 @@ TEST(FieldTransforms, OfOneFieldShareItsWaves) {
   const dpde_transform_term slope_of{.factor = {1, &first_power}}, bend_of{.factor = {1, &second_power}};
   const dpde_transform slope{1, &slope_of, 1, {1, 0, 0}}, bend{1, &bend_of, 2, {1, 0, 0}},
       onto{1, &slope_of, 0, {1, 0, 0}};
-  std::vector<double> field = arbitrary(n), by_slope(n), by_bend(n), alone(n);
+  std::vector<double> field = arbitrary_field(n), by_slope(n), by_bend(n), alone(n);
   void* fields[]{field.data(), by_slope.data(), by_bend.data()};
   void* others[]{field.data(), by_slope.data(), alone.data()};
   for (const dpde_transform& before : {slope, onto}) {
@@ -129,7 +129,7 @@ TEST(FieldTransforms, OfOneFieldShareItsWaves) {
 
 TEST(FieldTransforms, AreTheSameByAnyNumberOfThreads) {
   const Extents cells{45, 32, 30};
-  const std::vector<double> field = arbitrary(45 * 32 * 30);
+  const std::vector<double> field = arbitrary_field(45 * 32 * 30);
   for (int set = 1; set < 8; ++set) {
     const Axes axes{set & 1, set >> 1 & 1, set >> 2 & 1};
     const std::vector<double> alone = transformed<double>(field, cells, axes, 1);
