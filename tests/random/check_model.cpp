@@ -38,7 +38,7 @@ constexpr rlim_t longest_seconds = 400;                                     // o
 constexpr double largest_double_error = 1e-11, largest_float_error = 3e-4;  // of back ends, on numbers of order one
 
 /// Final states, loss and gradient near the task's start, one after the other.
-using Numbers = std::vector<double>;
+using RunNumbers = std::vector<double>;
 
 class ModelCheck {
  public:
@@ -48,7 +48,7 @@ class ModelCheck {
     const std::string wrong = fuzz_parser(source_.text());
     if (!wrong.empty()) fail("text", wrong);
     if (verdict_.kind == ModelVerdict::Kind::failed || !compile() || !reads_back()) return verdict_;
-    Numbers wanted;
+    RunNumbers wanted;
     if (!evaluate(jit_, wanted, "jit")) return verdict_;
     const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) && read_back_agrees() &&
                         (!checks_.cpp || back_end_agrees(Backend::cpp, "cpp", wanted));
@@ -107,7 +107,7 @@ class ModelCheck {
     return false;
   }
 
-  bool evaluate(const std::shared_ptr<const driver::Compiled>& code, Numbers& numbers, const std::string& check,
+  bool evaluate(const std::shared_ptr<const driver::Compiled>& code, RunNumbers& numbers, const std::string& check,
                 const driver::SessionOptions& options = {}) {
     DiagnosticSink sink;
     const auto session = driver::Session::open(source_, code, options, sink);
@@ -132,9 +132,9 @@ class ModelCheck {
     return true;
   }
 
-  bool back_end_agrees(Backend backend, const std::string& check, const Numbers& wanted) {
+  bool back_end_agrees(Backend backend, const std::string& check, const RunNumbers& wanted) {
     const auto code = compiled(backend);
-    Numbers got;
+    RunNumbers got;
     if (!code || !evaluate(code, got, check)) return false;
     const double error = distance(got, wanted);
     double scale = 1;
@@ -148,7 +148,7 @@ class ModelCheck {
   /// and the scene with its step where its text has words for all of it.
   bool read_back_agrees() {
     const auto code = compiled(Backend::interpreter);
-    Numbers wanted, got;
+    RunNumbers wanted, got;
     if (!code || !evaluate(code, wanted, "interpreter")) return false;
     auto read = std::make_shared<driver::Compiled>(*code);
     const SourceFile text("stencil.dpde", stencil::print(code->stencil));
@@ -177,13 +177,13 @@ class ModelCheck {
                           stencil::print(driver::extract(scene->stencil, scene->primal_programs)) + "\n" + rest);
     auto again = driver::compile(text, options, sink);
     if (!again) return fail("scene text", render_text(text, sink.all()[0]) + std::string(text.text()));
-    const Numbers wanted = states_of(source_, std::move(*scene)), got = states_of(text, std::move(*again));
+    const RunNumbers wanted = states_of(source_, std::move(*scene)), got = states_of(text, std::move(*again));
     return distance(got, wanted) == 0 || fail("scene text", std::string(text.text()));
   }
 
   /// Few checkpoints and two threads: the same bits.
   bool memory_changes_nothing() {
-    Numbers wanted, got;
+    RunNumbers wanted, got;
     driver::SessionOptions little;
     little.slots = 1;
     little.threads = 2;
@@ -197,7 +197,7 @@ class ModelCheck {
     if (!text) return true;
     ModelCheck other(*text, checks_);
     if (!other.compile()) return fail("axes", other.verdict_.detail + *text);
-    const Numbers wanted = sums_of(source_, jit_), got = sums_of(other.source_, other.jit_);
+    const RunNumbers wanted = sums_of(source_, jit_), got = sums_of(other.source_, other.jit_);
     if (got.size() != wanted.size()) return fail("axes", "one of them fails\n" + *text);
     double error = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -207,7 +207,7 @@ class ModelCheck {
   }
 
   /// Sums of squares of the states and of the gradient, and the loss.
-  static Numbers sums_of(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled) {
+  static RunNumbers sums_of(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled) {
     DiagnosticSink sink;
     const auto session = driver::Session::open(source, compiled, {}, sink);
     if (!session) return {};
@@ -223,11 +223,11 @@ class ModelCheck {
     return {states, loss, gradient.squaredNorm()};
   }
 
-  static Numbers states_of(const SourceFile& source, driver::Compiled compiled) {
+  static RunNumbers states_of(const SourceFile& source, driver::Compiled compiled) {
     DiagnosticSink sink;
     const auto session =
         driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(compiled)), {}, sink);
-    Numbers numbers;
+    RunNumbers numbers;
     if (!session) return numbers;
     session->rollout().run();
     for (std::size_t s = 0; s < session->problem().states.size(); ++s) {
@@ -237,7 +237,7 @@ class ModelCheck {
     return numbers;
   }
 
-  static double distance(const Numbers& one, const Numbers& other) {
+  static double distance(const RunNumbers& one, const RunNumbers& other) {
     if (one.size() != other.size()) return INFINITY;
     double result = 0;
     for (std::size_t i = 0; i < one.size(); ++i) result = std::max(result, std::abs(one[i] - other[i]));
@@ -246,7 +246,7 @@ class ModelCheck {
 
   /// What roundings in all operations change. The limits of MacCormack are those of the cell that the flow leads to:
   /// where it stands still but for rounding, that is one cell or its neighbour.
-  double rounding_of(const Numbers& wanted) {
+  double rounding_of(const RunNumbers& wanted) {
     double result = 0;
     for (const double phase : {1.7, 2.3, 3.9, 5.1}) {
       auto moved = std::make_shared<driver::Compiled>(*jit_);
@@ -257,7 +257,7 @@ class ModelCheck {
       moved->code = codegen::jit(moved->loop).module;
       for (const driver::LinkedProgram& linked : driver::linked_programs(*moved))
         moved->code->set_links(linked.program, linked.links);
-      Numbers got;
+      RunNumbers got;
       if (!evaluate(moved, got, "with roundings")) return 0;
       result = std::max(result, distance(got, wanted));
     }

@@ -74,7 +74,7 @@ const std::set<std::string> words{
     "noise",   "clip",    "validate",    "patience", "schedule", "trials",    "tolerance",  "absolute", "first",
     "about",   "mask",    "inside",      "gives"};
 
-class Names {
+class NewNames {
  public:
   void add(const ast::Identifier& name) { add(name.name); }
   void add(const std::string& name) {
@@ -204,7 +204,7 @@ std::string Renaming::operator()(const std::string& name) const {
 Renaming rename_all(const std::string& text, std::uint64_t seed) {
   const SourceFile source("renamed.dpde", text);
   DiagnosticSink sink;
-  Names names;
+  NewNames names;
   for (const ast::Declaration& d : parse(source, sink).declarations) names.declaration(d);
   const ast::TokenStream stream = ast::lex(source, sink);
   const Tokens tokens(stream);
