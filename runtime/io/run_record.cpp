@@ -40,12 +40,6 @@ bool RunRecord::is_due(std::size_t index, int step, bool is_last) const {
   return step == 0 || is_last || (series.every > 0 && step % series.every == 0);
 }
 
-int RunRecord::reached() const {
-  int step = -1;
-  for (const Series& series : series_) step = std::max(step, series.steps.empty() ? -1 : series.steps.back());
-  return step;
-}
-
 /// A disk that is full does not end the run: states are missing then.
 void RunRecord::keep(std::size_t index, std::size_t instant, std::span<const double> frame) {
   std::vector<std::int64_t>& places = series_[index].places;

@@ -28,31 +28,56 @@ namespace {
 /// The x of least |A x - b| has dx = A^+ (db - dA x) + A^+ A^+^T dA^T (b - A x) (G. H. Golub and V. Pereyra, SIAM J.
 /// Numer. Anal. 10 (1973), 413). Adjoints of solves have the first part: all of it where A reaches b, and where A is
 /// symmetric and constants are what it takes to 0.
-void refuse_least_squares(const Rollout& rollout) {
-  const SolveNote* note = rollout.without_derivative();
-  if (note == nullptr) return;
+[[noreturn]] void refuse_least_squares(const SolveNote& note) {
   Unsolved error(
       {.text =
            fmt::format("solve for {}: the operator is singular and not symmetric, and {:.3g} of a right side is out "
                        "of its reach: what is solved in the sense of least squares has no gradient",
-                       note->unknown, note->out_of_reach.of_least_squares),
-       .method = note->method,
-       .residual = note->out_of_reach.of_least_squares,
-       .advice = [unknown = note->unknown] {
+                       note.unknown, note.out_of_reach.of_least_squares),
+       .method = note.method,
+       .residual = note.out_of_reach.of_least_squares,
+       .advice = [unknown = note.unknown] {
          return fmt::format("take what cannot be reached off the right side, or give {} a value at a wall", unknown);
        }});
-  error.set_solve_for(note->unknown);
+  error.set_solve_for(note.unknown);
+  throw error;
+}
+
+/// Of A(k) x = b with A singular for one k alone, x is of the size of (the part of b out of reach)/(k - that k) beside
+/// it.
+[[noreturn]] void refuse_isolated(const SolveNote& note, const std::string& value) {
+  Unsolved error({.text = fmt::format("solve for {}: the operator is singular for this {}, and need not be for others; "
+                                      "{:.3g} of a right side is out of its reach: there is no derivative by {}",
+                                      note.unknown, value, note.out_of_reach.part, value),
+                  .method = note.method,
+                  .residual = note.out_of_reach.part,
+                  .advice = [value] {
+                    return fmt::format("take what cannot be reached off the right side, or another {}", value);
+                  }});
+  error.set_solve_for(note.unknown);
   throw error;
 }
 
 }  // namespace
+
+void Engine::refuse_without_derivative(const Rollout& rollout) const {
+  const auto is_unknown = [this](std::string_view name) {
+    const std::span sought(scene_.sought, static_cast<std::size_t>(scene_.sought_count));
+    return std::ranges::any_of(sought, [&](const char* one) { return name == one; }) ||
+           std::ranges::any_of(unknowns_, [&](const Unknown& one) { return !one.is_network() && one.name == name; });
+  };
+  const SolveNote* note = rollout.without_derivative(is_unknown);
+  if (note == nullptr) return;
+  if (note->out_of_reach.of_least_squares > 0) refuse_least_squares(*note);
+  refuse_isolated(*note, *std::ranges::find_if(note->out_of_reach.made_of, is_unknown));
+}
 
 double Engine::gradient(std::span<double> to) {
   if (const std::optional<Unsolved> jump = options_.trusts_signs ? std::nullopt : jump_in_run()) throw Unsolved(*jump);
   Rollout& rollout = objective();
   begin(rollout);
   last_gradient_ = &rollout.gradient();
-  refuse_least_squares(rollout);
+  refuse_without_derivative(rollout);
   was_stopped_ = last_gradient_->stopped;
   if (was_stopped_) return std::numeric_limits<double>::quiet_NaN();
   copy_bars(rollout, false, to);
@@ -306,7 +331,7 @@ void Engine::product(Values direction, std::span<double> to, Curvature curvature
   set_direction(rollout, direction);
   begin_tangent(rollout);
   was_stopped_ = rollout.gradient().stopped;
-  refuse_least_squares(rollout);
+  refuse_without_derivative(rollout);
   if (was_stopped_) {
     std::ranges::fill(to, std::numeric_limits<double>::quiet_NaN());
     return;

@@ -77,9 +77,13 @@ OperatorKnowledge known_of(const dpde_solve& solve) {
           .has_coefficients = solve.coefficient_count > 0};
 }
 
-std::vector<std::string> names_of_coefficients(const dpde_solve& solve, const dpde_program& program) {
+/// Coefficients and parameters of the operator.
+std::vector<std::string> made_of(const dpde_solve& solve, const dpde_program& program) {
   std::vector<std::string> names;
   for (int32_t i = 0; i < solve.coefficient_count; ++i) names.emplace_back(program.fields[solve.coefficients[i]]);
+  for (int32_t i = 0; i < solve.param_count; ++i) {
+    if (solve.params[i] < program.param_count) names.emplace_back(program.params[solve.params[i]]);
+  }
   return names;
 }
 
@@ -90,7 +94,7 @@ FieldSolve::FieldSolve(const dpde_solve& solve, const dpde_program& program, con
     : solve_(solve),
       layout_(with_three_axes(layout)),
       name_(program.fields[solve.unknowns[0]]),
-      coefficients_(names_of_coefficients(solve, program)),
+      made_of_(made_of(solve, program)),
       shape_(shape_of(solve, layout)),
       wanted_(options_of(solve, program, layout_)),
       inputs_(solve, layout),
@@ -107,7 +111,7 @@ std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
   const std::int64_t guesses = solve_.guess_count * vector, own = 2 * vector + guesses;
   std::string operator_key =
       fmt::format("{} {} {:g} {} {} of {}", fmt::join(solve_.reach, " "), solve_.method, solve_.tolerance,
-                  fmt::join(shape_.periodic, " "), fmt::join(coefficients_, " "),
+                  fmt::join(shape_.periodic, " "), fmt::join(made_of_, " "),
                   fmt::join(std::span(solve_.params, static_cast<std::size_t>(solve_.param_count)), " "));
   const char* of_all = "right sides and solutions";
   return {{.owner = of_all, .kept = 2 * vector, .shared = of_all},
@@ -374,11 +378,11 @@ void FieldSolve::note(const SolveReport& report) {
     note_->tolerance = report.bound;
   }
   note_->out_of_reach.part = std::max(note_->out_of_reach.part, report.incompatible);
-  const bool varies = solve_.coefficient_count > 0 || solve_.param_count > 0;
-  if (report.incompatible > 0) note_->out_of_reach.is_regular_beside = varies && solve_.takes_constants_to_zero == 0;
   const double by_rounding = rounding_of(layout_) > 1e-12 ? 1e-3 : 1e-6;
   if (report.is_least_squares && report.incompatible > by_rounding)
     note_->out_of_reach.of_least_squares = std::max(note_->out_of_reach.of_least_squares, report.incompatible);
+  if (report.incompatible > by_rounding && solve_.takes_constants_to_zero == 0 && note_->out_of_reach.made_of.empty())
+    note_->out_of_reach.made_of = made_of_;
   if (is_missed) ++note_->missed;
 }
 

@@ -87,7 +87,7 @@ class FieldSolve {
   dpde_solve solve_{};
   dpde_layout layout_{};
   std::string name_;  // of the unknown
-  std::vector<std::string> coefficients_;
+  std::vector<std::string> made_of_;
   SolveShape shape_;
   SolveOptions wanted_;
   SolveInputs inputs_;

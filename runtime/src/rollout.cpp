@@ -266,11 +266,12 @@ std::deque<SolveNote> Rollout::solve_notes() const {
   for (BoundTerm& term : impl_->losses.terms()) append(notes, term.loss.program);
   return notes;
 }
-const SolveNote* Rollout::without_derivative() const {
-  const auto find = [](BoundProgram& program) -> const SolveNote* {
+const SolveNote* Rollout::without_derivative(const std::function<bool(std::string_view)>& is_unknown) const {
+  const auto find = [&](BoundProgram& program) -> const SolveNote* {
     const std::deque<SolveNote>& notes = program.executor.solve_notes();
-    const auto found =
-        std::ranges::find_if(notes, [](const SolveNote& note) { return note.out_of_reach.of_least_squares > 0; });
+    const auto found = std::ranges::find_if(notes, [&](const SolveNote& note) {
+      return note.out_of_reach.of_least_squares > 0 || std::ranges::any_of(note.out_of_reach.made_of, is_unknown);
+    });
     return found == notes.end() ? nullptr : &*found;
   };
   if (const SolveNote* found = find(impl_->stepper.program())) return found;

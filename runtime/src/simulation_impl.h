@@ -72,7 +72,8 @@ struct Simulation::Impl {
   void require_finite();
   void require_size(Values values, std::string_view what) const;
   double observe(std::string_view name);
-  std::vector<double> output(std::string_view name);
+  std::vector<std::vector<double>> output_values();
+  std::uint64_t start_hash();
   std::span<const dpde_output> outputs() const;
   /// The states that were stepped to, by their names.
   Workspace::Bound present();

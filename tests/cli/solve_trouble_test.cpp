@@ -242,29 +242,34 @@ TEST_F(SolveTrouble, LeastSquaresHaveNoGradient) {
 }
 
 /// lap(psi) - k*psi is singular for k = 0 alone: of a right side with a mean psi grows like 1/k there. Those that have
-/// none are solved as beside it.
-TEST_F(SolveTrouble, WhereAnOperatorIsSingularForOneValueItsDerivativeIsSaidToBeNone) {
-  const auto text = [](const std::string& equation, const std::string& right) {
-    return "model m { field u; param k\n  solve " + equation +
-           " = u for psi\n  dt(u) = 0*psi }\nscene s : m {\n"
-           "  grid x = 0 .. 1, cells 12, periodic\n  k = 0\n  initial u = " +
+/// none are solved as beside it, and by the right side psi has a derivative.
+TEST_F(SolveTrouble, WhereAnOperatorIsSingularForOneValueThereIsNoDerivativeByIt) {
+  const auto text = [](const std::string& equation, const std::string& right, const std::string& unknown) {
+    return "model m { field u; param k; coefficient f\n  solve " + equation +
+           " = f for psi\n  dt(u) = psi }\nscene s : m {\n"
+           "  grid x = 0 .. 1, cells 12, periodic\n  k = 0\n  f = " +
            right +
-           "\n  time 0 .. 0.1, step 0.05\n}\n"
-           "task t : s { unknown k; minimise mean(psi^2) }\n";
+           "\n  initial u = 0\n"
+           "  time 0 .. 0.1, step 0.05\n}\ntask t : s { unknown " +
+           unknown + "; minimise mean(u^2) }\n";
   };
-  const std::string told = "by those in it psi and the loss have no derivative";
   struct Row {
-    std::string equation, right;
-    bool is_warned, is_told;
+    std::string equation, right, unknown;
+    bool is_refused, is_warned;
   };
-  for (const auto& [equation, right, is_warned, is_told] :
-       std::vector<Row>{{"lap(psi) - k*psi", "sin(2*pi*x) + 0.3", true, true},
-                        {"lap(psi) - k*psi", "sin(2*pi*x)", false, false},
-                        {"div((1 + k)*grad(psi))", "sin(2*pi*x) + 0.3", true, false}}) {
-    write("s.dpde", text(equation, right));
-    const Outcome gradient = dpde("gradient s.dpde t --no-certify");
-    EXPECT_EQ(gradient.err.find("W0810") != std::string::npos, is_warned) << equation << gradient.err;
-    EXPECT_EQ(gradient.err.find(told) != std::string::npos, is_told) << equation << gradient.err;
+  for (const auto& [equation, right, unknown, is_refused, is_warned] :
+       std::vector<Row>{{"lap(psi) - k*psi", "sin(2*pi*x) + 0.3", "k", true, false},
+                        {"lap(psi) - k*psi", "sin(2*pi*x) + 0.3", "f", false, true},
+                        {"lap(psi) - k*psi", "sin(2*pi*x)", "k", false, false},
+                        {"div((1 + k)*grad(psi))", "sin(2*pi*x) + 0.3", "k", false, true}}) {
+    write("s.dpde", text(equation, right, unknown));
+    for (const std::string verb : {"gradient", "optimize"}) {
+      const Outcome outcome = dpde(verb + " s.dpde t --no-certify");
+      const std::string what = verb + " of " + equation + " by " + unknown + ": " + outcome.err;
+      EXPECT_EQ(outcome.status == 1, is_refused) << what;
+      EXPECT_EQ(outcome.err.find("there is no derivative by k") != std::string::npos, is_refused) << what;
+      if (verb == "gradient") EXPECT_EQ(outcome.err.find("W0810") != std::string::npos, is_warned) << what;
+    }
   }
 }
 

@@ -155,6 +155,44 @@ TEST_F(Recorded, RunsGoOnFromCheckpoints) {
   }
 }
 
+/// Time that begins anywhere, states that are not finite, a second run, and checkpoints that are refused.
+TEST_F(Recorded, CheckpointsAreOfTheRunThatTheyAreOf) {
+  file_ = write("late.dpde", R"(model m { field u; param k; dt(u) = k*lap(u) + u^2 }
+scene late : m { grid x = 0 .. 1, cells 8, periodic; k = 0.01; initial u = 1 + 0.1*sin(2*pi*x)
+  time 0.1 .. 0.9, step 0.02 }
+scene bursts : m { grid x = 0 .. 1, cells 8, periodic; k = 0.01; initial u = 1 + 0.1*sin(2*pi*x)
+  time 0 .. 20, step 0.02 }
+)");
+  const fs::path restart = folder("host/late.restart");
+  Simulation late = compile_file(file_, {.name = "late"});
+  for (int run = 0; run < 2; ++run) {
+    Recorder recorder(late, folder("host"), 5);
+    recorder.checkpoint_every(7);
+    ASSERT_TRUE(recorder.run_to(0.5));
+    fs::remove(restart);
+    ASSERT_TRUE(recorder.run());
+    ASSERT_TRUE(fs::exists(restart)) << run;
+    late.reset();
+    Recorder resumed(late, folder("host"), 5);
+    ASSERT_TRUE(resumed.resume());
+    EXPECT_EQ(late.steps_done(), 35);
+    late.reset();
+    EXPECT_THROW(resumed.step(), Error);
+  }
+  Simulation shorter = compile_file(file_, {.name = "late", .set = {{"end", "0.5"}}});
+  EXPECT_THROW(Recorder(shorter, folder("host"), 5).resume(), Error);
+  Simulation bursts = compile_file(file_, {.name = "bursts", .force = true});
+  Recorder of_bursts(bursts, folder("host"), 50);
+  of_bursts.checkpoint_every(1);
+  EXPECT_THROW(of_bursts.run(), NotFinite);
+  EXPECT_THROW(of_bursts.checkpoint(), Error);
+  of_bursts.finish();
+  Simulation again = compile_file(file_, {.name = "bursts", .force = true});
+  Recorder from_there(again, folder("host"), 50);
+  ASSERT_TRUE(from_there.resume());
+  EXPECT_TRUE(std::ranges::all_of(again.state("u"), [](double value) { return std::isfinite(value); }));
+}
+
 /// Of a cosine, on the upper faces of the cells: the difference of its neighbours is -2*sin(pi*h)/h*sin(2*pi*x).
 TEST_F(Recorded, OutputsAreThoseOfThePresentState) {
   file_ = write("basin.dpde", basin_text);
@@ -165,6 +203,7 @@ TEST_F(Recorded, OutputsAreThoseOfThePresentState) {
   ASSERT_EQ(slope.size(), 16u);
   for (std::size_t i = 0; i < slope.size(); ++i)
     EXPECT_NEAR(slope[i], -2 * std::sin(pi * h) / h * std::sin(2 * pi * double(i + 1) * h), 1e-13) << i;
+  EXPECT_THROW(simulation.output("u"), Error);
   dpde_error* error = nullptr;
   dpde_model* const model = dpde_model_from_file(file_.c_str(), &error);
   dpde_options options;

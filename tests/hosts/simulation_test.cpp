@@ -424,7 +424,6 @@ TEST(Simulation, MistakesAreErrorsThatSayWhere) {
   EXPECT_THROW(sim.loss(), Error);
   EXPECT_THROW(sim.gradient_of("k"), Error);
   EXPECT_THROW(sim.observe("mass"), Error);
-  EXPECT_THROW(sim.output("u"), Error);
   EXPECT_THROW(sim.coordinates(1), Error);
   sim.set("k", 1e6);
   try {

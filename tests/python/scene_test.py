@@ -314,6 +314,12 @@ class Records(unittest.TestCase):
             self.assertEqual(second.steps_done, 3)
             second.run_to()
         np.testing.assert_array_equal(second.state("u"), whole.state("u"))
+        before = (self.path / "u_over_time.npy").read_bytes()
+        first.reset()
+        with self.assertRaisesRegex(dpde.InputError, "set of parameters"):
+            with dpde.compile(rod).scene("rod", k=0.2).record(self.path, every=2, resume=True):
+                pass
+        self.assertEqual((self.path / "u_over_time.npy").read_bytes(), before)  # a refusal writes nothing
         self.assertEqual(np.load(self.path / "u_over_time.npy").shape, (5, 16))
 
     def test_what_ends_early_is_recorded_until_then(self):

@@ -174,6 +174,10 @@ TEST(RenewedSolvers, GiveWayToOthers) {
   EXPECT_EQ(LinearSolver(operator_of(constant), {}).method(), SolverMethod::fourier);
   LinearSolver cg(operator_of(varying), {.method = SolverMethod::cg});
   EXPECT_FALSE(cg.renew(operator_of(matrix_at({"", {}, uneven_case.cells, all_walls[1], 0, 0.5}, 0))));
+  const RenewedCase with_wind{"", {}, uneven_case.cells, all_walls[1], 0, 0.5};
+  LinearSolver unsymmetric(operator_of(matrix_at(with_wind, 0)), {});
+  EXPECT_EQ(unsymmetric.method(), SolverMethod::bicgstab);
+  EXPECT_FALSE(unsymmetric.renew(operator_of(varying)));
   LinearSolver singular(operator_of(matrix_at({"", {}, {20, 18, 1}, all_walls[2], 0}, 0)),
                         {.method = SolverMethod::cg});
   EXPECT_FALSE(singular.renew(operator_of(matrix_at({"", {}, {20, 18, 1}, all_walls[2], 1}, 0))));

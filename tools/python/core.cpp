@@ -206,6 +206,9 @@ class Sim {
     quick([&](dpde_error** error) { return dpde_sim_record_resume(sim_.get(), &found, error); });
     return found != 0;
   }
+  void drop_record() {
+    quick([&](dpde_error** error) { return dpde_sim_record_drop(sim_.get(), error); });
+  }
   void end_record() {
     quick([&](dpde_error** error) { return dpde_sim_record_end(sim_.get(), error); });
   }
@@ -398,6 +401,7 @@ PYBIND11_MODULE(_core, module) {
       .def("record", &Sim::record)
       .def("record_checkpoints", &Sim::record_checkpoints)
       .def("record_resume", &Sim::record_resume)
+      .def("drop_record", &Sim::drop_record)
       .def("end_record", &Sim::end_record)
       .def("loss", &Sim::loss)
       .def("gradient", &Sim::gradient)

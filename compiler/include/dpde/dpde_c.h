@@ -101,8 +101,8 @@ const char* dpde_sim_growth(const dpde_sim* sim);
 #define DPDE_WEIGHTS 5  /* names: the networks */
 #define DPDE_UNKNOWN 6  /* of the task, or an input: the value that gradients begin with; to be read alone */
 #define DPDE_GRADIENT 7 /* of the last gradient; names: the unknowns; to be read alone */
-#define DPDE_OUTPUT 9   /* with a formula, at the present time; to be read alone. Since version 4 */
-#define DPDE_SEED 8 /* with inputs: what the state at the end is multiplied by; names: the states; to be set alone */
+#define DPDE_SEED 8   /* with inputs: what the state at the end is multiplied by; names: the states; to be set alone */
+#define DPDE_OUTPUT 9 /* with a formula, at the present time; to be read alone. Since version 4 */
 
 /* The index-th name, NULL behind the last; there are none of DPDE_CONTROL. */
 const char* dpde_sim_name(const dpde_sim* sim, int32_t kind, size_t index);
@@ -153,6 +153,8 @@ int32_t dpde_sim_record_end(dpde_sim* sim, dpde_error** error);
  */
 int32_t dpde_sim_record_checkpoints(dpde_sim* sim, int32_t steps, dpde_error** error);
 int32_t dpde_sim_record_resume(dpde_sim* sim, int32_t* found, dpde_error** error);
+/* Ends the record, if there is one, and writes nothing, as behind a checkpoint that is refused. Since version 4. */
+int32_t dpde_sim_record_drop(dpde_sim* sim, dpde_error** error);
 
 /* With a task or inputs. They start from the initial state and leave the present one as it is. */
 int32_t dpde_sim_loss(dpde_sim* sim, double* loss, dpde_error** error);

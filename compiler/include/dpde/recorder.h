@@ -38,13 +38,16 @@ class Recorder {
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
   /// Writes FOLDER/SCENE.restart, and SCENE.frames with the recorded states: what resume() goes on from, in a process
-  /// that may follow a kill. Each is whole or not there. @throws Error(machine)
+  /// that may follow a kill. Each is whole or not there. @throws Error(machine), Error(run) for states that are not
+  /// finite
   void checkpoint();
-  /// The same behind each step whose number `steps` divides; 0: none.
+  /// The same behind each step whose number `steps` divides and whose states are finite; 0: none. What cannot be
+  /// written does not end the run: finish() says so.
   void checkpoint_every(int steps);
-  /// Where the folder has a checkpoint of the same scene, settings and start, simulation and record stand where it was
-  /// written, and steps give the same bits as without a stop; false: there is none. Before anything is recorded. What
-  /// set_field() and set_control() gave is the host's to give again.
+  /// Where the folder has a checkpoint of the same scene, parameters, initial states, controls, coefficients and
+  /// weights, simulation and record stand where it was written, and steps give the same bits as without a stop; false:
+  /// there is none. Before anything is recorded, and behind what the host sets. Those of `dpde run` are of another
+  /// kind.
   /// @throws Error(input) for one that is damaged or of another run, which it names.
   bool resume();
 

@@ -117,6 +117,7 @@ RunDescription describe_run(const model::Problem& problem, const std::vector<mod
   run.outputs = run_outputs(problem);
   run.params = run_params(problem);
   run.time_unit = problem.unit_of("t");
+  run.steps = problem.steps;
   run.is_single = problem.scheme.real == Precision::f32;
   run.attributes = attributes_of(problem, source, origin);
   run.names = taken_names(problem);

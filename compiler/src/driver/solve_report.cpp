@@ -39,7 +39,7 @@ void add_note(SolveNote& to, const SolveNote& note) {
   to.setup += note.setup;
   to.most_iterations = std::max(to.most_iterations, note.most_iterations);
   to.out_of_reach.part = std::max(to.out_of_reach.part, note.out_of_reach.part);
-  to.out_of_reach.is_regular_beside = to.out_of_reach.is_regular_beside || note.out_of_reach.is_regular_beside;
+  if (to.out_of_reach.made_of.empty()) to.out_of_reach.made_of = note.out_of_reach.made_of;
   if (note.residual < to.residual) return;
   to.residual = note.residual;
   to.tolerance = note.tolerance;
@@ -159,17 +159,9 @@ void report_solves(const model::Problem& problem, const std::vector<SolveReport>
     if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
     const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
     if (!(note.out_of_reach.part > rounding) || is_constraint) continue;
-    std::string help =
-        "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left out: "
-        "take "
-        "it off the right side yourself, or give the field a value at a wall";
-    if (note.out_of_reach.is_regular_beside && problem.task)
-      help += fmt::format(
-          "; the operator is singular for these coefficients and parameters, and need not be for others: "
-          "by those in it {} and the loss have no derivative here",
-          solve.field);
     sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.out_of_reach.part)},
-                help);
+                "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left "
+                "out: take it off the right side yourself, or give the field a value at a wall");
   }
 }
 

@@ -123,7 +123,11 @@ std::size_t size_of(dpde_sim& sim, int32_t kind, const char* name) {
         refuse(fmt::format("there is no state {}; there is {}", name, fmt::join(sim.states, ", ")));
       return sim.simulation.size();
     case DPDE_SEED: return seed_of(sim, name), sim.simulation.size();
-    case DPDE_OUTPUT: return sim.simulation.output(name).size();
+    case DPDE_OUTPUT:
+      if (std::ranges::find(sim.outputs, name) == sim.outputs.end())
+        refuse(fmt::format("there is no output {} with a formula; there is {}", name,
+                           sim.outputs.empty() ? "none" : fmt::format("{}", fmt::join(sim.outputs, ", "))));
+      return sim.simulation.size();
     case DPDE_FIELD: return sim.simulation.field_size(name);
     case DPDE_CONTROL: return sim.simulation.control(name).size();
     case DPDE_WEIGHTS: return sim.simulation.weights(name).size();
@@ -294,6 +298,13 @@ int32_t dpde_sim_record(dpde_sim* sim, const char* folder, int32_t every, dpde_e
     if (sim->recorder)
       host::refuse("the simulation is recorded already: end that record first, in C by dpde_sim_record_end()");
     sim->recorder.emplace(sim->simulation, folder, every);
+  });
+}
+
+int32_t dpde_sim_record_drop(dpde_sim* sim, dpde_error** error) {
+  return host::guarded(error, [&] {
+    host::need(sim);
+    sim->recorder.reset();
   });
 }
 

@@ -116,7 +116,12 @@ std::shared_ptr<const RunDescription> description_of(driver::Session& session, c
   for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().state_name(s));
   RunDescription run = driver::describe_run(session.problem(), session.axes(), states, source, origin);
   run.draw = drawing(session.shared_compiled(), session.axes());
-  run.identity = [compiled = session.shared_compiled()] { return driver::identity_of(*compiled); };
+  const auto kept =
+      std::make_shared<driver::RunIdentity>();  // of all programs as text: found once, when it is asked for
+  run.identity = [compiled = session.shared_compiled(), kept] {
+    if (kept->empty()) *kept = driver::identity_of(*compiled);
+    return *kept;
+  };
   return std::make_shared<const RunDescription>(std::move(run));
 }
 

@@ -7,8 +7,10 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/npy.h"
@@ -46,10 +48,10 @@ std::shared_ptr<const RunDescription> description_of(const Simulation& simulatio
   return simulation.description();
 }
 
-/// A run of a simulation, as far as it was recorded.
+/// A run of a simulation, as far as it was recorded. `restart`: where its checkpoints go.
 struct Recorded {
-  Recorded(const Simulation& simulation, const RunDescription& run, const fs::path& folder, int every)
-      : frames(folder / (run.scene + ".restart")),
+  Recorded(const Simulation& simulation, const RunDescription& run, const fs::path& restart, int every)
+      : frames(restart),
         record(record_plan(simulation.states(), every, run.outputs), names_of(run.observables), simulation.size(),
                &frames) {}
 
@@ -61,37 +63,50 @@ struct Recorded {
 
   FrameFile frames;
   RunRecord record;
+  int seen = -1;         // the last step that was looked at
+  int checkpointed = 0;  // the step of the last checkpoint
 };
 
 }  // namespace
 
 struct Recorder::Impl {
   Impl(Simulation& of, const fs::path& where, int interval)
-      : simulation(of), run(description_of(of)), every(checked_interval(interval)), folder(made_folder(where)) {
-    outputs = of.outputs();
-    std::ranges::sort(outputs);
-  }
+      : simulation(of),
+        run(description_of(of)),
+        every(checked_interval(interval)),
+        folder(made_folder(where)),
+        outputs(of.outputs()) {}
 
+  std::unique_ptr<Recorded> begun() const { return std::make_unique<Recorded>(simulation, *run, restart(), every); }
   Recorded& recorded() {
-    if (!now) now = std::make_unique<Recorded>(simulation, *run, folder, every);
+    if (!now) now = begun();
     return *now;
   }
 
-  /// Of a state or an output now, as it comes where it is not finite, which is said once.
-  std::vector<double> present(const std::string& name) const {
-    if (std::ranges::find(outputs, name) != outputs.end()) return simulation.output(name);
+  /// As it comes where it is not finite, which is said once.
+  std::vector<double> state(const std::string& name) const {
     try {
       return simulation.state(name);
     } catch (const NotFinite&) {
       return simulation.state(name);
     }
   }
+  std::map<std::string, std::vector<double>> present_outputs() const {
+    std::map<std::string, std::vector<double>> values;
+    std::vector<std::vector<double>> all = simulation.output_values();
+    for (std::size_t n = 0; n < all.size(); ++n) values.emplace(outputs[n], std::move(all[n]));
+    return values;
+  }
 
   void add(std::size_t series) {
     RunRecord& record = recorded().record;
+    const std::vector<std::string>& fields = record.series()[series].fields;
+    const auto is_output = [&](const std::string& name) { return std::ranges::find(outputs, name) != outputs.end(); };
+    std::map<std::string, std::vector<double>> of_formulas;
+    if (std::ranges::any_of(fields, is_output)) of_formulas = present_outputs();
     std::vector<double> frame;
-    for (const std::string& name : record.series()[series].fields) {
-      const std::vector<double> values = present(name);
+    for (const std::string& name : fields) {
+      const std::vector<double> values = is_output(name) ? std::move(of_formulas.at(name)) : state(name);
       frame.insert(frame.end(), values.begin(), values.end());
     }
     Observed observed;
@@ -101,26 +116,39 @@ struct Recorder::Impl {
   }
 
   void look(bool is_first_or_last) {
-    const RunRecord& record = recorded().record;
+    Recorded& own = recorded();
     const int step = simulation.steps_done();
-    if (record.reached() > step)
-      throw Error(ErrorKind::input, "a record is of one run: finish it before another one begins");
-    for (std::size_t s = 0; s < record.series().size(); ++s) {
-      if (record.is_due(s, step, is_first_or_last)) add(s);
+    if (own.seen > step) throw Error(ErrorKind::input, "a record is of one run: finish it before another one begins");
+    own.seen = step;
+    for (std::size_t s = 0; s < own.record.series().size(); ++s) {
+      if (own.record.is_due(s, step, is_first_or_last)) add(s);
     }
-    if (checkpoint_every > 0 && step > checkpointed && step % checkpoint_every == 0) checkpoint();
   }
   /// What comes before a run.
-  void look_at_start() { look(recorded().record.reached() < 0); }
+  void look_at_start() { look(recorded().seen < 0); }
+  void look_on_the_way() {
+    look(false);
+    const int step = simulation.steps_done();
+    const bool is_due = checkpoint_every > 0 && step > recorded().checkpointed && step % checkpoint_every == 0;
+    if (!is_due || !failure.empty()) return;
+    try {
+      checkpoint();
+    } catch (const Error& error) {  // a disk that is full does not end the run
+      failure = error.what();
+    }
+  }
 
   fs::path restart() const { return folder / (run->scene + ".restart"); }
-  void checkpoint() {
-    host::save_run(restart(), simulation, description(), recorded().record, recorded().frames);
-    checkpointed = simulation.steps_done();
+  bool checkpoint() {
+    if (!host::save_run(restart(), simulation, description(), recorded().record, recorded().frames)) return false;
+    recorded().checkpointed = simulation.steps_done();
+    return true;
   }
   bool resume() {
-    if (!host::resume_run(restart(), simulation, description(), recorded().record)) return false;
-    checkpointed = simulation.steps_done();
+    std::unique_ptr<Recorded> resumed = begun();
+    if (!host::resume_run(restart(), simulation, description(), resumed->record)) return false;
+    resumed->seen = resumed->checkpointed = simulation.steps_done();
+    now = std::move(resumed);
     return true;
   }
 
@@ -142,7 +170,7 @@ struct Recorder::Impl {
     if (every == 0) return advance(progress, interval);
     const int common = std::gcd(std::gcd(progress ? interval : 0, every), simulation.steps_done() % every);
     const auto call = [&](const Progress& at) {
-      look(false);
+      look_on_the_way();
       return !progress || (at.step % interval != 0 && at.step != at.steps) || progress(at);
     };
     return advance(call, common);
@@ -164,12 +192,17 @@ struct Recorder::Impl {
     const RunDescription described = description();
     const Series& first = record.series()[0];
     const auto is_known = [&](const std::string& field) { return is_present || record.last_state(field).has_value(); };
-    RunEnd end{.time = first.times.back()};
+    RunEnd end;
+    for (const Series& series : record.series()) end.time = std::max(end.time, series.times.back());
+    std::map<std::string, std::vector<double>> of_formulas;
+    if (is_present) of_formulas = present_outputs();
     std::ranges::copy_if(simulation.states(), std::back_inserter(end.states), is_known);
     std::ranges::copy_if(outputs, std::back_inserter(end.outputs), is_known);
+    std::ranges::sort(end.outputs);
     end.at_end = [&](const std::string& field) {
       const std::optional<std::vector<double>> kept = record.last_state(field);
-      return kept ? *kept : present(field);
+      const auto output = of_formulas.find(field);
+      return kept ? *kept : output != of_formulas.end() ? output->second : state(field);
     };
     end.at_start = [&](const std::string& field) {
       for (const Series& series : record.series()) {
@@ -195,10 +228,10 @@ struct Recorder::Impl {
   std::shared_ptr<const RunDescription> run;
   int every;
   fs::path folder;
-  std::vector<std::string> outputs;  // with a formula
+  std::vector<std::string> outputs;  // with a formula, as the simulation has them
   std::unique_ptr<Recorded> now;
   int checkpoint_every = 0;  // steps; 0: never
-  int checkpointed = 0;      // the step of the last one
+  std::string failure;       // of a checkpoint on the way
 };
 
 Recorder::Recorder(Simulation& simulation, const std::string& folder, int every)
@@ -213,7 +246,7 @@ bool Recorder::step(int count) {
   while (count > 0) {
     const int now = impl.steps_to_next(count);
     if (!impl.simulation.step(now)) return false;
-    impl.look(false);
+    impl.look_on_the_way();
     count -= now;
   }
   return true;
@@ -231,25 +264,30 @@ bool Recorder::run(const ProgressCallback& progress, int every) {
   });
 }
 
-void Recorder::checkpoint() { impl_->checkpoint(); }
+void Recorder::checkpoint() {
+  impl_->look_at_start();
+  if (!impl_->checkpoint()) throw Error(ErrorKind::run, "nothing goes on from states that are not finite");
+}
 void Recorder::checkpoint_every(int steps) {
   if (steps < 0) throw Error(ErrorKind::input, fmt::format("no checkpoint is made every {} steps", steps));
   impl_->checkpoint_every = steps;
 }
 bool Recorder::resume() {
-  if (impl_->recorded().record.reached() >= 0)
+  if (impl_->now && impl_->now->seen >= 0)
     throw Error(ErrorKind::input, "a record that holds states already cannot go on from others: resume first");
   return impl_->resume();
 }
 
 std::vector<std::string> Recorder::finish() {
-  const bool is_of_run =
-      impl_->recorded().record.reached() <= impl_->simulation.steps_done();  // or one was begun behind
+  const bool is_of_run = impl_->recorded().seen <= impl_->simulation.steps_done();  // or one was begun behind
   if (is_of_run) impl_->look(true);
   const std::unique_ptr<Recorded> recorded = std::move(impl_->now);
   const std::string& failure = recorded->record.failure();
   if (!failure.empty()) throw Error(ErrorKind::machine, failure);
-  return impl_->write(recorded->record, is_of_run);
+  std::vector<std::string> names = impl_->write(recorded->record, is_of_run);
+  const std::string no_checkpoint = std::exchange(impl_->failure, "");
+  if (!no_checkpoint.empty()) throw Error(ErrorKind::machine, no_checkpoint);
+  return names;
 }
 
 }  // namespace dpde

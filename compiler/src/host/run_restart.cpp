@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "dpde/runtime/bytes.h"
+#include <algorithm>
+#include <cmath>
+
 #include "dpde/runtime/error.h"
 #include "driver/restart_file.h"
 
@@ -13,22 +15,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What set_field() and set_control() gave is not in it: the host gives it again.
 driver::RunIdentity identity_of(Simulation& simulation, const RunDescription& run, const RunRecord& record) {
   driver::RunIdentity identity = run.identity();
   std::string params;
   for (const RunNumber& param : run.params)
     params += fmt::format("{}{} = {}", params.empty() ? "" : ", ", param.name, param.value);
   driver::add_params(identity, std::move(params));
-  const double begin = simulation.time() - simulation.steps_done() * simulation.time_step();
-  std::uint64_t start = hash_bytes(&begin, sizeof begin);
-  for (const std::string& state : simulation.states()) {
-    const std::vector<double> values = simulation.initial(state);
-    start = hash_bytes(values.data(), values.size() * sizeof(double), start);
-  }
-  identity.emplace_back("start", fmt::format("hash {:016x}", start));
+  identity.emplace_back("start", fmt::format("hash {:016x}", simulation.start_hash()));
   identity.emplace_back("output", record.plan());
   return identity;
+}
+
+bool is_finite(const Reached& reached) {
+  return std::ranges::all_of(reached.states, [](const std::vector<double>& state) {
+    return std::ranges::all_of(state, [](double value) { return std::isfinite(value); });
+  });
 }
 
 void require(const DiagnosticSink& sink, ErrorKind kind) {
@@ -37,14 +38,16 @@ void require(const DiagnosticSink& sink, ErrorKind kind) {
 
 }  // namespace
 
-void save_run(const fs::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record,
+bool save_run(const fs::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record,
               FrameFile& frames) {
   Reached reached = simulation.reached();
+  if (!is_finite(reached)) return false;
   const driver::Restart restart{identity_of(simulation, run, record), reached.step, std::move(reached.states),
                                 reached.controller, record.save()};
   DiagnosticSink sink;
   if (driver::save_restart(path, restart, sink)) frames.remove_others();
   require(sink, ErrorKind::machine);
+  return true;
 }
 
 bool resume_run(const fs::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record) {
@@ -55,6 +58,9 @@ bool resume_run(const fs::path& path, Simulation& simulation, const RunDescripti
   require(sink, ErrorKind::input);
   if (!restart || !record.restore(restart->record))
     throw Error(ErrorKind::input, fmt::format("{} is damaged", path.string()));
+  if (restart->step > run.steps)
+    throw Error(ErrorKind::input, fmt::format("{} has reached step {}, this run ends at step {}", path.string(),
+                                              restart->step, run.steps));
   simulation.go_on_from({restart->step, std::move(restart->states), restart->controller});
   return true;
 }

@@ -10,11 +10,12 @@
 
 namespace dpde::host {
 
-/// `run`: with the present parameters. @throws Error(machine)
-void save_run(const std::filesystem::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record,
+/// `run`: with the present parameters. False for states that are not finite: the file that is there stays.
+/// @throws Error(machine)
+bool save_run(const std::filesystem::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record,
               FrameFile& frames);
-/// The simulation and the record stand where it was saved; false: there is no such file, and nothing was changed.
-/// @throws Error(input) where it is damaged or of another run.
+/// The simulation and the record, a new one, stand where it was saved; false: there is no such file, and nothing was
+/// changed. @throws Error(input) where it is damaged or of another run: the record is of no use then.
 bool resume_run(const std::filesystem::path& path, Simulation& simulation, const RunDescription& run,
                 RunRecord& record);
 

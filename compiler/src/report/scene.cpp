@@ -238,8 +238,11 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
       return report;
     }
     report.say(fmt::format("by a step on {}:\n", grid.text()));
-    report.append(first_solves_report(coarse.get(), source, silent));
-    for (const Diagnostic& diagnostic : silent.all()) report.say(fmt::format("solves: {}\n", diagnostic.message));
+    DiagnosticSink found;  // of cells that are not the scene's
+    report.append(first_solves_report(coarse.get(), source, found));
+    for (const Diagnostic& diagnostic : found.all())
+      report.say(
+          fmt::format("solves: {}{}\n", diagnostic.message, diagnostic.hint.empty() ? "" : "; " + diagnostic.hint));
     if (report.json.contains("solves")) report.json["solves_cells"] = grid.cells();
     return report;
   }

@@ -28,6 +28,9 @@ class CycleLevel {
   /// `is_given_up`, `level` loses what it has, array by array. Of its diagonal the inverse is left else.
   void set(MultigridLevel& level, bool is_symmetric, SmootherKind smoother, bool is_given_up);
   const std::array<std::int64_t, 3>& cells() const { return cells_; }
+  bool has_rings(const std::array<bool, 3>& periodic) const {
+    return std::equal(periodic.begin(), periodic.end(), level_.is_ring);
+  }
 
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }

@@ -36,6 +36,7 @@ DirectSolver::DirectSolver(const StencilMatrix& matrix, const NullSpace& null_sp
   free_ = std::move(cells_left);
   places_.assign(static_cast<std::size_t>(cells), -1);
   for (std::size_t i = 0; i < free_.size(); ++i) places_[free_[i]] = static_cast<std::int64_t>(i);
+  entries_ = entries_of(matrix);
   if (free_.empty()) return;
   right_.resize(sparse.rows());
   solution_.resize(sparse.rows());
@@ -49,8 +50,18 @@ bool DirectSolver::holds_as_before(const NullSpace& null_space) const {
          std::ranges::all_of(null_space.parts(), [&](const auto& part) { return places_[part.front()] < 0; });
 }
 
+/// Of equations that are not held, the entries that are not 0, which decide the order of columns.
+std::int64_t DirectSolver::entries_of(const StencilMatrix& matrix) const {
+  std::int64_t count = 0;
+  for_each_entry(matrix, [&](std::size_t row, std::size_t column, double) {
+    if (places_[row] >= 0 && places_[column] >= 0) ++count;
+  });
+  return count;
+}
+
 bool DirectSolver::renew(const StencilMatrix& matrix, const NullSpace& null_space) {
   if (is_dense_ || null_space.is_lopsided() || !holds_as_before(null_space)) return false;
+  if (entries_of(matrix) != entries_) return false;
   if (free_.empty()) return true;
   factors_->set_zero();
   bool are_there = true;

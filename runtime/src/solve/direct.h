@@ -20,8 +20,8 @@ class DirectSolver {
   /// \throws dpde::Error where the operator is singular in another way, or lopsided and large.
   DirectSolver(const StencilMatrix& matrix, const NullSpace& null_space, double rounding);
 
-  /// Of another matrix of the same grid: whether there are factors. They keep the order of columns, which entries that
-  /// are not 0 decide; Eigen takes memory for the factors anew.
+  /// Of another matrix of the same grid with the same entries that are not 0, which decide the order of columns:
+  /// whether there are factors. Eigen takes memory for them anew.
   bool renew(const StencilMatrix& matrix, const NullSpace& null_space);
   bool is_dense() const { return is_dense_; }
   /// `b` is compatible, but for the dense inverse; of `x` the null space is still to be removed.
@@ -31,6 +31,7 @@ class DirectSolver {
   /// `size`: of the largest column.
   bool is_singular(double size);
   bool holds_as_before(const NullSpace& null_space) const;
+  std::int64_t entries_of(const StencilMatrix& matrix) const;
   void solve_by_factors();
 
   std::optional<SparseFactors> factors_;  // none where all cells are held
@@ -38,6 +39,7 @@ class DirectSolver {
   bool is_dense_ = false;
   std::vector<std::uint32_t> free_;   // cells that are not held
   std::vector<std::int64_t> places_;  // of cells among these; -1: held
+  std::int64_t entries_ = 0;
   Eigen::VectorXd right_, solution_;
 };
 

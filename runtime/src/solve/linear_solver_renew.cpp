@@ -65,6 +65,9 @@ bool LinearSolver::Impl::renew_method() {
     if (tridiagonal) return tridiagonal->set(matrix, null_space());
     if (is_automatic && (a->size() == a->cells()[0] || has_even_axis(matrix))) return false;
     if (direct) return direct->renew(matrix, null_space());
+    // Where it is symmetric choose() takes cg.
+    const bool is_for_unsymmetric = method == SolverMethod::bicgstab || method == SolverMethod::gmres;
+    if (is_automatic && is_for_unsymmetric && a->is_symmetric(options.rounding)) return false;
     if (multigrid) return multigrid->renew(matrix, null_space(), a->is_known_symmetric());
     const bool is_plain = options.preconditioning == Preconditioning::none || is_flexible();
     return is_plain && (method != SolverMethod::cg || a->is_symmetric(options.rounding));

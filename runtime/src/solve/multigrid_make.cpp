@@ -264,6 +264,7 @@ bool Multigrid::set_level(std::size_t number, MultigridLevel& level, bool is_new
     if (number > 0) made.b = Numbers(made.size()), made.x = Numbers(made.size());
   }
   if (number >= levels_.size() || levels_[number].cells() != level.cells) return false;
+  if (!levels_[number].has_rings(level.periodic)) return false;
   levels_[number].set(level, options_.is_symmetric, smoother_, is_new);
   return true;
 }

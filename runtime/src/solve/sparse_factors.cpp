@@ -6,7 +6,7 @@
 
 namespace dpde {
 
-SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>> &columns)
+SparseFactors::SparseFactors(const std::vector<std::vector<std::int64_t>>& columns)
     : matrix_(static_cast<Eigen::Index>(columns.size()), static_cast<Eigen::Index>(columns.size())) {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t row = 0; row < columns.size(); ++row) {
@@ -20,10 +20,12 @@ void SparseFactors::set_zero() { std::fill_n(matrix_.valuePtr(), matrix_.nonZero
 
 void SparseFactors::set(std::int64_t row, std::int64_t column, double value) { matrix_.coeffRef(row, column) = value; }
 
-double *SparseFactors::entry(std::int64_t row, std::int64_t column) {
-  const int *const rows = matrix_.innerIndexPtr(), *const columns = matrix_.outerIndexPtr();
-  const int *const begin = rows + columns[column], *const end = rows + columns[column + 1];
-  const int *const found = std::lower_bound(begin, end, static_cast<int>(row));
+double* SparseFactors::entry(std::int64_t row, std::int64_t column) {
+  const int* const rows = matrix_.innerIndexPtr();
+  const int* const columns = matrix_.outerIndexPtr();
+  const int* const begin = rows + columns[column];
+  const int* const end = rows + columns[column + 1];
+  const int* const found = std::lower_bound(begin, end, static_cast<int>(row));
   return found == end || *found != row ? nullptr : matrix_.valuePtr() + (found - rows);
 }
 

@@ -285,11 +285,17 @@ class Scene:
         was recorded until then. One run: a second one is an InputError.
 
         checkpoint_every=500 keeps a checkpoint in the folder. With resume=True the scene stands at that checkpoint,
-        where there is one of the same run: `scene.run_to()` goes on from it to the same bits; `run()` begins anew."""
+        where there is one of the same run, and `as is_resumed` is True: `scene.run_to()` goes on from it to the same
+        bits. `run()`, which begins anew, is refused then."""
         self._core.record(os.fspath(folder), every)
         try:
             self._core.record_checkpoints(checkpoint_every)
-            yield self._core.record_resume() if resume else False
+            is_resumed = resume and self._core.record_resume()
+        except BaseException:  # the files of the run before stay
+            self._core.drop_record()
+            raise
+        try:
+            yield is_resumed
         finally:
             self._core.end_record()
 

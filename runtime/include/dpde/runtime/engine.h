@@ -179,6 +179,8 @@ class Engine {
   void give_controls(Rollout& rollout) const;
   void before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view));
   void hold_sought(bool holds);
+  /// @throws Unsolved of a solve whose solution has no derivative by an unknown.
+  void refuse_without_derivative(const Rollout& rollout) const;
   void add_sought_numbers(std::vector<double>& to) const;
   void put_sought_numbers(Values numbers);
   void run_all_formulas();

@@ -304,7 +304,7 @@ class Rollout {
   /// What the solves of the steps and of the losses have met, and those of their adjoints.
   std::deque<SolveNote> solve_notes() const;
   /// The first of them whose solution has no derivative that is known; null where there is none.
-  const SolveNote* without_derivative() const;
+  const SolveNote* without_derivative(const std::function<bool(std::string_view)>& is_unknown) const;
   std::deque<SolveNote> adjoint_solve_notes() const;
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.

@@ -53,6 +53,7 @@ struct RunDescription {
   std::vector<Series> outputs;  // what the scene says is recorded; none: all states at begin and end
   std::vector<RunNumber> observables, params;
   std::string time_unit;
+  int steps = 0;
   bool is_single = false;       // floats
   NetcdfAttributes attributes;  // what it takes to make the run again
   std::set<std::string> names;  // that are taken

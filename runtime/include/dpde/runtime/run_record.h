@@ -53,8 +53,6 @@ class RunRecord {
   void drop_last(std::size_t series);
 
   const std::vector<Series>& series() const { return series_; }
-  /// The last step of which something is recorded; -1: none.
-  int reached() const;
   /// Of a field of a series: `count` states from `first`, one after the other. @throws Error(machine)
   std::vector<double> states(const Series& series, const std::string& field, std::int64_t first,
                              std::int64_t count) const;

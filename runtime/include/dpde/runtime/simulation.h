@@ -113,6 +113,8 @@ class Simulation {
   /// An output of the scene that has a formula, at the present state: size() values. outputs(): their names.
   std::vector<double> output(std::string_view name);
   std::vector<std::string> outputs() const;
+  /// All of them, in that order, computed at once.
+  std::vector<std::vector<double>> output_values();
 
   /// Time begins here in place of the scene's begin: that of the initial state, for formulas too. reset() follows.
   /// Controls stay with the numbers of the steps.
@@ -125,6 +127,9 @@ class Simulation {
   /// number.
   Reached reached();
   void go_on_from(const Reached& reached);
+  /// The same number of simulations whose time begins at the same instant with the same initial states, controls,
+  /// coefficients that are given, and weights: of all that steps hang on but for the scene and its parameters.
+  std::uint64_t start_hash();
   /// What the solves of these steps have met, since the simulation was made.
   std::deque<SolveNote> solve_notes() const;
   void reset();

@@ -5,14 +5,17 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace dpde {
 
 /// Of right sides of a singular operator.
 struct OutOfReach {
-  double part = 0;                 // the largest of b that no x reaches, over |b|
-  double of_least_squares = 0;     // that of solutions whose derivative is not known, more than rounding
-  bool is_regular_beside = false;  // with other values of what the operator is made of x may reach it
+  double part = 0;              // the largest of b that no x reaches, over |b|
+  double of_least_squares = 0;  // that of solutions whose derivative is not known, more than rounding
+  /// Coefficients and parameters of the operator, where with other values of them x may reach it: by those there is no
+  /// derivative.
+  std::vector<std::string> made_of;
 };
 
 struct SolveNote {
