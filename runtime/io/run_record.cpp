@@ -82,7 +82,7 @@ void RunRecord::drop_last(std::size_t index) {
   series.steps.pop_back();
   series.times.pop_back();
   series.observables.pop_back();
-  series.places.pop_back();
+  series.places.resize(std::min(series.places.size(), series.steps.size()));  // states may be missing
   forget(index, series.steps.size());
 }
 

@@ -67,6 +67,29 @@ TEST_F(Restart, ALongerRunGoesOnToTheSameEnd) {
   }
 }
 
+/// du/dt = u^2 from 1 is 1/(1 - t): what was recorded and saved ends before that.
+TEST_F(Restart, ARunThatBlowsUpLeavesFiniteStates) {
+  write("blow.dpde",
+        "model m { field u; dt(u) = u*u }\nscene blow : m { grid x = 0 .. 1, cells 8, periodic\n"
+        "  initial u = 1 + 0.1*sin(2*pi*x); time 0 .. 4, step 1/32; observe mass = integral(u) }\n");
+  const Outcome run = dpde("run blow.dpde --every 8 --checkpoint-every 4 --out out");
+  EXPECT_EQ(run.status, 1) << run.err;
+  const std::string table = content(path("out/observables.csv"));
+  EXPECT_EQ(table.find("nan"), std::string::npos) << table;
+  EXPECT_EQ(table.find("inf"), std::string::npos) << table;
+  std::istringstream lines(table);
+  std::string line;
+  std::getline(lines, line);
+  for (int before = -1; std::getline(lines, line);) {
+    EXPECT_GT(std::stoi(line), before) << table;
+    before = std::stoi(line);
+  }
+  const Outcome again = dpde("run blow.dpde --every 8 --resume --out out");
+  EXPECT_EQ(again.status, 1) << again.err;
+  EXPECT_NE(again.out.find("goes on from step"), std::string::npos) << again.out;
+  EXPECT_EQ(content(path("out/observables.csv")), table);
+}
+
 /// At the end of a short run a control has its last interval; behind it the longer run has another one.
 TEST_F(Restart, ObservablesOfControlsAtTheJoinAreThoseOfTheLongerRun) {
   write("g.dpde",

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 
 #include "dpde/runtime/error.h"
@@ -88,10 +90,13 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
 
 void RunCheckpoint::save(int step, const std::vector<void*>& states) {
   const bool is_saved = guarded(job_, [&] {
-    driver::Restart restart{identity_, step, {}, session_.rollout().controller(), record_.save()};
+    driver::Restart restart{identity_, step, {}, session_.rollout().controller(), {}};
     for (void* state : states) {
-      copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
+      std::vector<double>& values = restart.states.emplace_back(session_.workspace().cell_count());
+      copy_out(session_.workspace().layout(), state, values);
+      if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) return;  // the run ends soon
     }
+    restart.record = record_.save();
     if (driver::save_restart(path_, restart, job_.sink())) frames_.remove_others();
   });
   if (!is_saved || job_.failed()) interval_ = {};  // one message is enough

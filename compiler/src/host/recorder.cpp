@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -83,13 +84,11 @@ struct Recorder::Impl {
     return *now;
   }
 
-  /// As it comes where it is not finite, which is said once.
-  std::vector<double> state(const std::string& name) const {
-    try {
-      return simulation.state(name);
-    } catch (const NotFinite&) {
-      return simulation.state(name);
-    }
+  /// Nothing is recorded of those that are not. @throws NotFinite, once
+  bool has_finite_states() const {
+    return std::ranges::all_of(simulation.states(), [&](const std::string& name) {
+      return std::ranges::all_of(simulation.state(name), [](double value) { return std::isfinite(value); });
+    });
   }
   std::map<std::string, std::vector<double>> present_outputs() const {
     std::map<std::string, std::vector<double>> values;
@@ -106,7 +105,7 @@ struct Recorder::Impl {
     if (std::ranges::any_of(fields, is_output)) of_formulas = present_outputs();
     std::vector<double> frame;
     for (const std::string& name : fields) {
-      const std::vector<double> values = is_output(name) ? std::move(of_formulas.at(name)) : state(name);
+      const std::vector<double> values = is_output(name) ? std::move(of_formulas.at(name)) : simulation.state(name);
       frame.insert(frame.end(), values.begin(), values.end());
     }
     Observed observed;
@@ -120,9 +119,12 @@ struct Recorder::Impl {
     const int step = simulation.steps_done();
     if (own.seen > step) throw Error(ErrorKind::input, "a record is of one run: finish it before another one begins");
     own.seen = step;
+    std::vector<std::size_t> due;
     for (std::size_t s = 0; s < own.record.series().size(); ++s) {
-      if (own.record.is_due(s, step, is_first_or_last)) add(s);
+      if (own.record.is_due(s, step, is_first_or_last)) due.push_back(s);
     }
+    if (due.empty() || !has_finite_states()) return;
+    for (const std::size_t s : due) add(s);
   }
   /// What comes before a run.
   void look_at_start() { look(recorded().seen < 0); }
@@ -185,7 +187,7 @@ struct Recorder::Impl {
     return present;
   }
 
-  /// `is_present`: the simulation is still where the run ended.
+  /// `is_present`: the simulation is still where the run ended, in finite states.
   std::vector<std::string> write(const RunRecord& record, bool is_present) const {
     std::vector<std::string> names;
     const auto named = [&](const std::string& name) { return folder / names.emplace_back(name); };
@@ -202,7 +204,7 @@ struct Recorder::Impl {
     end.at_end = [&](const std::string& field) {
       const std::optional<std::vector<double>> kept = record.last_state(field);
       const auto output = of_formulas.find(field);
-      return kept ? *kept : output != of_formulas.end() ? output->second : state(field);
+      return kept ? *kept : output != of_formulas.end() ? output->second : simulation.state(field);
     };
     end.at_start = [&](const std::string& field) {
       for (const Series& series : record.series()) {
@@ -279,12 +281,19 @@ bool Recorder::resume() {
 }
 
 std::vector<std::string> Recorder::finish() {
-  const bool is_of_run = impl_->recorded().seen <= impl_->simulation.steps_done();  // or one was begun behind
-  if (is_of_run) impl_->look(true);
+  bool is_present = impl_->recorded().seen <= impl_->simulation.steps_done();  // or one was begun behind
+  try {
+    if (is_present) impl_->look(true);
+    is_present = is_present && impl_->has_finite_states();
+  } catch (const NotFinite&) {  // what was recorded before is written
+    is_present = false;
+  }
   const std::unique_ptr<Recorded> recorded = std::move(impl_->now);
   const std::string& failure = recorded->record.failure();
   if (!failure.empty()) throw Error(ErrorKind::machine, failure);
-  std::vector<std::string> names = impl_->write(recorded->record, is_of_run);
+  if (std::ranges::all_of(recorded->record.series(), [](const Series& series) { return series.steps.empty(); }))
+    return {};
+  std::vector<std::string> names = impl_->write(recorded->record, is_present);
   const std::string no_checkpoint = std::exchange(impl_->failure, "");
   if (!no_checkpoint.empty()) throw Error(ErrorKind::machine, no_checkpoint);
   return names;

@@ -14,12 +14,14 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of one cell: what was recorded of each state.
-std::vector<plot::Curve> course_of(const RunRecord& record) {
+std::vector<plot::Curve> course_of(const RunRecord& record, const std::vector<std::string>& states) {
   const Series& series = record.series()[0];
   const auto count = static_cast<std::int64_t>(series.places.size());
   std::vector<plot::Curve> course;
-  for (const std::string& field : series.fields)
-    course.push_back({field, series.times, record.states(series, field, 0, count)});
+  for (const std::string& field : series.fields) {
+    if (std::ranges::find(states, field) != states.end())
+      course.push_back({field, series.times, record.states(series, field, 0, count)});
+  }
   return course;
 }
 
@@ -41,7 +43,7 @@ std::function<std::vector<std::string>(const fs::path&, const RunRecord&, const 
     const plot::DrawnRun run{
         end.states,   end.outputs,
         end.time,     end.at_end,
-        end.at_start, is_one_cell && record.keeps_states() ? course_of(record) : std::vector<plot::Curve>{}};
+        end.at_start, is_one_cell && record.keeps_states() ? course_of(record, end.states) : std::vector<plot::Curve>{}};
     std::vector<std::string> files;
     add_picture(files, folder / (problem.scene + "_observables"),
                 plot::panels_of_observables(problem, record.series()[0]));
