@@ -116,7 +116,7 @@ TEST(Tuning, CodeOfShortRunsIsNotOptimised) {
   const auto is_worth = [](const std::string& time, const std::string& task = "", double runs = 1) {
     const SourceFile source("ring.dpde",
                             "model heat { field u; param k; dt(u) = k*lap(u) }\nscheme s { time = bs32 }\n"
-                            "scene go : heat with s {\n  grid x = 0 .. 1, cells 1000, periodic\n  k = 1e-7\n"
+                            "scene go : heat with s {\n  grid x = 0 .. 1, cells 500, periodic\n  k = 1e-7\n"
                             "  initial u = sin(2*pi*x)\n  " +
                                 time + "\n}\n" +
                                 (task.empty() ? "" : "task find : go { unknown k; minimise mean(u^2)" + task + " }\n"));

@@ -41,9 +41,12 @@ std::function<std::vector<std::string>(const fs::path&, const RunRecord&, const 
     const model::Problem& problem = *compiled->problem;
     const bool is_one_cell = std::ranges::all_of(axes, [](const model::Axis& axis) { return axis.cells == 1; });
     const plot::DrawnRun run{
-        end.states,   end.outputs,
-        end.time,     end.at_end,
-        end.at_start, is_one_cell && record.keeps_states() ? course_of(record, end.states) : std::vector<plot::Curve>{}};
+        end.states,
+        end.outputs,
+        end.time,
+        end.at_end,
+        end.at_start,
+        is_one_cell && record.keeps_states() ? course_of(record, end.states) : std::vector<plot::Curve>{}};
     std::vector<std::string> files;
     add_picture(files, folder / (problem.scene + "_observables"),
                 plot::panels_of_observables(problem, record.series()[0]));
