@@ -337,7 +337,18 @@ RunResult Rollout::advance(int steps) {
 }
 const std::vector<void*>& Rollout::present() const { return impl_->forward.final_states(); }
 double Rollout::loss() { return impl_->loss(); }
-const GradientResult& Rollout::gradient() { return impl_->gradient(); }
+const GradientResult& Rollout::gradient() {
+  // Whether a solution has a derivative is asked of this run, whatever others with other values have met.
+  const auto forget = [](BoundProgram& program) {
+    for (SolveNote& note : program.executor.solve_notes()) {
+      note.out_of_reach.of_least_squares = 0;
+      note.out_of_reach.made_of.clear();
+    }
+  };
+  forget(impl_->stepper.program());
+  for (BoundTerm& term : impl_->losses.terms()) forget(term.loss.program);
+  return impl_->gradient();
+}
 std::vector<std::pair<std::string, double>> Rollout::derivatives_of_averages() {
   std::vector<std::pair<std::string, double>> all;
   impl_->losses.derive_averages([&](std::span<const double> sums, const BoundLossAdjoint& adjoint) {

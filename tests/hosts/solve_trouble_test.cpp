@@ -60,5 +60,30 @@ TEST(SolvesOfHosts, ThatFindNothingAreStepsTooLong) {
   EXPECT_NEAR(sim.param("k"), 0.2475, 1e-6);
 }
 
+/// A gradient that is refused at one value says nothing of others: of an operator that is singular for k = 0 alone, and
+/// of one that is not symmetric, whose right side is reached later.
+TEST(SolvesOfHosts, AGradientThatIsRefusedRefusesNoLaterOne) {
+  Simulation isolated = compile_text(R"(model m { field u; param k; coefficient f
+  solve lap(psi) - k*psi = f for psi
+  dt(u) = psi }
+scene s : m { grid x = 0 .. 1, cells 12, periodic; k = 0; f = sin(2*pi*x) + 0.3; initial u = 0
+  time 0 .. 0.1, step 0.05 }
+task t : s { unknown k; minimise mean(u^2) })",
+                                     {.name = "t"});
+  EXPECT_THROW(isolated.gradient(), Error);
+  isolated.set("k", 0.5);
+  EXPECT_GT(isolated.gradient(), 0);
+  Simulation unsymmetric = compile_text(R"(model m { field u; param b, c
+  solve lap(psi) - b*dx(psi) = c*u for psi
+  dt(u) = psi }
+scene s : m { grid x = 0 .. 1, cells 12; b = 3; c = 1; initial u = x; boundary u: x = zero_gradient
+  boundary psi: x = zero_gradient; time 0 .. 0.1, step 0.05 }
+task t : s { unknown initial u; minimise mean(u^2) })",
+                                        {.name = "t"});
+  EXPECT_THROW(unsymmetric.gradient(), Error);
+  unsymmetric.set("c", 0);
+  EXPECT_GT(unsymmetric.gradient(), 0);
+}
+
 }  // namespace
 }  // namespace dpde::testing

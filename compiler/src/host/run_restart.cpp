@@ -56,11 +56,11 @@ bool resume_run(const fs::path& path, Simulation& simulation, const RunDescripti
   DiagnosticSink sink;
   std::optional<driver::Restart> restart = driver::load_restart(path, identity_of(simulation, run, record), sink);
   require(sink, ErrorKind::input);
-  if (!restart || !record.restore(restart->record))
-    throw Error(ErrorKind::input, fmt::format("{} is damaged", path.string()));
-  if (restart->step > run.steps)
+  if (restart && restart->step > run.steps)
     throw Error(ErrorKind::input, fmt::format("{} has reached step {}, this run ends at step {}", path.string(),
                                               restart->step, run.steps));
+  if (!restart || !record.restore(restart->record))
+    throw Error(ErrorKind::input, fmt::format("{} is damaged", path.string()));
   simulation.go_on_from({restart->step, std::move(restart->states), restart->controller});
   return true;
 }
