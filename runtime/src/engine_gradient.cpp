@@ -300,10 +300,7 @@ void Engine::begin_tangent(Rollout& rollout) {
   Rollout& from = primary();
   const RunResult run = from.run();
   if (run.stopped || run.blow_up) return;
-  if (!run.steady->is_reached)
-    throw Unsolved(
-        {.what = UnsolvedFacts::What::steady,
-         .text = fmt::format("after {} steps (t = {:.6g}) the state is not steady", run.steps_done, run.steady->t)});
+  if (!run.steady->is_reached) throw not_steady(*run.steady, scene_.steady);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const int to = rollout.state_index(states_[s].name);
     if (to >= 0) copy_all(workspace_->layout(), rollout.initial(to).base(), from.final_states()[s]);

@@ -328,10 +328,10 @@ void Rollout::restart(int step) {
   impl_->update_weights();
   impl_->forward.restart(step);
 }
-RunResult Rollout::advance(int steps) {
+RunResult Rollout::advance(int steps, bool until_steady) {
   const FloatScope without_subnormals;
   const auto start = std::chrono::steady_clock::now();
-  RunResult done = impl_->forward.advance(steps);
+  RunResult done = impl_->forward.advance(steps, until_steady);
   done.seconds = seconds_since(start);
   return done;
 }

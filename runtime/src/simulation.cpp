@@ -250,36 +250,40 @@ void Simulation::Impl::look_for_growth() {
   judged = far;
 }
 
-bool Simulation::Impl::advance(int count, bool look) {
+/// Nothing when stopped.
+std::optional<Steady> Simulation::Impl::advance(int count, bool look, bool until_steady) {
   if (count < 0) throw Error(ErrorKind::input, fmt::format("{} steps cannot be made", count));
   begin_stepping();
-  while (count > 0) {
+  Steady last;
+  while (count > 0 && !last.is_reached) {
     const int now = std::min(count, look_interval - (reached - looked_at) % look_interval);
-    const RunResult done = engine.stepper().advance(now);
+    const RunResult done = engine.stepper().advance(now, until_steady);
     reached = done.steps_done;
-    if (done.stopped) return false;
+    if (done.stopped) return std::nullopt;
+    last = done.steady.value_or(Steady());
     count -= now;
     if (reached - looked_at >= look_interval) look_for_blow_up();
   }
   if (look) look_for_blow_up();
-  return true;
+  return last;
 }
 
-bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
+bool Simulation::Impl::run_to_step(int step, bool until_steady, const Simulation& host,
+                                   const ProgressCallback& progress, int every) {
   begin_stepping();
-  const int count = std::max(0, step - reached);
-  const auto ended = [&] {
-    look_for_growth();
-    return true;
-  };
-  if (!progress) return advance(count, true) && ended();
-  for (int done = 0; done < count;) {
-    const int now = std::min(std::max(every, 1), count - done);
-    if (!advance(now, done + now == count)) return false;
-    done += now;
-    if (!progress({done, count, host.time()})) return false;
+  const int begin = reached, count = std::max(0, step - begin);
+  Steady last;
+  while (reached < begin + count && !last.is_reached) {
+    const int left = begin + count - reached, now = progress ? std::min(std::max(every, 1), left) : left;
+    const std::optional<Steady> made = advance(now, now == left, until_steady);
+    if (!made) return false;
+    last = *made;
+    if (progress && !progress({reached - begin, count, host.time()})) return false;
   }
-  return ended();
+  if (count == 0) look_for_blow_up();  // of states that were set
+  look_for_growth();
+  if (until_steady && last.step > 0 && !last.is_reached) throw not_steady(last, engine.scene().steady);
+  return true;
 }
 
 void Simulation::Impl::set_control(std::string_view name, Values values) {
@@ -462,7 +466,7 @@ void Simulation::reset() {
 
 bool Simulation::step(int count) {
   const Running running(impl_->is_running);
-  return impl_->explained([&] { return impl_->advance(count, count >= look_interval); });
+  return impl_->explained([&] { return impl_->advance(count, count >= look_interval, false).has_value(); });
 }
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
@@ -475,13 +479,16 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
   const double instant = roundings * std::max(std::abs(time), std::abs(begin)) / step;
   const double tolerance = std::min(0.5, 1e-6 + instant);
   const int last = static_cast<int>(std::ceil(std::max(position - tolerance, 0.0)));
-  return impl_->explained([&] { return impl_->run_to_step(last, *this, progress, every); });
+  return impl_->explained([&] { return impl_->run_to_step(last, false, *this, progress, every); });
 }
 
 /// The number of steps is the scene's: no time is taken apart for it.
 bool Simulation::run(const ProgressCallback& progress, int every) {
   const Running running(impl_->is_running);
-  return impl_->explained([&] { return impl_->run_to_step(impl_->engine.scene().steps, *this, progress, every); });
+  return impl_->explained([&] {
+    const dpde_scene& scene = impl_->engine.scene();
+    return impl_->run_to_step(scene.steps, scene.steady > 0, *this, progress, every);
+  });
 }
 
 }  // namespace dpde

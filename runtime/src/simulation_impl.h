@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -82,8 +83,8 @@ struct Simulation::Impl {
   void begin_stepping();
   Reached present_state();
   void go_on_from(const Reached& reached);
-  bool advance(int count, bool look);
-  bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
+  std::optional<Steady> advance(int count, bool look, bool until_steady);
+  bool run_to_step(int step, bool until_steady, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
   /// Into `of_steps` what stepping has left far above where it began. That takes another step: a verdict is kept until
   /// a state is as far above what was judged. @throws NotFinite where it is beyond reason.

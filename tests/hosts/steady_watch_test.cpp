@@ -87,5 +87,44 @@ TEST(SteadyWatch, TheFlagStopsBothWays) {
   EXPECT_EQ(sim.gradient(), loss);
 }
 
+/// run() ends there and run_to() does not; in steps by progress, by hand before, and anew.
+TEST(SteadyWatch, RunsEndWhereTheyAreSteady) {
+  Simulation sim = compile_text(rod_at_rest, {.name = "s"});
+  ASSERT_TRUE(sim.run());
+  const int steps = sim.steps_done();
+  const std::vector<double> rest = sim.state("u");
+  ASSERT_LT(steps, 4000);
+  ASSERT_TRUE(sim.step());
+  double change = 0;
+  for (std::size_t i = 0; i < rest.size(); ++i) change = std::max(change, std::abs(sim.state("u")[i] - rest[i]));
+  EXPECT_LE(change * 400, 1e-7);
+  sim.reset();
+  ASSERT_TRUE(sim.step(70));
+  int calls = 0;
+  ASSERT_TRUE(sim.run([&](const Progress& at) { return ++calls, at.step <= at.steps; }, 50));
+  EXPECT_EQ(calls, (steps - 70 + 49) / 50);
+  EXPECT_EQ(sim.steps_done(), steps);
+  EXPECT_EQ(sim.state("u"), rest);
+  ASSERT_TRUE(sim.run_to(20));
+  EXPECT_EQ(sim.steps_done(), 8000);
+}
+
+TEST(SteadyWatch, ARunThatIsNotSteadyInTheEndSaysSo) {
+  Simulation sim = compile_text(rod_at_rest, {.name = "s", .set = {{"end", "0.5"}}});
+  for (const bool is_watched : {false, true}) {
+    sim.reset();
+    try {
+      is_watched ? sim.run([](const Progress&) { return true; }, 7) : sim.run();
+      FAIL();
+    } catch (const NoSolution& error) {
+      EXPECT_NE(std::string(error.what()).find("after 200 steps (t = 0.5) the state is not steady: it changes by"),
+                std::string::npos)
+          << error.what();
+    }
+    EXPECT_EQ(sim.steps_done(), 200);
+    EXPECT_GT(sim.state("u")[5], 0);
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -91,12 +91,20 @@ void ForwardRun::restart(int step) {
   final_ = states_.now();
 }
 
-RunResult ForwardRun::advance(int count) {
+RunResult ForwardRun::advance(int count, bool until_steady) {
   RunResult done;
   if (reached_ > 0) stepper_.control().begin(reached_);
   stepper_.prepare(reached_, states_.now());
-  for (const int until = reached_ + count; reached_ < until && !(done.stopped = watch_.stopping());)
+  bool is_still = false;
+  for (const int until = reached_ + count; reached_ < until && !is_still && !(done.stopped = watch_.stopping());) {
+    const StateBuffer& from = states_.now();
     reached_ += make_steps(reached_, until, states_.current());
+    if (!until_steady) continue;
+    const StateBuffer& to = states_.now();
+    is_still = steady_.is_still(from, to);
+    if (is_still || reached_ == until)
+      done.steady = Steady{is_still, reached_, inputs_.time(reached_), steady_.largest_change(from, to)};
+  }
   done.steps_done = reached_;
   final_ = states_.now();
   return done;

@@ -35,7 +35,7 @@ class ForwardRun {
 
   // By hand
   void restart(int step);
-  RunResult advance(int count);
+  RunResult advance(int count, bool until_steady);
 
  private:
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);

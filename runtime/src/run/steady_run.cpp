@@ -55,6 +55,15 @@ bool SteadyRun::is_still(const StateBuffer& from, const StateBuffer& to) const {
   return true;
 }
 
+Unsolved not_steady(const Steady& last, double enough) {
+  return Unsolved(
+      {.what = UnsolvedFacts::What::steady,
+       .text = fmt::format("after {} steps (t = {:.6g}) the state is not steady: it changes by {:.3g} a unit of time, "
+                           "more than {:.3g}",
+                           last.step, last.t, last.change, enough),
+       .advice = [] { return std::string("let it run longer, or take a larger tolerance"); }});
+}
+
 std::optional<Steady> SteadyRun::run() {
   was_stopped_ = watch_.stopping();
   if (was_stopped_) return std::nullopt;
@@ -73,12 +82,7 @@ std::optional<Steady> SteadyRun::run() {
       return std::nullopt;
     if (is_last) change = largest_change(from, to);
   }
-  throw Unsolved(
-      {.what = UnsolvedFacts::What::steady,
-       .text = fmt::format("after {} steps (t = {:.6g}) the state is not steady: it changes by {:.3g} a unit of time, "
-                           "more than {:.3g}",
-                           setup_.steps, inputs_.time(setup_.steps), change, setup_.steady),
-       .advice = [] { return std::string("let it run longer, or take a larger tolerance"); }});
+  throw not_steady({false, setup_.steps, inputs_.time(setup_.steps), change}, setup_.steady);
 }
 
 /// x - step(x) = b for a linear `step`, from the guess x. Neumann's sum b + step(b) + step(step(b)) + ..., cut off, is

@@ -38,6 +38,7 @@
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/progress.h"
 #include "dpde/runtime/reached.h"
+#include "dpde/runtime/unsolved.h"
 
 namespace dpde {
 
@@ -46,6 +47,7 @@ namespace dpde {
 struct BoundField {
   std::string name;
   void* base = nullptr;
+  std::shared_ptr<const void> keep = nullptr;  // of memory that its owner may give back before
 };
 /// A field of the caller that is another one in each interval: at[n / every] in step n and in losses at state n, the
 /// last one beyond. It is among RolloutSetup::fields too.
@@ -212,6 +214,9 @@ struct Steady {
   double change = 0;  // the largest of a value in the last step, a unit of time
 };
 
+/// That a run has come to `last` in all its steps, where more than `enough` still changes.
+Unsolved not_steady(const Steady& last, double enough);
+
 struct RunResult {
   std::optional<Steady> steady;  // of runs until steady that were neither stopped nor blown up
   int64_t parts = 0;             // how many steps were made, where a Courant number or a tolerance splits them
@@ -340,9 +345,9 @@ class Rollout {
   /// Stepping by hand: restart() makes a copy of initial() the present state and advance() goes on from it, beyond the
   /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the
   /// interior of present(). run(), loss() and gradient() lose the present state: restart() again. With `step` the
-  /// numbers of the steps begin there, in place of 0.
+  /// numbers of the steps begin there, in place of 0. `until_steady`: of such setups, ends where that is reached.
   void restart(int step = 0);
-  RunResult advance(int steps);
+  RunResult advance(int steps, bool until_steady = false);
   const std::vector<void*>& present() const;
 
   /// Value of the loss (forward only; nothing is stored). Not a number when stopped.

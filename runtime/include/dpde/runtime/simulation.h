@@ -136,7 +136,8 @@ class Simulation {
   /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by
   /// state).
   bool step(int count = 1);
-  /// To the first step that ends at `time` or later; to the end of the scene.
+  /// To the first step that ends at `time` or later; to the end of the scene, of one `until steady` to where it is.
+  /// @throws NoSolution where that is not reached in all its steps; the last state is the present one then.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
   /// Where the last run(), run_to(), loss() or gradient() has left states 1e8 times above where they began, growing on,
