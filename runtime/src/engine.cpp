@@ -159,7 +159,7 @@ int Engine::state_index(std::string_view name) const {
   return found == states_.end() ? -1 : static_cast<int>(found - states_.begin());
 }
 
-RolloutSetup Engine::setup() const {
+RolloutSetup Engine::setup() {
   const Workspace& from = *workspace_;
   RolloutSetup setup;
   setup.step = scene_.program;
@@ -185,7 +185,7 @@ RolloutSetup Engine::setup() const {
   setup.slots = options_.slots;
   setup.checkpoint_folder = options_.checkpoint_folder;
   setup.stop = options_.stop;
-  setup.fields = from.bound_fields();
+  setup.fields = workspace_->bound_fields();
   std::erase_if(setup.fields, [&](const BoundField& field) { return state_index(field.name) >= 0; });
   setup.control_fields = from.control_fields();
   for (const auto& [name, value] : from.params()) setup.params.push_back({name, value});

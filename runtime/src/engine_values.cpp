@@ -178,6 +178,7 @@ void Engine::update_formulas() {
     put_sought_numbers(now);
   }
   run_all_formulas();
+  workspace_->release_coordinates();
 }
 
 void Engine::run_all_formulas() {

@@ -21,7 +21,6 @@ Workspace::Workspace(Setup setup)
   for (std::size_t a = 0; a < setup_.axes.size(); ++a) {
     const Axis& axis = setup_.axes[a];
     params_[spacings[a]] = axis.spacing;
-    fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing, axis.is_periodic);
   }
   params_["dt"] = setup_.step;
   params_["cells"] = static_cast<double>(global_cell_count(setup_.layout));
@@ -35,7 +34,17 @@ void Workspace::draw_noise(std::uint64_t interval) {
 Field& Workspace::field(std::string_view name) {
   const auto found = fields_.find(name);
   if (found != fields_.end()) return *found->second;
-  return *fields_.emplace(name, std::make_unique<Field>(layout(), fields_made_++)).first->second;
+  Field& made = *fields_.emplace(name, std::make_shared<Field>(layout(), fields_made_++)).first->second;
+  if (const auto axis = std::ranges::find(setup_.axes, name, &Axis::name); axis != setup_.axes.end())
+    fill_coordinate(made, static_cast<int>(axis - setup_.axes.begin()), axis->low, axis->spacing, axis->is_periodic);
+  return made;
+}
+
+void Workspace::release_coordinates() {
+  for (const Axis& axis : setup_.axes) {
+    const auto found = fields_.find(axis.name);
+    if (found != fields_.end() && found->second.use_count() == 1) fields_.erase(found);
+  }
 }
 
 Field& Workspace::field(std::string_view name, std::size_t number) {
@@ -51,9 +60,10 @@ void Workspace::release(const dpde_program& program) {
   for (int f = program.input_count; f < program.field_count; ++f) release(program.fields[f]);
 }
 
-std::vector<BoundField> Workspace::bound_fields() const {
+std::vector<BoundField> Workspace::bound_fields() {
+  for (const Axis& axis : setup_.axes) field(axis.name);
   std::vector<BoundField> all;
-  for (const auto& [name, field] : fields_) all.push_back({name, field->base()});
+  for (const auto& [name, field] : fields_) all.push_back({name, field->base(), field});
   return all;
 }
 
@@ -169,7 +179,8 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
       continue;
     }
     const ControlField* control = find_control_field(name);
-    if (control == nullptr && !fields_.contains(name) && has_to_be_there(program, f))
+    const bool is_coordinate = std::ranges::find(setup_.axes, name, &Axis::name) != setup_.axes.end();
+    if (control == nullptr && !is_coordinate && !fields_.contains(name) && has_to_be_there(program, f))
       throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program.name, name));
     executor->bind(
         f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(name).base());

@@ -8,7 +8,10 @@
 #include <map>
 #include <set>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "codegen/program_table.h"
 #include "dpde/runtime/allocation.h"
@@ -105,6 +108,22 @@ class Planner {
     execute(compiled_.names.initial, true);
     release(compiled_.names.initial);
   }
+  /// Workspace::release_coordinates, once formulas have run: those that no program of a rollout has.
+  void release_coordinates() {
+    const std::vector<std::string> formulas = {compiled_.names.coefficients, compiled_.names.initial,
+                                               compiled_.names.observe,      compiled_.names.shown,
+                                               compiled_.names.constraints,  compiled_.names.exact};
+    std::set<std::string_view> read;
+    for (const std::string& name : tables_.names()) {
+      if (std::ranges::find(formulas, name) != formulas.end()) continue;
+      const dpde_program& program = *tables_.find(name);
+      for (const char* field : std::span(program.fields, static_cast<std::size_t>(program.input_count)))
+        read.insert(field);
+    }
+    for (const model::Axis& axis : problem_.axes) {
+      if (!read.contains(axis.name)) fields_.erase(axis.name);
+    }
+  }
   /// Engine::jump_in_run, which keeps its rollout and fields. A byte a cell is a side; marks are read two at a time.
   void watch() {
     if (tables_.find(compiled_.names.watched) == nullptr) return;
@@ -182,9 +201,13 @@ MemoryPlan plan_of_run(const Compiled& compiled) {
   Planner planner(compiled);
   planner.given();
   const GradientPlan rollout = plan_of_rollout(compiled);
-  planner.keep("states and stages", static_cast<double>(rollout.field_bytes));
-  planner.keep(rollout.owned);
+  // Pages that nothing has written take no memory: those of stages come with the first step.
+  const double states = static_cast<double>(compiled.problem->states.size()) * planner.field();
+  planner.keep("states and stages", states);
   planner.formulas();
+  planner.release_coordinates();
+  planner.keep("states and stages", static_cast<double>(rollout.field_bytes) - states);
+  planner.keep(rollout.owned);
   planner.make();
   planner.report();
   return planner.plan();

@@ -85,6 +85,15 @@ ResolvedSetup::ResolvedSetup(RolloutSetup from) : RolloutSetup(std::move(from)) 
     }
     for (const LossData& data : term.data) ids.data.push_back(values_.add(data.name));
   }
+  let_go_of_unread();
+}
+
+void ResolvedSetup::let_go_of_unread() {
+  for (BoundField& field : fields) {
+    const ValueId id = values_.find(field.name);
+    const auto reads = [&](const auto& program) { return program.second.field(id) >= 0; };
+    if (field.keep && std::ranges::none_of(programs_, reads)) field = {.name = field.name};
+  }
 }
 
 }  // namespace dpde

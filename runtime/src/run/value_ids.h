@@ -103,6 +103,8 @@ class ResolvedSetup : public RolloutSetup {
 
  private:
   void add(const dpde_program* program);
+  /// Of the memory of fields that no program has.
+  void let_go_of_unread();
 
   ValueIds values_;
   std::map<const dpde_program*, ProgramIds> programs_;

@@ -113,7 +113,7 @@ class Engine {
 
   // Rollouts
   /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
-  RolloutSetup setup() const;
+  RolloutSetup setup();
   /// Without losses; made when it is first asked for.
   Rollout& stepper();
   /// With the task's losses and adjoints. @throws Error(input) for a loss at a time that its data do not hold.

@@ -67,15 +67,17 @@ class Workspace {
   /// Intervals of controls begin here.
   void begin_at(double time) { setup_.t_begin = time; }
 
-  /// A field by name; made (all zero) when it is not there.
+  /// A field by name; made when it is not there: a coordinate, or all zero.
   Field& field(std::string_view name);
   /// State `number` of data or of a control field; the first is field(name).
   Field& field(std::string_view name, std::size_t number);
   /// Gives back what the program computes; it is made again when it is asked for.
   void release(const dpde_program& program);
   void release(std::string_view name);
-  /// All that are there.
-  std::vector<BoundField> bound_fields() const;
+  /// Of those that no rollout reads: whole fields, which formulas alone read as a rule. They are made again.
+  void release_coordinates();
+  /// All that are there, and the coordinates.
+  std::vector<BoundField> bound_fields();
   /// Its values; of a control field those of all intervals, one after the other.
   std::vector<double> dense(std::string_view name);
   void set_dense(std::string_view name, std::span<const double> values);
@@ -119,7 +121,7 @@ class Workspace {
   Setup setup_;
   std::size_t cell_count_;
   std::shared_ptr<SolverStore> solvers_ = make_solver_store();
-  Named<std::unique_ptr<Field>> fields_;
+  Named<std::shared_ptr<Field>> fields_;
   int fields_made_ = 0;
   Named<double> params_;
   Named<Weights> weights_;
