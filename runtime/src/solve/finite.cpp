@@ -44,6 +44,15 @@ bool are_finite(std::span<const double> values, const Team& team) {
          }) == 0;
 }
 
+template <class Real>
+bool is_finite_block(std::span<const Real> values) {
+  std::array<Real, strands> zeros{};
+  in_strands(values, [&](std::size_t k, Real value) { zeros[k] += 0 * value; });
+  return std::ranges::all_of(zeros, [](Real zero) { return zero == 0; });
+}
+template bool is_finite_block(std::span<const double> values);
+template bool is_finite_block(std::span<const float> values);
+
 double factor_into_range(std::span<const double> values, const Team& team) {
   std::array<double, VectorParts::most> largest_of_parts{};
   std::array<double, VectorParts::most> zeros_of_parts{};
@@ -80,17 +89,20 @@ bool Extent::is_in_range<float>() const {
   return is_finite && (largest == 0 || (largest > 0x1p-60 && largest < 0x1p60));
 }
 
+/// The sum of squares of what is not finite is not either.
 template <class Real>
 Extent extent_of(std::span<const Real> values) {
-  Strands sums{}, squares{}, zeros{}, most{};
-  in_strands(values, [&](std::size_t k, double value) {
-    const double size = std::abs(value);
-    sums[k] += value;
-    squares[k] += value * value;
-    zeros[k] += 0 * value;
+  Strands sums{}, squares{};
+  std::array<Real, strands> most{};
+  in_strands(values, [&](std::size_t k, Real value) {
+    const Real size = std::abs(value);
+    const double wide = value;
+    sums[k] += wide;
+    squares[k] += wide * wide;
     most[k] = size > most[k] ? size : most[k];
   });
-  return {{total(sums), total(squares)}, *std::ranges::max_element(most), total(zeros) == 0};
+  const double all = total(squares);
+  return {{total(sums), all}, *std::ranges::max_element(most), std::isfinite(all)};
 }
 template Extent extent_of(std::span<const double> values);
 template Extent extent_of(std::span<const float> values);

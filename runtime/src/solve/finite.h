@@ -11,6 +11,9 @@ namespace dpde {
 
 /// No NaN, and no infinite one: 0 times that is NaN.
 bool are_finite(std::span<const double> values, const Team& team = 1);
+/// The same of a block that one thread has.
+template <class Real>
+bool is_finite_block(std::span<const Real> values);
 
 /// A power of two that brings the largest of the values near 1; 1 where products of two of them are in the range of
 /// numbers anyhow. 0 where one is not finite.
@@ -26,7 +29,7 @@ struct Sums {
 struct Extent {
   Sums sums;
   double largest = 0;
-  bool is_finite = true;
+  bool is_finite = true;  // the sum of their squares, too
 
   void join(const Extent& other);
   /// So that what is made of squares, or of transforms, is in the range of the numbers; of doubles factor_into_range is

@@ -305,7 +305,7 @@ std::optional<PassedRows> GridWavesOf<Real>::multiply_rows(const ReadRowsOf<Real
   for_each_block_of_first([&](std::size_t number, FirstLines& own, std::int64_t cell, Real* waves, std::int64_t lines) {
     const std::span<Real> values = values_of(own, lines);
     if (!stages_.empty()) first_backward(own, waves, values.data(), lines);
-    extents_[number] = extent_of<Real>(values);
+    extents_[number] = {.sums = {}, .is_finite = is_finite_block<Real>(values)};
     write(cell, values);
   });
   return PassedRows{of_field.sums, extent().is_finite};
