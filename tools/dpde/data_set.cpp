@@ -14,6 +14,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "report/data_set.h"
+#include "report/finished.h"
 #include "scene_output.h"
 #include "stability/verdict.h"
 #include "support/number_text.h"
@@ -61,7 +62,8 @@ bool can_write(Job& job, const training::DataSetMaker& maker) {
 std::optional<std::vector<report::Report>> told_of_all(const Job& job, const training::DataSetMaker& maker) {
   std::vector<report::Report> all;
   for (const model::DataSet::Grid& grid : maker.set().grids) {
-    std::optional<report::Report> told = report_of_finished(job, grid.file, key_of_all(maker));
+    std::optional<report::Report> told =
+        report::report_of_finished(std::filesystem::path(job.options().out) / grid.file, key_of_all(maker));
     if (!told) return std::nullopt;
     all.push_back(std::move(*told));
   }
@@ -108,7 +110,7 @@ double write_files(Job& job, training::DataSetMaker& maker, const std::vector<tr
     for (std::size_t g = 0; g < told.size(); ++g) {
       const training::DataFile file{maker, runs, g};
       NetcdfContent content = training::content_of(file, estimates, job.source(), origin_of(job));
-      add_report(content, key_of_all(maker), told[g]);
+      report::add_report(content, key_of_all(maker), told[g]);
       const std::string bytes = compose_netcdf(std::move(content));
       save_text(job, file.grid().file, bytes);
       save_text(job, files::cost_file_of(file.grid().file),

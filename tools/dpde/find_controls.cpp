@@ -14,6 +14,7 @@
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
+#include "report/finished.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
 #include "support/number_text.h"
@@ -196,10 +197,9 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   training::WindowControls controls(scene, options.iterations, batch);
   const std::uint64_t key = controls.key();
   const std::string result_file = task + ".nc";
-  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const training::Window& window) {
-    return WindowPart(file, key, window);
-  };
-  if (const auto finished = options.resume ? report_of_finished(job, result_file, key) : std::nullopt) {
+  const std::filesystem::path path = std::filesystem::path(options.out) / result_file;
+  const auto part = [&](const training::Window& window) { return WindowPart(path, key, window); };
+  if (const auto finished = options.resume ? report::report_of_finished(path, key) : std::nullopt) {
     json = again(job, task, *finished);
     json["resumed_windows"] = controls.windows().size();
     return json;
@@ -230,7 +230,7 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   job.say(fmt::format("found in {}\n", human_seconds(seconds)));
   NetcdfContent content = content_of(job, *session, scene, controls.states(), all);
-  add_report(content, key, report);
+  report::add_report(content, key, report);
   save_text(job, result_file, compose_netcdf(std::move(content)));
   json.update(report.json);
   json["finished"] = true;

@@ -42,7 +42,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   const double norm = norm_of(gradient, part);
   Json entry = {{"norm", json_number(norm)}};
   if (part.is_field()) {
-    const std::vector<double> values = part_of(gradient, part);
+    const std::vector<double> values = part.of(gradient);
     double largest = 0;
     for (const double value : values) largest = std::max(largest, std::abs(value));
     entry["max"] = json_number(largest);
@@ -56,7 +56,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
                 ? fmt::format("d loss / d {} = {:.12g}\n", name, shown(values[0]))
                 : fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else if (part.is_control()) {
-    entry["values"] = json_numbers(part_of(gradient, part));
+    entry["values"] = json_numbers(part.of(gradient));
     job.say(fmt::format("d loss / d {}: norm {:.12g} over {} intervals\n", name, shown(norm), part.size));
   } else if (part.is_network()) {
     job.say(fmt::format("d loss / d {}: norm {:.12g} over {} weights\n", name, shown(norm), part.size));
@@ -183,7 +183,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   result["certificate"] = certificate_json(run);
   std::vector<GradientField> fields;
   for (const driver::Inverse::Part& part : inverse.parts()) {
-    if (part.is_field()) fields.push_back({part.name, part_of(gradient, part)});
+    if (part.is_field()) fields.push_back({part.name, part.of(gradient)});
   }
   save_gradient(job, *run.session, std::move(fields), result);
   result["files"] = job.files();

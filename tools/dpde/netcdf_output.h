@@ -2,15 +2,12 @@
 // A run as a NetCDF file with CF-style coordinates, and with all that it takes to make it again.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include "command.h"
 #include "dpde/runtime/run_file.h"
 #include "driver/run_description.h"
 #include "driver/session.h"
-#include "report/report.h"
 
 namespace dpde::tools {
 
@@ -21,11 +18,6 @@ NetcdfAttributes attributes_of(const Job& job, const driver::Session& session, c
                                const std::string& name = "");
 /// Names that no variable of the scene has.
 NetcdfNames free_names(const driver::Session& session);
-
-/// Marks the content as the result of the job with this key, with what is reported of it, in which there is nothing
-/// that is another number the next time; and that report, where the file in the folder of --out has such a mark.
-void add_report(NetcdfContent& content, std::uint64_t key, const report::Report& report);
-std::optional<report::Report> report_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 
 /// What the files of a run say of it. `with_centres`: of what lies on faces also the values at the centres.
 RunDescription description_of(const Job& job, driver::Session& session, bool with_centres);

@@ -227,7 +227,7 @@ Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
                           shown(result.x[part.offset])));
     } else if (part.is_control()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))},
-                             {"values", json_numbers(part_of(result.x, part))}};
+                             {"values", json_numbers(part.of(result.x))}};
     } else {
       unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
       job.say(fmt::format("{} = {:.12g}\n", part.name, shown(result.x[part.offset])));

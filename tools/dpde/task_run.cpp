@@ -237,10 +237,6 @@ std::string help_at_start(const TaskRun& run, bool has_loss) {
          "or write one that has";
 }
 
-std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {
-  return {x.data() + part.offset, x.data() + part.offset + part.size};
-}
-
 double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {
   return x.segment(part.offset, part.size).stableNorm();
 }  // squares of 1e-200 are 0

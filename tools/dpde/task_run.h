@@ -61,8 +61,7 @@ OwnTests run_own_tests(Job& job, TaskRun& run, const Eigen::VectorXd& x, const s
 /// afterwards.
 std::string help_at_start(const TaskRun& run, bool has_loss);
 
-/// The part of a flat vector that belongs to an unknown.
-std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
+/// Of the part of a flat vector that belongs to an unknown.
 double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
 
 }  // namespace dpde::tools

@@ -306,7 +306,7 @@ Json test_run(Job& job, const TestOptions& options) {
   const std::optional<Eigen::VectorXd> x = values_to_test(job, options, run);
   if (!x) return json;
   training::UnknownValues values;
-  for (const driver::Inverse::Part& part : run.inverse->parts()) values[part.name] = part_of(*x, part);
+  for (const driver::Inverse::Part& part : run.inverse->parts()) values[part.name] = part.of(*x);
   json["unknowns"] = tested_unknowns_json(job, run.task().unknowns, values);
   json["compile_s"] = run.compiled->seconds;
   OwnTests tests = run_own_tests(job, run, *x, "");

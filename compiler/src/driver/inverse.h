@@ -29,6 +29,8 @@ class Inverse {
     bool is_control() const { return kind == model::Unknown::Kind::control; }
     bool is_network() const { return kind == model::Unknown::Kind::network; }
     bool is_initial() const { return kind == model::Unknown::Kind::initial; }
+    /// Its part of a vector of all unknowns.
+    std::vector<double> of(const Eigen::VectorXd& x) const { return {x.data() + offset, x.data() + offset + size}; }
   };
 
   /// The session's problem has a task. null when `sink` has errors afterwards. The session must outlive the result.

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "at_centres.h"
+#include "driver/centres.h"
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "driver/run_description.h"
-#include "scene_output.h"
 
-namespace dpde::tools {
+namespace dpde::driver {
 
 namespace {
 
@@ -38,13 +39,14 @@ double before_first(const double* line, const model::Axis& axis, std::size_t str
 
 }  // namespace
 
-std::vector<double> at_centres(const driver::Session& session, const std::string& field, std::vector<double> values) {
-  const model::Placement placement = driver::placement_of(session.problem(), field);
+std::vector<double> at_centres(const model::Problem& problem, const std::vector<model::Axis>& axes,
+                               const std::string& field, std::vector<double> values) {
+  const model::Placement placement = placement_of(problem, field);
   std::size_t stride = 1;
-  for (std::size_t a = 0; a < session.axes().size(); ++a) {
-    const model::Axis& axis = session.axes()[a];
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const model::Axis& axis = axes[a];
     const std::size_t length = stride * static_cast<std::size_t>(axis.cells);
-    const std::optional<double> wall = wall_value(session.problem(), field, a);
+    const std::optional<double> wall = wall_value(problem, field, a);
     for (std::size_t block = 0; placement[a] && block + length <= values.size(); block += length) {
       for (std::size_t i = 0; i < stride; ++i) {
         double* line = values.data() + block + i;
@@ -56,4 +58,13 @@ std::vector<double> at_centres(const driver::Session& session, const std::string
   return values;
 }
 
-}  // namespace dpde::tools
+void add_centres(RunDescription& run, const model::Problem& problem, const std::vector<model::Axis>& axes) {
+  for (RunField& field : run.fields) {
+    if (std::ranges::find(field.on_faces, true) == field.on_faces.end()) continue;
+    field.at_centres = [&problem, &axes, name = field.name](std::vector<double> values) {
+      return at_centres(problem, axes, name, std::move(values));
+    };
+  }
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an optimisation has found as panels of a picture.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "driver/inverse.h"
+#include "driver/pipeline.h"
+#include "plot/scene_panels.h"
+
+namespace dpde::plot {
+
+struct Found {
+  driver::Session& session;
+  driver::Inverse& inverse;
+  const driver::Compiled& compiled;
+
+  const model::Task& task() const { return *session.problem().task; }
+};
+
+/// Target and result of each datum at the last time of the last loss, by one more run; then what was found of controls
+/// and fields, beside what the scene has. `x`: all unknowns.
+std::vector<Panel> panels_of_found(const Found& found, const Eigen::VectorXd& x);
+/// Begins of the intervals of a control, and the end of the last.
+std::vector<double> intervals_of(const driver::Session& session, const std::string& control);
+
+}  // namespace dpde::plot
