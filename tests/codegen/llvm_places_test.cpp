@@ -105,6 +105,22 @@ TEST(LlvmPlaces, WholeCellsTakeTheNeighbourAndTheSlopeToTheRight) {
   }
 }
 
+/// Turns are counted by the inverse of the number of cells, which is not exact.
+TEST(LlvmPlaces, WholeTurnsLeadBackOnRings) {
+  ModuleBuilder b({P});
+  b.store("v", loop::make(b.place("u", {b.load("d")})));
+  const loop::Module module = b.finish();
+  const auto compiled = compile(module);
+  for (int n = 1; n < 200; ++n) {
+    for (const int turns : {-7, -3, -1, 1, 2, 5, 1000003}) {
+      Memory memory(module, {n, 1, 1});
+      std::fill(memory.field("d").begin(), memory.field("d").end(), 1.0 * turns * n + 1);
+      run(*compiled->find("all"), {P}, memory, {});
+      for (int i = 0; i < n; ++i) ASSERT_EQ(memory.at("v", i, 0, 0), memory.at("u", (i + 1) % n, 0, 0)) << n << turns;
+    }
+  }
+}
+
 TEST(LlvmPlaces, TheEdgeItselfIsNotClamped) {
   ModuleBuilder b({B});
   b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {Along::slope})));
