@@ -216,6 +216,38 @@ void gradient_32(benchmark::State& state, const std::string& text, int block_ste
   state.counters["MiB"] = static_cast<double>(rollout.gradient().checkpoint_bytes) / (1 << 20);
 }
 
+/// The same of 2-D Burgers by hand: all states are kept.
+void gradient_32_by_hand(benchmark::State& state) {
+  constexpr std::size_t steps = 32;
+  const dpde_layout layout = square(state.range(0));
+  std::vector<Field> states = make_fields(layout, 2 * (steps + 1)), bars = make_fields(layout, 4);
+  const auto pair = [](std::vector<Field>& fields, std::size_t i) {
+    return handwritten::NextVelocity{fields[2 * i].as<double>(), fields[2 * i + 1].as<double>()};
+  };
+  const auto read = [](const handwritten::NextVelocity& of) { return handwritten::Velocity{of.u, of.v}; };
+  const auto cells = static_cast<double>(cell_count(layout));
+  for (auto _ : state) {
+    for (std::size_t n = 0; n < steps; ++n)
+      handwritten::burgers2d_step(layout, read(pair(states, n)), pair(states, n + 1), weights);
+    const handwritten::NextVelocity end = pair(states, steps), seed = pair(bars, 0);
+    double loss = 0;
+    for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
+      const std::int64_t row = y * layout.stride[1];
+      for (std::int64_t i = row; i < row + layout.cells[0]; ++i)
+        loss += (end.u[i] * end.u[i] + end.v[i] * end.v[i]) / cells;
+    }
+    for (std::int64_t i = -layout.origin; i < layout.size - layout.origin; ++i) {  // halos too
+      seed.u[i] = 2 * end.u[i] / cells;
+      seed.v[i] = 2 * end.v[i] / cells;
+    }
+    benchmark::DoNotOptimize(loss);
+    for (std::size_t n = steps; n-- > 0;)
+      handwritten::burgers2d_adjoint(layout, read(pair(states, n)), read(pair(bars, (steps - 1 - n) % 2)),
+                                     pair(bars, (steps - n) % 2), weights);
+  }
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(layout) * steps);
+}
+
 /// From text to callable step, loss and adjoints; the first one of a process also pays for LLVM's start.
 void text_to_gradient(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(compile(burgers_1d, jit));
@@ -270,8 +302,15 @@ BENCHMARK_CAPTURE(rollout_32, heat_3d_blocked, heat_3d, 0, tuned)->Arg(192)->Arg
 BENCHMARK_CAPTURE(rollout_32, wave_3d_ordinary, wave_3d, 1, ordinary)->Arg(192)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, wave_3d_plain, wave_3d, 1, tuned)->Arg(192)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, wave_3d_blocked, wave_3d, 0, tuned)->Arg(192)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(gradient_32, burgers_2d_plain, burgers_2d_task, 1, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(gradient_32, burgers_2d_blocked, burgers_2d_task, 0, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK(gradient_32_by_hand)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(gradient_32, burgers_2d_plain, burgers_2d_task, 1, 1)
+    ->Arg(512)
+    ->Arg(1024)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(gradient_32, burgers_2d_blocked, burgers_2d_task, 0, 1)
+    ->Arg(512)
+    ->Arg(1024)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(gradient_32, burgers_2d_blocked_4, burgers_2d_task, 4, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(gradient_32, heat_3d_plain, heat_3d_task, 1, 1)->Arg(192)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(gradient_32, heat_3d_blocked, heat_3d_task, 0, 1)->Arg(192)->Unit(benchmark::kMillisecond);
