@@ -216,6 +216,38 @@ TEST(Eigenvalues, HaveTheTracesOfPowers) {
   }
 }
 
+/// A leapfrog step of waves on a ring, all of its space, with units that set speeds of states far apart. The mean grows
+/// in proportion to time: a double 1 with one vector, which rounding splits by its root.
+TEST(Eigenvalues, OfSpacesSplitDoubleOnesByNoMoreThanTheRootOfRounding) {
+  constexpr Index cells = 17, size = 2 * cells;
+  for (const double step : {1e-3, 5e-4, 2.5e-4, 1.25e-4}) {
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(cells, cells);
+    Eigen::MatrixXd lap = -2 * one, whole(size, size);
+    for (Index i = 0; i < cells; ++i) lap(i, (i + 1) % cells) += 1, lap((i + 1) % cells, i) += 1;
+    lap *= 1e4;
+    const Eigen::MatrixXd kept = one + 0.5 * step * step * lap;
+    whole << kept, step * one, 0.5 * step * (lap + lap * kept), kept;
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    Eigen::VectorXd image = Eigen::VectorXd::NullaryExpr(size, [&] { return normal(random); });
+    for (int k = 0; k < 400; ++k) image = whole * image.normalized();
+    Eigen::MatrixXd basis(size, size), space = Eigen::MatrixXd::Zero(size, size);
+    for (Index k = 0; k < size; ++k) {
+      if (k > 0) space(k, k - 1) = image.norm();
+      basis.col(k) = image.normalized();
+      image = whole * basis.col(k);
+      for (int turn = 0; turn < 2; ++turn) {
+        const Eigen::VectorXd shares = basis.leftCols(k + 1).transpose() * image;
+        image -= basis.leftCols(k + 1) * shares;
+        space.col(k).head(k + 1) += shares;
+      }
+    }
+    for (const Complex value : eigenvalues_of_space(space)) {
+      if (std::abs(value - 1.0) < 1e-4) EXPECT_LT(std::abs(value - 1.0), 2e-8) << step;
+    }
+  }
+}
+
 TEST(Eigenvalues, LargestComponentIsThatOfTheEigenvector) {
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
     const std::vector<Complex> values{0.5, Complex(0, 1.25), -1, 0.125, 0};

@@ -27,7 +27,7 @@ double fastest_rate(const CompiledTangent& euler, const stencil::State& inputs, 
   for (int turn = 0; turn < 2; ++turn) {  // the second time with a step that costs the rates no digits
     const Eigen::MatrixXd matrix = euler.on_krylov_space(inputs, with_step(params, step), noise, most).matrix;
     if (matrix.rows() == 0) return 0;
-    fastest = (eigenvalues(matrix).array() - 1).abs().maxCoeff() / step;
+    fastest = (eigenvalues_of_space(matrix).array() - 1).abs().maxCoeff() / step;
     if (!(fastest > 0) || !std::isfinite(fastest)) return 0;
     step = 1 / fastest;
   }

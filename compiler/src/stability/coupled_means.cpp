@@ -202,7 +202,7 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& sp
   const Eigen::Index size = space.matrix.rows();
   if (size == 0) return std::nullopt;
   const auto largest_of = [](const Eigen::MatrixXd& matrix) {
-    const Eigen::VectorXcd values = eigenvalues(matrix);
+    const Eigen::VectorXcd values = eigenvalues_of_space(matrix);
     Eigen::Index largest = 0;
     values.cwiseAbs().maxCoeff(&largest);
     return values[largest];

@@ -114,10 +114,15 @@ Eigen::VectorXcd diagonal_of_schur(const Eigen::MatrixXd& a) {
 /// By Schur forms where shifts do not converge, as they may not where rounding is all that is left of many entries:
 /// Eigen has other shifts for these.
 template <class Matrix>
-Eigen::VectorXcd of_balanced(Matrix a) {
-  reduce_to_hessenberg(a);
+Eigen::VectorXcd of_hessenberg(Matrix a) {
   Eigen::VectorXcd values = hessenberg_eigenvalues(a);
   return values.size() == a.rows() ? values : diagonal_of_schur(std::move(a));
+}
+
+template <class Matrix>
+Eigen::VectorXcd as_it_is(Matrix a) {
+  reduce_to_hessenberg(a);
+  return of_hessenberg(std::move(a));
 }
 
 /// Inverse iteration: by elimination with partial pivoting, where a pivot that is 0 becomes `least`.
@@ -196,7 +201,7 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
   }
   if (a.rows() > most_on_stack && a.imag().isZero(0)) return eigenvalues(Eigen::MatrixXd(a.real()));
   balance(a);
-  if (a.rows() > most_on_stack) return of_balanced(std::move(a));
+  if (a.rows() > most_on_stack) return as_it_is(std::move(a));
   Small small = a;
   reduce_to_hessenberg(small);
   return diagonal_of_schur(std::move(small));
@@ -204,8 +209,10 @@ Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
 
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a) {
   balance(a);
-  return of_balanced(std::move(a));
+  return as_it_is(std::move(a));
 }
+
+Eigen::VectorXcd eigenvalues_of_space(Eigen::MatrixXd hessenberg) { return of_hessenberg(std::move(hessenberg)); }
 
 Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values) {
   Eigen::ArrayXcd sum = Eigen::ArrayXcd::Zero(values.size());
@@ -303,14 +310,18 @@ double sensitivity(Eigen::MatrixXd a, Complex value) {
   return a.norm() * right.norm() * left.norm() / std::abs(left.dot(right));
 }
 
+/// Where two are one but for rounding, the phase of what is along is lost in it: to both sides.
 double error_of_space(Eigen::MatrixXd a, Complex value, double rest, double rounding) {
   const Elimination elimination = elimination_near(a.cast<Complex>(), value);
   const Eigen::VectorXcd right = elimination.vector(false).normalized(), left = elimination.vector(true).normalized();
   const Complex along = left.dot(right);
-  const Complex outwards = std::polar(rounding * a.norm(), std::arg(value) + std::arg(along));
-  Eigen::MatrixXcd rounded = a.cast<Complex>();
-  for (Index k = 0; k < a.cols(); ++k) rounded.col(k) += outwards * std::conj(right[k]) * left;
-  const double moved = eigenvalues(std::move(rounded)).cwiseAbs().maxCoeff() - std::abs(value);
+  double moved = 0;
+  for (const double size : {rounding * a.norm(), -rounding * a.norm()}) {
+    const Complex outwards = std::polar(1.0, std::arg(value) + std::arg(along));
+    Eigen::MatrixXcd rounded = a.cast<Complex>();
+    for (Index k = 0; k < a.cols(); ++k) rounded.col(k) += size * outwards * std::conj(right[k]) * left;
+    moved = std::max(moved, as_it_is(std::move(rounded)).cwiseAbs().maxCoeff() - std::abs(value));
+  }
   return std::max(rest * std::abs(right[right.size() - 1]) / std::abs(along), moved);
 }
 

@@ -14,6 +14,9 @@ namespace dpde::stability {
 /// the hundred thousand.
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a);
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a);
+/// Of a Krylov space's matrix, as it is: scales would be those of entries that rounding has left far from the diagonal,
+/// and spread their errors (D. S. Watkins, "A case where balancing is harmful", ETNA 23 (2006) 1).
+Eigen::VectorXcd eigenvalues_of_space(Eigen::MatrixXd hessenberg);
 /// A polynomial, given by powers, of each of these.
 Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values);
 /// Of that scaling: a(i, k) becomes a(i, k)*scales[k]/scales[i].
