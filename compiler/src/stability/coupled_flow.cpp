@@ -21,11 +21,10 @@ stencil::Params with_step(stencil::Params params, double step) {
 }
 
 /// The largest that the rates have on a space of what Euler's steps make of noise.
-double fastest_rate(const CompiledTangent& euler, const stencil::State& inputs, const stencil::Params& params,
-                    const Eigen::MatrixXd& noise, int most) {
+double fastest_rate(const TangentRuns& euler, const stencil::Params& params, const Eigen::MatrixXd& noise, int most) {
   double step = params.at("dt"), fastest = 0;
   for (int turn = 0; turn < 2; ++turn) {  // the second time with a step that costs the rates no digits
-    const Eigen::MatrixXd matrix = euler.on_krylov_space(inputs, with_step(params, step), noise, most).matrix;
+    const Eigen::MatrixXd matrix = euler.on_krylov_space(with_step(params, step), noise, most).matrix;
     if (matrix.rows() == 0) return 0;
     fastest = (eigenvalues_of_space(matrix).array() - 1).abs().maxCoeff() / step;
     if (!(fastest > 0) || !std::isfinite(fastest)) return 0;
@@ -35,10 +34,10 @@ double fastest_rate(const CompiledTangent& euler, const stencil::State& inputs, 
 }
 
 /// Whether steps of two lengths change noise by as much as their lengths say, and one of length 0 changes nothing.
-bool is_linear_in_step(const CompiledTangent& euler, const stencil::State& inputs, const stencil::Params& params,
-                       const Eigen::MatrixXd& noise, double step) {
+bool is_linear_in_step(const TangentRuns& euler, const stencil::Params& params, const Eigen::MatrixXd& noise,
+                       double step) {
   const auto change = [&](double length) -> Eigen::MatrixXd {
-    return euler.applied(inputs, with_step(params, length), noise) - noise;
+    return euler.applied(with_step(params, length), noise) - noise;
   };
   const Eigen::MatrixXd once = change(step), twice = change(2 * step), nothing = change(0);
   const double size = rounding_of_rates * noise.norm();
@@ -47,34 +46,35 @@ bool is_linear_in_step(const CompiledTangent& euler, const stencil::State& input
 
 }  // namespace
 
-CoupledFlow::CoupledFlow(const CompiledTangent& euler, stencil::State inputs, const stencil::Params& params,
-                         double fastest)
-    : flow_(euler.flow()), inputs_(std::move(inputs)), params_(with_step(params, 1 / fastest)), fastest_(fastest) {}
+CoupledFlow::CoupledFlow(TangentRuns euler, const stencil::Params& params, double fastest)
+    : flow_(std::move(euler)), params_(with_step(params, 1 / fastest)), fastest_(fastest) {
+  flow_.follow_flow();
+}
 
 std::unique_ptr<CoupledFlow> CoupledFlow::make(driver::Session& session, const LinearStep& euler,
                                                const stencil::Params& params, double numbers) {
-  const std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(euler);
+  std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(euler);
   if (tangent == nullptr) return nullptr;
-  stencil::State inputs = initial_inputs(session, euler);
+  TangentRuns runs(std::move(tangent), initial_inputs(session, euler));
   const stencil::Params at_step = with_step(params, session.problem().step);
-  const Eigen::MatrixXd noise = tangent->repeated(inputs, with_step(params, 0), 1).last;
+  const Eigen::MatrixXd noise = runs.repeated(with_step(params, 0), 1).last;
   const int most = static_cast<int>(
       std::min<double>(most_for_rates, numbers / std::max<double>(1, static_cast<double>(noise.size()))));
   if (!noise.allFinite() || most < fewest_for_rates) return nullptr;
-  const double fastest = fastest_rate(*tangent, inputs, at_step, noise, most);
-  if (!(fastest > 0) || !is_linear_in_step(*tangent, inputs, params, noise, 1 / fastest)) return nullptr;
-  return std::unique_ptr<CoupledFlow>(new CoupledFlow(*tangent, std::move(inputs), params, fastest));
+  const double fastest = fastest_rate(runs, at_step, noise, most);
+  if (!(fastest > 0) || !is_linear_in_step(runs, params, noise, 1 / fastest)) return nullptr;
+  return std::unique_ptr<CoupledFlow>(new CoupledFlow(std::move(runs), params, fastest));
 }
 
 KrylovSpace CoupledFlow::on_krylov_space(const Eigen::MatrixXd& perturbation, const std::vector<std::string>& states,
                                          int most) const {
-  const std::vector<std::string> own = flow_->states();
+  const std::vector<std::string> own = this->states();
   Eigen::MatrixXd start = Eigen::MatrixXd::Zero(perturbation.rows(), std::ssize(own));
   for (std::size_t i = 0; i < own.size(); ++i) {
     const auto found = std::ranges::find(states, own[i]);
     if (found != states.end()) start.col(static_cast<Eigen::Index>(i)) = perturbation.col(found - states.begin());
   }
-  return start.norm() > 0 ? flow_->on_krylov_space(inputs_, params_, start, most) : KrylovSpace{};
+  return start.norm() > 0 ? flow_.on_krylov_space(params_, start, most) : KrylovSpace{};
 }
 
 }  // namespace dpde::stability

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "stability/compiled_tangent.h"
+#include "stability/tangent_runs.h"
 
 namespace dpde::stability {
 
@@ -23,17 +23,16 @@ class CoupledFlow {
 
   /// 1 over the fastest rate.
   double step() const { return 1 / fastest_; }
-  CompiledTangent::Repeated repeated(int steps) const { return flow_->repeated(inputs_, params_, steps); }
-  std::vector<std::string> states() const { return flow_->states(); }
+  TangentRuns::Repeated repeated(int steps) const { return flow_.repeated(params_, steps); }
+  std::vector<std::string> states() const { return flow_.tangent().states(); }
   /// Of a part of this length, from a perturbation whose columns are of these states; others are left out.
   KrylovSpace on_krylov_space(const Eigen::MatrixXd& perturbation, const std::vector<std::string>& states,
                               int most) const;
 
  private:
-  CoupledFlow(const CompiledTangent& euler, stencil::State inputs, const stencil::Params& params, double fastest);
+  CoupledFlow(TangentRuns euler, const stencil::Params& params, double fastest);
 
-  std::unique_ptr<CompiledTangent> flow_;
-  stencil::State inputs_;
+  TangentRuns flow_;
   stencil::Params params_;
   double fastest_;
 };

@@ -144,9 +144,8 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   if (tangent == nullptr) return nullptr;
   const double steps =
       (linear.solves() ? cells_with_solves : cells_of_run) / static_cast<double>(session.workspace().cell_count());
-  State inputs = initial_inputs(session, linear);
   auto result = std::unique_ptr<CoupledRuns>(
-      new CoupledRuns(std::move(tangent), std::move(inputs), point.params,
+      new CoupledRuns(TangentRuns(std::move(tangent), initial_inputs(session, linear)), point.params,
                       static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), own_step));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
@@ -167,10 +166,10 @@ bool CoupledRuns::are_too_long(driver::Session& session, const LinearStep& linea
   return static_cast<double>(session.workspace().cell_count()) > most_cells_folded;
 }
 
-CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
+TangentRuns::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
   Params params = params_;
   params["dt"] = step;
-  CompiledTangent::Repeated result = tangent_->repeated(inputs_, params, steps, enough, kept_steps);
+  TangentRuns::Repeated result = runs_.repeated(params, steps, enough, kept_steps);
   constexpr double alike = 1e-9;
   if (!result.unsolved.empty() && std::abs(step - own_step_) <= alike * own_step_) throw NoSolution(result.unsolved);
   return result;
@@ -180,12 +179,12 @@ CompiledTangent::Repeated CoupledRuns::repeated(double step, int steps, double e
 bool CoupledRuns::is_stable(double step) const {
   constexpr double much = 4 * ln_hundred;
   const auto is_allowed = [&](const std::vector<double>& growths) {
-    const int steps = std::min(steps_, CompiledTangent::steps_between_growths * static_cast<int>(growths.size()));
-    const double grown = growths.back() - by_events_ * (steps - CompiledTangent::steps_between_growths) - ln_hundred;
+    const int steps = std::min(steps_, TangentRuns::steps_between_growths * static_cast<int>(growths.size()));
+    const double grown = growths.back() - by_events_ * (steps - TangentRuns::steps_between_growths) - ln_hundred;
     return grown <= 0 || grown <= 2 * growth_by_equations(step, steps * step);
   };
-  const CompiledTangent::Repeated first = repeated(step, steps_, much + by_events_ * steps_);
-  const bool is_whole = std::ssize(first.growths) * CompiledTangent::steps_between_growths >= steps_;
+  const TangentRuns::Repeated first = repeated(step, steps_, much + by_events_ * steps_);
+  const bool is_whole = std::ssize(first.growths) * TangentRuns::steps_between_growths >= steps_;
   if (!is_allowed(first.growths) || !(is_whole || is_allowed(growths_of_run(step, steps_)))) return false;
   return !eigenvalue_beyond_equations(step, first.last).is_told();
 }
@@ -227,7 +226,7 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, co
   if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
   Params params = params_;
   params["dt"] = step;
-  return growth_in(tangent_->on_krylov_space(inputs_, params, start, most), most);
+  return growth_in(runs_.on_krylov_space(params, start, most), most);
 }
 
 /// In the space of what has grown in a step the equations show what they do with it by right, or that nothing of it
@@ -235,7 +234,7 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, co
 std::optional<double> CoupledRuns::growth_by_right(double step, const Eigen::MatrixXd& perturbation) const {
   const int most = most_of_space(perturbation);
   const std::optional<OfSpace> found =
-      flow_ ? growth_in(flow_->on_krylov_space(perturbation, tangent_->states(), most), most)
+      flow_ ? growth_in(flow_->on_krylov_space(perturbation, runs_.tangent().states(), most), most)
             : growth_in_space(step / parts_, perturbation);
   const double of_events = flow_ ? 0 : by_events_, parts = flow_ ? step / flow_->step() : parts_;
   if (!found || (!found->is_told() && found->growth - of_events > told_where_settled)) return std::nullopt;
@@ -282,7 +281,7 @@ double CoupledRuns::Reference::up_to(double time) const {
 }
 
 CoupledRuns::Reference CoupledRuns::reference(double step, double length) const {
-  constexpr int between = CompiledTangent::steps_between_growths;
+  constexpr int between = TangentRuns::steps_between_growths;
   const int steps = static_cast<int>(std::ceil(length / step * (1 - 1e-12)));
   Reference result{between * step, growths_of_run(step, steps)};
   result.growths.resize(static_cast<std::size_t>((steps + between - 1) / between), result.growths.back());
@@ -292,7 +291,7 @@ CoupledRuns::Reference CoupledRuns::reference(double step, double length) const 
 }
 
 CoupledRuns::Reference CoupledRuns::reference_by_flow(double length) const {
-  constexpr int between = CompiledTangent::steps_between_growths;
+  constexpr int between = TangentRuns::steps_between_growths;
   const double parts = std::ceil(length / flow_->step() / between) * between, most = 8.0 * steps_;
   return {between * flow_->step(), flow_->repeated(static_cast<int>(std::min(parts, most))).growths, parts > most};
 }
@@ -344,7 +343,7 @@ double CoupledRuns::late_growth_rate(double step) const {
 }
 
 /// A wave of L cells differs from one cell to the next by sin(pi/L)^2 of the most that it could.
-double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, double growth) const {
+double CoupledRuns::cells_of_waves(const TangentRuns::Repeated& run, double growth) const {
   const Eigen::MatrixXd& perturbation = run.last;
   double largest = 0;
   for (Eigen::Index state = 0; state < perturbation.cols(); ++state) {
@@ -353,7 +352,7 @@ double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, double 
     const double all = 4 * perturbation.col(state).squaredNorm();
     Eigen::Index stride = 1;
     for (std::size_t axis = 0; axis < are_rings_.size() && all > 0; ++axis) {
-      const Eigen::Index n = inputs_.grid().cells[axis];
+      const Eigen::Index n = runs_.inputs().grid().cells[axis];
       double sum = 0;
       for (Eigen::Index i = 0; i < perturbation.rows(); ++i) {
         const bool is_last = i / stride % n == n - 1;
@@ -373,33 +372,34 @@ double CoupledRuns::cells_of_waves(const CompiledTangent::Repeated& run, double 
 std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longest, double time) const {
   constexpr double cells_of_long_run = 1.6e7, most_of_long_run = 800;  // times steps
   constexpr double few = 5, as_fast = 0.7, told = 2;                   // cells of a wave; in half the step; ln
-  const double cells = static_cast<double>(inputs_.grid().cells[0]) * inputs_.grid().cells[1] * inputs_.grid().cells[2];
+  const double cells = static_cast<double>(runs_.inputs().grid().cells[0]) * runs_.inputs().grid().cells[1] *
+                       runs_.inputs().grid().cells[2];
   const double affordable = std::clamp<double>(cells_of_long_run / cells, fewest_of_run, most_of_long_run);
   const double step = std::min(longest, std::max(shortest, time / affordable));
-  constexpr int whole = CompiledTangent::steps_between_growths;
+  constexpr int whole = TangentRuns::steps_between_growths;
   const int steps = static_cast<int>(std::min(affordable, time / step)) / whole * whole;
   const auto late_rate = [&](const std::vector<double>& growths, double of_step) {
     const std::size_t half = growths.size() / 2;
-    const double length = static_cast<double>(growths.size() - 1 - half) * CompiledTangent::steps_between_growths;
+    const double length = static_cast<double>(growths.size() - 1 - half) * TangentRuns::steps_between_growths;
     return length > 0 ? (growths.back() - growths[half]) / (length * of_step) - by_events_ / of_step : 0;
   };
   const int half = steps / 2 / whole * whole;
   if (half == 0) return std::nullopt;
-  const CompiledTangent::Repeated run = repeated(step, steps, std::numeric_limits<double>::infinity(), half);
+  const TangentRuns::Repeated run = repeated(step, steps, std::numeric_limits<double>::infinity(), half);
   if (!std::isfinite(run.growths.back())) return std::nullopt;
   const double of_half = run.growths[static_cast<std::size_t>(half / whole - 1)];
   const ShortWaves found{late_rate(run.growths, step), cells_of_waves(run, run.growths.back() - of_half)};
   if (!(found.rate * 0.5 * steps * step > told) || found.cells > few) return std::nullopt;
-  const CompiledTangent::Repeated finer = repeated(0.5 * step, 2 * steps);
+  const TangentRuns::Repeated finer = repeated(0.5 * step, 2 * steps);
   return late_rate(finer.growths, 0.5 * step) > as_fast * found.rate ? std::optional(found) : std::nullopt;
 }
 
 double CoupledRuns::growth(double step) const {
-  const CompiledTangent::Repeated run = repeated(step, steps_);
+  const TangentRuns::Repeated run = repeated(step, steps_);
   const std::optional<OfSpace> of_space = growth_in_space(step, run.last);
   return of_space && of_space->told <= told_where_settled
              ? of_space->growth
-             : run.growths.back() / (steps_ - CompiledTangent::steps_between_growths);
+             : run.growths.back() / (steps_ - TangentRuns::steps_between_growths);
 }
 
 }  // namespace dpde::stability

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "driver/session.h"
-#include "stability/compiled_tangent.h"
 #include "stability/coupled_flow.h"
 #include "stability/frozen_points.h"
 #include "stability/linear_step.h"
+#include "stability/tangent_runs.h"
 
 namespace dpde::stability {
 
@@ -86,13 +86,8 @@ class CoupledRuns {
     double at(double time) const;
     double up_to(double time) const;
   };
-  CoupledRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs, stencil::Params params, int steps,
-              double own_step)
-      : tangent_(std::move(tangent)),
-        inputs_(std::move(inputs)),
-        params_(std::move(params)),
-        steps_(steps),
-        own_step_(own_step) {}
+  CoupledRuns(TangentRuns runs, stencil::Params params, int steps, double own_step)
+      : runs_(std::move(runs)), params_(std::move(params)), steps_(steps), own_step_(own_step) {}
   /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
   struct OfSpace {
     double growth = 0;
@@ -110,19 +105,18 @@ class CoupledRuns {
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
   /// \throws NoSolution where a solve fails in a step of the scene's length: so it does in the run, and that is no
   /// growth. In others growth is infinite then.
-  CompiledTangent::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
-                                     int kept_steps = 0) const;
+  TangentRuns::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
+                                 int kept_steps = 0) const;
   /// Along the axis where they are shortest, of the states that grow from what is kept of the run on; by `growth` in
   /// all.
-  double cells_of_waves(const CompiledTangent::Repeated& run, double growth) const;
+  double cells_of_waves(const TangentRuns::Repeated& run, double growth) const;
   Reference reference(double step, double length) const;
   Reference reference_by_flow(double length) const;
   Reference reference_by_parts(double step, double length) const;
   /// ln of what the equations multiply by in this time.
   double growth_by_equations(double step, double length) const;
 
-  std::unique_ptr<CompiledTangent> tangent_;
-  stencil::State inputs_;
+  TangentRuns runs_;
   stencil::Params params_;
   int steps_;
   double own_step_;                   // the scene's, or that of its parts
