@@ -28,6 +28,10 @@ struct Host {
   const llvm::Target* target = nullptr;
 };
 
+/// Without it LLVM loads what lies at computed places one by one for AVX2, and computes the places one by one as well:
+/// a semi-Lagrangian sweep takes twice as long (tests/bench, "Kernels for AVX2").
+constexpr const char* gathers = "+fast-gather";
+
 bool is_x86(const std::string& triple) { return llvm::Triple(triple).getArch() == llvm::Triple::x86_64; }
 
 Host find_host() {
@@ -39,6 +43,7 @@ Host find_host() {
   if (const std::optional<InstructionSet> asked = asked_instruction_set(); asked && is_x86(host.triple)) {
     host.cpu = x86_name(*asked);
     host.has_512_bits = *asked == InstructionSet::v4;
+    if (*asked == InstructionSet::v3) host.features = gathers;
     return host;
   }
   host.cpu = llvm::sys::getHostCPUName().str();
@@ -47,6 +52,7 @@ Host find_host() {
     features.insert((feature.second ? "+" : "-") + feature.first().str());
   }
   host.has_512_bits = features.contains("+avx512f");
+  if (features.contains("+avx2")) features.insert(gathers);
   for (const std::string& feature : features) host.features += (host.features.empty() ? "" : ",") + feature;
   return host;
 }
