@@ -125,12 +125,11 @@ static inline int64_t dpde_between(double cell, double low, double high) {
 )";
 
 constexpr std::string_view periodic_text = R"(
-// Where on a periodic axis the point `at` displaced by d cells lies. The inverse of n may make a turn too few of whole ones.
+// Where on a periodic axis the point `at` displaced by d cells lies. From the middle of a cell no rounding leads to another turn.
 static inline dpde_place dpde_periodic(int64_t at, double d, int64_t cells) {
   const double whole = floor(d), n = (double)cells;
   const double place = (double)at + whole, f = d - whole;
-  const double turned = place - n*floor(place*(1.0/n));
-  const int64_t low = dpde_between(turned < n ? turned : turned - n, 0.0, n - 1.0);
+  const int64_t low = dpde_between(place - n*floor((place + 0.5)*(1.0/n)), 0.0, n - 1.0);
   const int64_t high = low + 1 == cells ? 0 : low + 1;
   return {{(low == 0 ? cells : low) - 1, low, high, high + 1 == cells ? 0 : high + 1}, f, f != f ? f : 1.0};
 }

@@ -14,16 +14,16 @@ llvm::Value* PlaceEmitter::between(llvm::Value* cell, llvm::Value* low, llvm::Va
   return body_.CreateSExt(body_.CreateFPToSI(at_most, body_.getInt32Ty()), body_.getInt64Ty());
 }
 
-/// The cell below the place, and around it those that wrap. A division a cell takes longer than all the rest; by the
-/// inverse of the number of cells whole turns may be one too few.
+/// The cell below the place, and around it those that wrap. Turns are counted by the inverse of the number of cells, as
+/// a division a cell takes longer, and from the middle of the cell, where no rounding leads to another turn.
 void PlaceEmitter::set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot) {
   llvm::Value* count = cells_as_real(axis);
   llvm::Value* inverse = before_.CreateFDiv(real(1), count);
-  llvm::Value* turns = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, body_.CreateFMul(low_cell, inverse));
+  llvm::Value* half = before_.CreateFMul(real(0.5), inverse);
+  llvm::Value* middle = body_.CreateFAdd(body_.CreateFMul(low_cell, inverse), half);
+  llvm::Value* turns = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, middle);
   llvm::Value* last = before_.CreateFSub(count, real(1));
-  llvm::Value* turned = body_.CreateFSub(low_cell, body_.CreateFMul(turns, count));
-  turned = body_.CreateSelect(body_.CreateFCmpOLT(turned, count), turned, body_.CreateFSub(turned, count));
-  llvm::Value* low = between(turned, real(0), last);
+  llvm::Value* low = between(body_.CreateFSub(low_cell, body_.CreateFMul(turns, count)), real(0), last);
   llvm::Value* zero = body_.getInt64(0);
   llvm::Value* one = body_.getInt64(1);
   const auto after = [&](llvm::Value* cell) {
