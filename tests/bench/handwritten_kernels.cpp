@@ -39,13 +39,15 @@ struct Plane {  // a row and those south and north of it
 
 constexpr double w0 = -205.0 / 72, w1 = 8.0 / 5, w2 = -1.0 / 5, w3 = 8.0 / 315, w4 = -1.0 / 560;
 
-[[gnu::noinline]] void wave25(int64_t count, const double* __restrict u, int64_t row, int64_t plane,
-                              const double* __restrict c2, double* __restrict old, double dt2) {
+template <class Real>
+[[gnu::noinline]] void wave25(int64_t count, const Real* __restrict u, int64_t row, int64_t plane,
+                              const Real* __restrict c2, Real* __restrict old, Real dt2) {
+  constexpr Real centre = 3 * w0, first = w1, second = w2, third = w3, fourth = w4;
   for (int64_t i = 0; i < count; ++i) {
     const auto ring = [&](int64_t k) {
       return ((u[i - k] + u[i + k]) + (u[i - k * row] + u[i + k * row])) + (u[i - k * plane] + u[i + k * plane]);
     };
-    const double lap = 3 * w0 * u[i] + w1 * ring(1) + w2 * ring(2) + w3 * ring(3) + w4 * ring(4);
+    const Real lap = centre * u[i] + first * ring(1) + second * ring(2) + third * ring(3) + fourth * ring(4);
     old[i] = 2 * u[i] - old[i] + dt2 * c2[i] * lap;
   }
 }
@@ -64,7 +66,8 @@ constexpr double w0 = -205.0 / 72, w1 = 8.0 / 5, w2 = -1.0 / 5, w3 = 8.0 / 315, 
   }
 }
 
-void fill_ends(double* row, int64_t n, int64_t halo) {
+template <class Real>
+void fill_ends(Real* row, int64_t n, int64_t halo) {
   for (int64_t k = 0; k < halo; ++k) {
     row[-1 - k] = row[n - 1 - k];
     row[n + k] = row[k];
@@ -72,7 +75,8 @@ void fill_ends(double* row, int64_t n, int64_t halo) {
 }
 
 /// The ghost rows of a plane, when its rows are complete with their ends.
-void fill_rows(double* plane, const dpde_layout& layout) {
+template <class Real>
+void fill_rows(Real* plane, const dpde_layout& layout) {
   const int64_t n = layout.cells[0], ny = layout.cells[1], halo = layout.halo[1], stride = layout.stride[1];
   const auto copy_row = [&](int64_t from, int64_t to) {
     std::copy_n(plane + from * stride - halo, n + 2 * halo, plane + to * stride - halo);
@@ -84,7 +88,8 @@ void fill_rows(double* plane, const dpde_layout& layout) {
 }
 
 /// The ghost planes, when the others are complete.
-void fill_planes(double* field, const dpde_layout& layout) {
+template <class Real>
+void fill_planes(Real* field, const dpde_layout& layout) {
   const int64_t nz = layout.cells[2], halo = layout.halo[2], stride = layout.stride[2];
   const auto copy_plane = [&](int64_t from, int64_t to) {
     const int64_t first = -layout.halo[1] * layout.stride[1] - layout.halo[0],
@@ -99,8 +104,8 @@ void fill_planes(double* field, const dpde_layout& layout) {
 }
 
 /// Calls row(place) for all rows of a 3-D grid, y in tiles, and fills the halo of `out`.
-template <class Row>
-void sweep_tiles(const dpde_layout& layout, double* out, int64_t rows, const Row& row) {
+template <class Real, class Row>
+void sweep_tiles(const dpde_layout& layout, Real* out, int64_t rows, const Row& row) {
   for (int64_t from = 0; from < layout.cells[1]; from += rows) {
     const int64_t to = std::min(from + rows, layout.cells[1]);
     for (int64_t z = 0; z < layout.cells[2]; ++z) {
@@ -142,11 +147,14 @@ void heat27_step(const dpde_layout& layout, const double* u, double* next, doubl
   });
 }
 
-void wave25_step(const dpde_layout& layout, const double* u, double* old, const double* c2, double dt, int64_t rows) {
+template <class Real>
+void wave25_step(const dpde_layout& layout, const Real* u, Real* old, const Real* c2, Real dt, int64_t rows) {
   sweep_tiles(layout, old, rows, [&](int64_t at) {
     wave25(layout.cells[0], u + at, layout.stride[1], layout.stride[2], c2 + at, old + at, dt * dt);
   });
 }
+template void wave25_step(const dpde_layout&, const double*, double*, const double*, double, int64_t);
+template void wave25_step(const dpde_layout&, const float*, float*, const float*, float, int64_t);
 
 void water_step(const dpde_layout& layout, Water from, const double* depth, NextWater to, double dt, double g) {
   const int64_t n = layout.cells[0], stride = layout.stride[1];

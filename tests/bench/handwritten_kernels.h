@@ -17,8 +17,8 @@ void gray_scott_step(const dpde_layout& layout, const double* a, const double* b
 void heat27_step(const dpde_layout& layout, const double* u, double* next, double c, int64_t rows = 64);
 
 /// old = 2 u - old + c2 dt^2 lap u, with differences of order 8; halo 4, spacing 1.
-void wave25_step(const dpde_layout& layout, const double* u, double* old, const double* c2, double dt,
-                 int64_t rows = 32);
+template <class Real>
+void wave25_step(const dpde_layout& layout, const Real* u, Real* old, const Real* c2, Real dt, int64_t rows = 32);
 
 /// eta_t = -div((depth + eta) u), u_t = -g grad eta, velocities on the upper faces, Euler; spacing 1.
 struct Water {
