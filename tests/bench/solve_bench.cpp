@@ -62,21 +62,25 @@ void solve(benchmark::State& state, SolverMethod method) {
   count_unknowns(state, static_cast<double>(matrix.size()));
 }
 
-void multigrid_cycle(benchmark::State& state) {
+template <class Real>
+void cycles_of(benchmark::State& state) {
   constexpr int cycles = 10;
   const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
   std::string why;
-  std::optional<Multigrid> multigrid = Multigrid::of(matrix, NullSpace(matrix, 0x1p-52), {}, why);
+  auto multigrid = MultigridOf<Real>::of(matrix, NullSpace(matrix, 0x1p-52), {}, why);
   std::vector<double> right(static_cast<std::size_t>(matrix.size()));
   for (std::size_t i = 0; i < right.size(); ++i) right[i] = std::sin(static_cast<double>(i) * 1.7);
-  Numbers b(multigrid->size()), x(multigrid->size());
+  NumbersOf<Real> b(multigrid->size()), x(multigrid->size());
   multigrid->pack_right(right, b);
   for (auto _ : state) {
-    std::fill_n(x.data(), x.size(), 0.0);
+    std::fill_n(x.data(), x.size(), Real(0));
     benchmark::DoNotOptimize(multigrid->iterate(b, x, 0, 0, cycles));
   }
   count_unknowns(state, static_cast<double>(matrix.size()) * cycles);
 }
+
+void multigrid_cycle(benchmark::State& state) { cycles_of<double>(state); }
+void multigrid_cycle_in_floats(benchmark::State& state) { cycles_of<float>(state); }
 
 /// y = x, of vectors as long as those above.
 void copy(benchmark::State& state) {
@@ -119,6 +123,7 @@ void fftw_alone(benchmark::State& state) {
 
 BENCHMARK(copy)->Args({512, 2})->Args({2048, 2})->Args({128, 3})->Unit(benchmark::kMillisecond);
 BENCHMARK(multigrid_cycle)->Apply(sizes);
+BENCHMARK(multigrid_cycle_in_floats)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, multigrid_to_1e_6, SolverMethod::multigrid)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, cg_to_1e_6, SolverMethod::cg)->Apply(sizes);
 BENCHMARK_CAPTURE(solve, fourier, SolverMethod::fourier)->Apply(sizes);

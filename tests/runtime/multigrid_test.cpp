@@ -258,71 +258,86 @@ TEST(Multigrid, GoesAroundObstacles) {
   }
 }
 
+template <class Real>
+std::vector<Real> arbitrary_numbers(std::int64_t count, unsigned seed) {
+  const std::vector<double> values = arbitrary_values(count, seed);
+  return {values.begin(), values.end()};
+}
+
 /// A level of 75 x 3 x 3 cells whose coefficients are the same rows for all; vectors are longer than it needs.
+template <class Real>
 struct ManyRows {
   explicit ManyRows(bool is_even) {
-    for (unsigned seed = 0; seed < 5; ++seed) rows.push_back(arbitrary_values(stride, seed));
+    for (unsigned seed = 0; seed < 5; ++seed) rows.push_back(arbitrary_numbers<Real>(stride, seed));
     for (std::size_t k = 0; k < 5; ++k) row_of[k].assign(9, rows[k].data() + 8);
     level = {.cells = {75, 3, 3}, .is_ring = {false, true, false}, .odd = 48, .stride = 48, .black = 440};
-    for (std::size_t axis = 0; axis < 3; ++axis) level.coupling[axis] = row_of[axis].data(), level.even[axis] = 0.3;
-    level.diagonal = row_of[3].data();
+    for (std::size_t axis = 0; axis < 3; ++axis) level.coupling[axis] = row_of[axis].data(), level.even[axis] = 0.3F;
+    level.own = row_of[3].data();
     level.inverse = row_of[4].data();
     level.is_even = is_even;
   }
   static constexpr std::int64_t stride = 112;
-  std::vector<std::vector<double>> rows;
-  std::array<std::vector<const double*>, 5> row_of;
-  LevelRows level;
+  std::vector<std::vector<Real>> rows;
+  std::array<std::vector<const Real*>, 5> row_of;
+  LevelRows<Real> level;
 };
 
-TEST(RowKernels, OfAllInstructionSetsAgree) {
-  constexpr std::int64_t count = 37, size = 10 * ManyRows::stride;
-  std::vector<std::vector<double>> rows;
-  for (unsigned seed = 0; seed < 13; ++seed) rows.push_back(arbitrary_values(size, seed + 9));
-  const double *b = rows[0].data() + 8, *x = rows[1].data() + 8;
-  RowSum sum{.count = count, .terms = 13};
-  for (std::size_t k = 0; k < 13; ++k)
-    sum.values[k] = rows[k].data(), sum.weights[k] = 0.1 * static_cast<double>(k + 1);
-  const ManyRows even(true), uneven_rows(false);
-  const auto results_of = [&](const RowKernels& kernels) {
-    std::vector<double> results;
-    const auto keep = [&](const auto& f) {
-      std::vector<double> values(rows[2]);
-      f(values.data() + 8);
-      results.insert(results.end(), values.begin(), values.end());
-    };
-    for (const LevelRows* level : {&even.level, &uneven_rows.level}) {
-      for (const RowPlace& row : {RowPlace{0, 0, 0}, RowPlace{4, 1, 1}, RowPlace{8, 2, 2}}) {
-        for (const int half : {0, 1}) {
-          for (std::size_t rank = 0; rank < 3; ++rank) {
-            keep([&](double* to) { kernels.smooth[rank](*level, row, half, b, to); });
-            keep([&](double* to) { results.push_back(kernels.smooth_counted[rank](*level, row, half, b, to)); });
-            keep([&](double* to) { kernels.relax[rank](*level, row, half, 0.7, b, x, to); });
-            keep([&](double* to) { kernels.residual[rank](*level, row, half, b, x, to); });
-            keep([&](double* to) { kernels.multiply[rank](*level, row, half, x, to); });
-            results.push_back(kernels.squared_residual[rank](*level, row, half, b, x));
-          }
-          keep([&](double* to) { kernels.scale(*level, row, half, 0.7, b, to); });
+template <class Real>
+std::vector<double> results_of(const RowKernelsOf<Real>& kernels) {
+  constexpr std::int64_t count = 37, size = 10 * ManyRows<Real>::stride;
+  std::vector<std::vector<Real>> rows;
+  for (unsigned seed = 0; seed < 13; ++seed) rows.push_back(arbitrary_numbers<Real>(size, seed + 9));
+  const Real *b = rows[0].data() + 8, *x = rows[1].data() + 8, factor = 0.7F;
+  RowSum<Real> sum{.count = count, .terms = 13};
+  for (std::size_t k = 0; k < 13; ++k) sum.values[k] = rows[k].data(), sum.weights[k] = Real(k + 1) / 8;
+  const ManyRows<Real> even(true), uneven_rows(false);
+  std::vector<double> results;
+  const auto keep = [&](const auto& f) {
+    std::vector<Real> values(rows[2]);
+    f(values.data() + 8);
+    results.insert(results.end(), values.begin(), values.end());
+  };
+  for (const LevelRows<Real>* level : {&even.level, &uneven_rows.level}) {
+    for (const RowPlace& row : {RowPlace{0, 0, 0}, RowPlace{4, 1, 1}, RowPlace{8, 2, 2}}) {
+      for (const int half : {0, 1}) {
+        for (std::size_t rank = 0; rank < 3; ++rank) {
+          keep([&](Real* to) { kernels.smooth[rank](*level, row, half, b, to); });
+          keep([&](Real* to) { results.push_back(kernels.smooth_counted[rank](*level, row, half, b, to)); });
+          keep([&](Real* to) { kernels.relax[rank](*level, row, half, factor, b, x, to); });
+          keep([&](Real* to) { kernels.residual[rank](*level, row, half, b, x, to); });
+          keep([&](Real* to) { kernels.multiply[rank](*level, row, half, x, to); });
+          results.push_back(kernels.squared_residual[rank](*level, row, half, b, x));
         }
+        keep([&](Real* to) { kernels.scale(*level, row, half, factor, b, to); });
       }
     }
-    keep([&](double* to) { kernels.interleave(count, b, x, to); });
-    keep([&](double* to) { kernels.sum(sum, to); });
-    const InterpolatedRow row{.count = count,
-                              .near = rows[1].data(),
-                              .far = rows[2].data(),
-                              .share = rows[3].data(),
-                              .rows = {rows[4].data() + 1, rows[5].data() + 1},
-                              .weights = {0.7, 0.4},
-                              .to_far = -1};
-    keep([&](double* to) { kernels.add_interpolated(row, to); });
-    keep([&](double* to) { kernels.take_share(count, rows[6].data(), to); });
-    return results;
-  };
-  const std::vector<double> portable = results_of(row_kernels_portable()), chosen = results_of(row_kernels());
+  }
+  keep([&](Real* to) { kernels.interleave(count, b, x, to); });
+  keep([&](Real* to) { kernels.sum(sum, to); });
+  const InterpolatedRow<Real> row{.count = count,
+                                  .near = rows[1].data(),
+                                  .far = rows[2].data(),
+                                  .share = rows[3].data(),
+                                  .rows = {rows[4].data() + 1, rows[5].data() + 1},
+                                  .weights = {factor, factor / 2},
+                                  .to_far = -1};
+  keep([&](Real* to) { kernels.add_interpolated(row, to); });
+  keep([&](Real* to) { kernels.take_share(count, rows[6].data(), to); });
+  return results;
+}
+
+template <class Real>
+void expect_same_kernels(double tolerance) {
+  const std::vector<double> portable = results_of(row_kernels_portable().of<Real>()),
+                            chosen = results_of(row_kernels().of<Real>());
   ASSERT_EQ(portable.size(), chosen.size());
   for (std::size_t i = 0; i < portable.size(); ++i)
-    EXPECT_NEAR(portable[i], chosen[i], 1e-13 * (1 + std::abs(chosen[i])));
+    EXPECT_NEAR(portable[i], chosen[i], tolerance * (1 + std::abs(chosen[i])));
+}
+
+TEST(RowKernels, OfAllInstructionSetsAgree) {
+  expect_same_kernels<double>(1e-13);
+  expect_same_kernels<float>(2e-6);
 }
 
 }  // namespace

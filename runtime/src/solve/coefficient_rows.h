@@ -12,20 +12,30 @@
 
 namespace dpde {
 
+/// Which rows have the same numbers.
+struct RowNumbers {
+  /// The same number for rows of the same bytes, in the order in which they come; how many there are.
+  std::size_t find(std::size_t length, std::span<const double> values);
+
+  std::vector<std::uint32_t> of_row, table;  // of each row; rows by their hash
+};
+
+template <class Real>
 class CoefficientRows {
  public:
-  /// `values`: of all cells, row behind row. Memory of values before is used again.
-  void set(const HalfRows& rows, std::span<const double> values);
+  /// `values`: of all cells, row behind row, which are multiplied by `factor`. Memory of values before is used again.
+  void set(const HalfRows& rows, std::span<const double> values, double factor = 1);
 
-  const double* const* rows() const { return rows_.data(); }
-  const double* row(std::int64_t number) const { return rows_[static_cast<std::size_t>(number)]; }
+  const Real* const* rows() const { return rows_.data(); }
+  const Real* row(std::int64_t number) const { return rows_[static_cast<std::size_t>(number)]; }
 
  private:
-  std::size_t number_rows(std::size_t length, std::span<const double> values);
-
-  std::vector<const double*> rows_;
-  std::vector<std::uint32_t> number_, table_;  // of each row, among the kept ones; of rows by their hash
-  Numbers kept_;
+  std::vector<const Real*> rows_;
+  RowNumbers numbers_;
+  NumbersOf<Real> kept_;
 };
+
+extern template class CoefficientRows<double>;
+extern template class CoefficientRows<float>;
 
 }  // namespace dpde

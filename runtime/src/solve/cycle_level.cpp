@@ -2,6 +2,7 @@
 #include "solve/cycle_level.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "solve/vector_parts.h"
@@ -10,30 +11,43 @@ namespace dpde {
 namespace {
 
 /// Memory is taken where there is too little.
-void copy_into(std::span<const double> values, Numbers& to) {
-  if (to.size() != values.size()) to = Numbers(values.size());
-  std::ranges::copy(values, to.data());
+template <class Real>
+void copy_into(std::span<const double> values, NumbersOf<Real>& to) {
+  if (to.size() != values.size()) to = NumbersOf<Real>(values.size());
+  std::ranges::transform(values, to.data(), [](double value) { return static_cast<Real>(value); });
 }
 
 /// The same of even or odd places.
-void copy_every_second(std::span<const double> values, std::size_t half, Numbers& to) {
+template <class Real>
+void copy_every_second(std::span<const double> values, std::size_t half, NumbersOf<Real>& to) {
   const std::size_t size = (values.size() + 1 - half) / 2;
-  if (to.size() != size) to = Numbers(size);
-  for (std::size_t i = 0; i < size; ++i) to[i] = values[2 * i + half];
+  if (to.size() != size) to = NumbersOf<Real>(size);
+  for (std::size_t i = 0; i < size; ++i) to[i] = static_cast<Real>(values[2 * i + half]);
+}
+
+/// Sums of differences that go on beyond the ends along x, where x is 0, have w*x too much there.
+void take_ends_away(MultigridLevel& level, double w) {
+  const auto length = static_cast<std::size_t>(level.cells[0]);
+  for (std::size_t first = 0; first < level.size(); first += length) {
+    level.rest[first] -= w;
+    level.rest[first + length - 1] -= w;
+  }
 }
 
 }  // namespace
 
+template <class Real>
 template <class F>
-void CycleLevel::for_each_row(const F& f) const {
+void CycleLevel<Real>::for_each_row(const F& f) const {
   std::int64_t number = 0;
   for (std::int64_t z = 0; z < cells_[2]; ++z) {
     for (std::int64_t y = 0; y < cells_[1]; ++y) f(Row{number++, y, z});
   }
 }
 
+template <class Real>
 template <class F>
-void CycleLevel::share_rows(const F& f) const {
+void CycleLevel<Real>::share_rows(const F& f) const {
   const std::int64_t rows = count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
   team_.run(parts, [&](std::int64_t part, int thread) {
     Row row = row_at(rows * part / parts);
@@ -41,60 +55,72 @@ void CycleLevel::share_rows(const F& f) const {
   });
 }
 
-double CycleLevel::sum_of_counted() const {
+template <class Real>
+double CycleLevel<Real>::sum_of_counted() const {
   double sum = 0;
   for (std::size_t row = 0; row < counted_.size(); ++row) sum += counted_.data()[row];
   return sum;
 }
 
+template <class Real>
 template <class F>
-double CycleLevel::sum_of_rows(const F& f) {
+double CycleLevel<Real>::sum_of_rows(const F& f) {
   share_rows([&](const Row& row, int) { counted_[static_cast<std::size_t>(row.number)] = f(row); });
   return sum_of_counted();
 }
 
-CycleLevel::CycleLevel(const MultigridLevel& level, SmootherKind smoother, const Team& team)
+template <class Real>
+CycleLevel<Real>::CycleLevel(const MultigridLevel& level, SmootherKind smoother, const Team& team)
     : cells_(level.cells),
-      rows_(level.cells[0], level.periodic[0]),
+      rows_(level.cells[0], level.periodic[0], room),
       is_in_colours_(smoother == SmootherKind::red_black),
       is_chequered_(is_in_colours_),
-      kernels_(row_kernels()) {
+      kernels_(row_kernels().of<Real>()) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (cells_[axis] > 1) axes_ = axis;
     if (level.periodic[axis] && cells_[axis] % 2 == 1) is_chequered_ = false;
   }
   is_outer_ring_ = level.periodic[axes_];
   level_ = level_rows(level.periodic);
-  residual_ = Numbers(size());
+  residual_ = NumbersOf<Real>(size());
   if (static_cast<std::int64_t>(cell_count()) >= least_cells_of_team) team_ = team;
   for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
     Scratch& own = scratch_.emplace_back();
-    own.halves = Numbers(static_cast<std::size_t>(rows_.stride()));
-    own.line_values = Numbers(static_cast<std::size_t>(rows_.cells()) + 16);
-    own.lines = Numbers(own.lines_known.size() * static_cast<std::size_t>(line_stride()));
+    own.cells = Numbers(static_cast<std::size_t>(rows_.cells()));
+    own.halves = NumbersOf<Real>(static_cast<std::size_t>(rows_.stride()));
+    own.line_values = NumbersOf<Real>(static_cast<std::size_t>(rows_.cells() + 2 * room));
+    own.lines = NumbersOf<Real>(own.lines_known.size() * static_cast<std::size_t>(line_stride()));
   }
   counted_ = Numbers(static_cast<std::size_t>(count_of_rows()));
 }
 
-void CycleLevel::set(MultigridLevel& level, bool is_symmetric, SmootherKind smoother, bool is_given_up) {
-  const auto take = [&](CoefficientRows& rows, std::vector<double>& values) {
-    rows.set(rows_, values);
+template <class Real>
+void CycleLevel<Real>::set(MultigridLevel& level, double scale, bool is_symmetric, SmootherKind smoother,
+                           bool is_given_up) {
+  const auto take = [&](CoefficientRows<Real>& rows, std::vector<double>& values, double factor) {
+    rows.set(rows_, values, factor);
     if (is_given_up) values = {};
   };
   const auto even = even_couplings(level);
-  factors_ = factors_of(smoother, least_share(level));
+  std::ranges::transform(factors_of(smoother, least_share(level)), factors_.begin(),
+                         [](double factor) { return static_cast<Real>(factor); });
   is_share_restricted_ = is_symmetric && std::ranges::any_of(level.share, [](double share) { return share != 1; });
   from_ = level.from;
-  take(share_, level.share);
-  for (std::size_t axis = 0; axis < 3; ++axis) take(coupling_[axis], level.coupling[axis]);
-  diagonal_.set(rows_, level.diagonal);
-  for (double& entry : level.diagonal) entry = entry > 0 ? 1 / entry : 0;
-  take(inverse_, level.diagonal);
-  for (std::size_t axis = 0; axis < 3; ++axis) level_.coupling[axis] = coupling_[axis].rows();
-  level_.diagonal = diagonal_.rows();
-  level_.inverse = inverse_.rows();
   level_.is_even = even.has_value();
-  if (even) std::ranges::copy(*even, level_.even);
+  for (std::size_t axis = 0; axis < 3; ++axis) level_.even[axis] = static_cast<Real>(even ? scale * (*even)[axis] : 0);
+  take(share_, level.share, 1);
+  for (std::size_t axis = 0; axis < 3; ++axis) take(coupling_[axis], level.coupling[axis], scale);
+  if constexpr (has_differences<Real>) {
+    if (even && !level_.is_ring[0]) take_ends_away(level, static_cast<double>(level_.even[0]) / scale);
+    take(own_, level.rest, scale);
+  } else {
+    own_.set(rows_, level.diagonal, scale);
+  }
+  for (double& entry : level.diagonal) entry = entry > 0 ? 1 / entry : 0;
+  take(inverse_, level.diagonal, 1 / scale);
+  for (std::size_t axis = 0; axis < 3; ++axis) level_.coupling[axis] = coupling_[axis].rows();
+  level_.own = own_.rows();
+  level_.inverse = inverse_.rows();
   for (std::size_t half : {0u, 1u}) {
     copy_every_second(from_[0].near_weight, half, near_[half]);
     copy_every_second(from_[0].far_weight, half, far_[half]);
@@ -102,60 +128,106 @@ void CycleLevel::set(MultigridLevel& level, bool is_symmetric, SmootherKind smoo
   for (std::size_t k = 0; k < 4; ++k) copy_into(from_[0].weights[k], restricting_[k]);
 }
 
-void CycleLevel::pack_right(std::span<const double> cells, double factor, double* vector) const {
+template <class Real>
+void CycleLevel<Real>::pack_right(std::span<const double> cells, double factor, Real* vector) const {
   share_rows([&](const Row& row, int) {
     rows_.pack(cells.data() + row.number * rows_.cells(), factor, half(vector, row, 0), half(vector, row, 1));
   });
 }
 
-void CycleLevel::pack(std::span<const double> cells, double* vector) const {
-  pack_right(cells, 1, vector);
+template <class Real>
+void CycleLevel<Real>::pack(std::span<const double> cells, double factor, Real* vector) const {
+  pack_right(cells, factor, vector);
   for_each_row([&](const Row& row) { close_ring(vector, row); });
 }
 
-void CycleLevel::unpack(const double* vector, std::span<double> cells) const {
+template <class Real>
+double CycleLevel<Real>::pack_rows(const ReadRowsOf<double>& cells, double factor, Real* vector) {
+  share_rows([&](const Row& row, int thread) {
+    const std::span<double> values = scratch(thread).cells;
+    cells(row.number * rows_.cells(), values);
+    double squares = 0;
+#pragma omp simd reduction(+ : squares)
+    for (std::size_t i = 0; i < values.size(); ++i) squares += values[i] * values[i];
+    counted_[static_cast<std::size_t>(row.number)] = squares;
+    rows_.pack(values.data(), factor, half(vector, row, 0), half(vector, row, 1));
+  });
+  return sum_of_counted();
+}
+
+template <class Real>
+void CycleLevel<Real>::unpack(const Real* vector, double factor, bool is_added, std::span<double> cells) const {
   share_rows([&](const Row& row, int) {
-    rows_.unpack(half(vector, row, 0), half(vector, row, 1), cells.data() + row.number * rows_.cells());
+    double* const to = cells.data() + row.number * rows_.cells();
+    is_added ? rows_.add(half(vector, row, 0), half(vector, row, 1), factor, to)
+             : rows_.unpack(half(vector, row, 0), half(vector, row, 1), factor, to);
+  });
+}
+
+template <class Real>
+double CycleLevel<Real>::size_of_terms(const Real* x) const {
+  double squares = 0;
+  for_each_row([&](const Row& row) {
+    for (const int which : {0, 1}) {
+      const Real *const values = half(x, row, which), *const inverse = inverse_.row(row.number) + rows_.begin(which);
+      for (std::int64_t i = 0; i < rows_.count(which); ++i) {
+        const double term = inverse[i] == 0 ? 0 : values[i] / inverse[i];
+        squares += term * term;
+      }
+    }
+  });
+  return std::sqrt(squares);
+}
+
+template <class Real>
+void CycleLevel<Real>::unpack(const Real* vector, std::span<double> cells) const {
+  share_rows([&](const Row& row, int) {
+    rows_.unpack(half(vector, row, 0), half(vector, row, 1), 1, cells.data() + row.number * rows_.cells());
   });
 }
 
 /// Without coefficients, whose memory stays where it is when a level is moved.
-LevelRows CycleLevel::level_rows(const std::array<bool, 3>& periodic) const {
-  LevelRows rows{};
+template <class Real>
+LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic) const {
+  LevelRows<Real> rows{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     rows.cells[axis] = cells_[axis];
     rows.is_ring[axis] = periodic[axis];
   }
   rows.odd = rows_.begin(1);
   rows.stride = rows_.begin(1);  // the even cells are as many, or one more
-  constexpr std::int64_t apart =
-      136;  // numbers; where both colours of a row fall into one place of a page, a load waits
+  constexpr std::int64_t apart = 17 * room;  // where both colours of a row fall into one place of a page, a load waits
   rows.black = rows.stride * count_of_rows() + apart;
   return rows;
 }
 
-void CycleLevel::smooth_row(const Row& row, int colour, const double* b, double* x) const {
+template <class Real>
+void CycleLevel<Real>::smooth_row(const Row& row, int colour, const Real* b, Real* x) const {
   kernels_.smooth[axes_](level_, row, half_of(row, colour), b, x);
   close_ring(x, row, half_of(row, colour));
 }
 
 /// Red cells, where all others are 0.
-void CycleLevel::scale_row(const Row& row, const double* b, double* x) const {
+template <class Real>
+void CycleLevel<Real>::scale_row(const Row& row, const Real* b, Real* x) const {
   kernels_.scale(level_, row, half_of(row, red), 1, b, x);
   close_ring(x, row, half_of(row, red));
 }
 
-void CycleLevel::relax_row(const Row& row, double factor, const double* b, const double* x, double* to) const {
+template <class Real>
+void CycleLevel<Real>::relax_row(const Row& row, Real factor, const Real* b, const Real* x, Real* to) const {
   for (const int half : {0, 1}) kernels_.relax[axes_](level_, row, half, factor, b, x, to);
   close_ring(to, row);
 }
 
-void CycleLevel::begin_row(const Row& row, double factor, const double* b, double* to) const {
+template <class Real>
+void CycleLevel<Real>::begin_row(const Row& row, Real factor, const Real* b, Real* to) const {
   for (const int half : {0, 1}) kernels_.scale(level_, row, half, factor, b, to);
   close_ring(to, row);
 }
 
-void CycleLevel::find_residual(const Row& row, const double* b, const double* x) {
+template <class Real>
+void CycleLevel<Real>::find_residual(const Row& row, const Real* b, const Real* x) {
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, red)) continue;
     kernels_.residual[axes_](level_, row, which, b, x, residual_.data());
@@ -165,7 +237,8 @@ void CycleLevel::find_residual(const Row& row, const double* b, const double* x)
   }
 }
 
-void CycleLevel::smooth(int colour, bool is_backwards, const double* b, double* x) const {
+template <class Real>
+void CycleLevel<Real>::smooth(int colour, bool is_backwards, const Real* b, Real* x) const {
   if (!is_backwards || is_chequered_) return for_each_row([&](const Row& row) { smooth_row(row, colour, b, x); });
   for (std::int64_t z = cells_[2] - 1, number = count_of_rows() - 1; z >= 0; --z) {
     for (std::int64_t y = cells_[1] - 1; y >= 0; --y) smooth_row({number--, y, z}, colour, b, x);
@@ -174,8 +247,9 @@ void CycleLevel::smooth(int colour, bool is_backwards, const double* b, double* 
 
 /// Each slab of rows takes the stages as far as its neighbours' rows are not needed; then the rows beside the seams are
 /// done, stage by stage. Around an outer ring there is a seam before its first row.
+template <class Real>
 template <class... Stages>
-void CycleLevel::in_turns(const Stages&... stages) const {
+void CycleLevel<Real>::in_turns(const Stages&... stages) const {
   constexpr std::int64_t count = sizeof...(Stages);
   const std::int64_t outer = axes_ == 0 ? 1 : cells_[axes_];
   const std::int64_t away = count_of_rows() / outer;  // from a row to the next one along the last axis
@@ -224,9 +298,10 @@ void CycleLevel::in_turns(const Stages&... stages) const {
   });
 }
 
-void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLevel& coarse) {
+template <class Real>
+void CycleLevel<Real>::descend(const Real* b, Real* x, bool is_guess_zero, CycleLevel& coarse) {
   const auto residual = [&](const Row& row, int) { find_residual(row, b, x); };
-  double* between = residual_.data();
+  Real* between = residual_.data();
   const auto [first, second] = factors_;
   if (!is_in_colours_) {
     const auto begin = [&](const Row& row, int) {
@@ -246,9 +321,10 @@ void CycleLevel::descend(const double* b, double* x, bool is_guess_zero, CycleLe
   restrict_to(coarse);
 }
 
-void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLevel& coarse, double* squares) {
+template <class Real>
+void CycleLevel<Real>::ascend(const Real* b, Real* x, bool is_backwards, CycleLevel& coarse, double* squares) {
   const int first = is_backwards ? black : red, second = 1 - first;
-  double* between = residual_.data();
+  Real* between = residual_.data();
   coarse.forget_lines();
   const auto add = [&](const Row& row, int thread) { add_correction(row, thread, second, coarse, x); };
   const auto count_all = [&](const Row& row, int) {
@@ -275,7 +351,8 @@ void CycleLevel::ascend(const double* b, double* x, bool is_backwards, CycleLeve
   if (squares != nullptr) *squares = sum_of_counted();
 }
 
-double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& coarse) {
+template <class Real>
+double CycleLevel<Real>::ascend_and_descend(const Real* b, Real* x, CycleLevel& coarse) {
   if (!is_chequered_) {
     double squares = 0;
     ascend(b, x, false, coarse, &squares);
@@ -296,26 +373,30 @@ double CycleLevel::ascend_and_descend(const double* b, double* x, CycleLevel& co
   return sum_of_counted();
 }
 
-double CycleLevel::squared_residual(const double* b, const double* x) {
+template <class Real>
+double CycleLevel<Real>::squared_residual(const Real* b, const Real* x) {
   return sum_of_rows([&](const Row& row) { return squares_of(row, 0, b, x) + squares_of(row, 1, b, x); });
 }
 
-void CycleLevel::multiply(const double* x, double* y) const {
+template <class Real>
+void CycleLevel<Real>::multiply(const Real* x, Real* y) const {
   share_rows([&](const Row& row, int) {
     for (const int half : {0, 1}) kernels_.multiply[axes_](level_, row, half, x, y);
   });
 }
 
-void CycleLevel::subtract(double value, double* vector) const {
+template <class Real>
+void CycleLevel<Real>::subtract(Real value, Real* vector) const {
   share_rows([&](const Row& row, int) {
     for (const int which : {0, 1}) {
-      double* const values = half(vector, row, which);
+      Real* const values = half(vector, row, which);
       for (std::int64_t i = 0; i < rows_.count(which); ++i) values[i] -= value;
     }
   });
 }
 
-std::vector<std::uint32_t> CycleLevel::places_of(std::span<const std::uint32_t> cells) const {
+template <class Real>
+std::vector<std::uint32_t> CycleLevel<Real>::places_of(std::span<const std::uint32_t> cells) const {
   std::vector<std::uint32_t> places;
   for (const std::int64_t cell : cells) {
     const std::int64_t number = cell / cells_[0], x = cell % cells_[0];
@@ -325,7 +406,8 @@ std::vector<std::uint32_t> CycleLevel::places_of(std::span<const std::uint32_t> 
   return places;
 }
 
-void CycleLevel::gather(const Row& coarse, int which, RowSum& sum) const {
+template <class Real>
+void CycleLevel<Real>::gather(const Row& coarse, int which, RowSum<Real>& sum) const {
   const auto for_each = [&](std::size_t axis, std::int64_t at, const auto& f) {
     const AxisInterpolation& from = from_[axis];
     if (!from.is_halved) return f(at, 1.0);
@@ -341,13 +423,14 @@ void CycleLevel::gather(const Row& coarse, int which, RowSum& sum) const {
     for_each(1, coarse.y, [&](std::int64_t y, double in_y) {
       if (is_chequered_ && (y + z) % 2 != which) return;
       sum.values[sum.terms] = half(residual_.data(), Row{y + cells_[1] * z, y, z}, which);
-      sum.weights[sum.terms++] = in_y * in_z;
+      sum.weights[sum.terms++] = static_cast<Real>(in_y * in_z);
     });
   });
 }
 
 /// By the threads of this level: the coarse one has fewer cells.
-void CycleLevel::restrict_to(CycleLevel& coarse) {
+template <class Real>
+void CycleLevel<Real>::restrict_to(CycleLevel& coarse) {
   const std::int64_t rows = coarse.count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
   team_.run(parts, [&](std::int64_t part, int thread) {
     Row row = coarse.row_at(rows * part / parts);
@@ -356,17 +439,18 @@ void CycleLevel::restrict_to(CycleLevel& coarse) {
   });
 }
 
-void CycleLevel::restrict_row(const Row& row_of_coarse, int thread, CycleLevel& coarse) {
-  double* const to[] = {coarse.half(coarse.b.data(), row_of_coarse, 0), coarse.half(coarse.b.data(), row_of_coarse, 1)};
-  double *const line = scratch(thread).halves.data(), *const made = coarse.scratch(thread).line();
+template <class Real>
+void CycleLevel<Real>::restrict_row(const Row& row_of_coarse, int thread, CycleLevel& coarse) {
+  Real* const to[] = {coarse.half(coarse.b.data(), row_of_coarse, 0), coarse.half(coarse.b.data(), row_of_coarse, 1)};
+  Real *const line = scratch(thread).halves.data(), *const made = coarse.scratch(thread).line();
   for (const int which : {0, 1}) {
-    RowSum sum{.count = rows_.count(which)};
+    RowSum<Real> sum{.count = rows_.count(which)};
     gather(row_of_coarse, which, sum);
     kernels_.sum(sum, from_[0].is_halved ? line + rows_.begin(which) : to[which]);
   }
   if (!from_[0].is_halved) return;
   rows_.close_ring(line);
-  const RestrictedRow restricted{
+  const RestrictedRow<Real> restricted{
       coarse.rows_.cells(),
       line + rows_.begin(0),
       line + rows_.begin(1),
@@ -377,28 +461,30 @@ void CycleLevel::restrict_row(const Row& row_of_coarse, int thread, CycleLevel& 
 
 /// Of the level above: interpolated across the outer axis to plane z, in order along x where that is halved. Fine rows
 /// that follow one another take the same ones.
-const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse, Scratch& of_coarse) const {
+template <class Real>
+const Real* CycleLevel<Real>::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse,
+                                          Scratch& of_coarse) const {
   // around a ring the last one stands beside the first
   const std::size_t slot = y + 1 == coarse.cells_[1] ? 4 : y % 4;
-  double* const line = of_coarse.lines.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + 8;
+  Real* const line = of_coarse.lines.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + room;
   const std::int64_t number = y + coarse.cells_[1] * z;
   if (std::exchange(of_coarse.lines_known[slot], number) == number) return line;
   const HalfRows& from = coarse.rows_;
   const AxisInterpolation& across = from_[2];
   const auto k = static_cast<std::size_t>(z);
   const bool is_halved = from_[0].is_halved;
-  const double* halves[2];
+  const Real* halves[2];
   for (const int which : {0, 1}) {
     const auto above = [&](std::uint32_t plane) {
       return coarse.half(coarse.x.data(), Row{y + coarse.cells_[1] * plane, y, plane}, which);
     };
     halves[which] = above(across.near[k]);
     if (is_halved && across.near_weight[k] == 1) continue;
-    double* to = (is_halved ? of_coarse.halves.data() : line) + from.begin(which);
+    Real* to = (is_halved ? of_coarse.halves.data() : line) + from.begin(which);
     kernels_.sum({.count = from.count(which),
                   .terms = across.far_weight[k] == 0 ? 1 : 2,
                   .values = {halves[which], above(across.far[k])},
-                  .weights = {across.near_weight[k], across.far_weight[k]}},
+                  .weights = {static_cast<Real>(across.near_weight[k]), static_cast<Real>(across.far_weight[k])}},
                  to);
     halves[which] = to;
   }
@@ -410,11 +496,12 @@ const double* CycleLevel::coarse_line(std::uint32_t y, std::int64_t z, CycleLeve
 }
 
 /// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
-void CycleLevel::add_correction(const Row& row, int thread, int colour, CycleLevel& coarse, double* x) const {
+template <class Real>
+void CycleLevel<Real>::add_correction(const Row& row, int thread, int colour, CycleLevel& coarse, Real* x) const {
   Scratch& of_coarse = coarse.scratch(thread);
   const auto j = static_cast<std::size_t>(row.y);
   const AxisInterpolation& from = from_[1];
-  const double *near = coarse_line(from.near[j], row.z, coarse, of_coarse),
+  const Real *near = coarse_line(from.near[j], row.z, coarse, of_coarse),
                *far = coarse_line(from.far[j], row.z, coarse, of_coarse);
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, colour)) continue;
@@ -426,7 +513,7 @@ void CycleLevel::add_correction(const Row& row, int thread, int colour, CycleLev
                                .far = far_[h].data(),
                                .share = share_.row(row.number) + rows_.begin(which),
                                .rows = {near + begin, far + begin},
-                               .weights = {from.near_weight[j], from.far_weight[j]},
+                               .weights = {static_cast<Real>(from.near_weight[j]), static_cast<Real>(from.far_weight[j])},
                                .to_far = !is_halved   ? 0
                                          : which == 0 ? -1
                                                       : 1},
@@ -434,5 +521,8 @@ void CycleLevel::add_correction(const Row& row, int thread, int colour, CycleLev
     close_ring(x, row, which);
   }
 }
+
+template class CycleLevel<double>;
+template class CycleLevel<float>;
 
 }  // namespace dpde

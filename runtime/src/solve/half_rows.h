@@ -6,13 +6,19 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <type_traits>
 
 namespace dpde {
+
+/// In a line of the cache.
+template <class Real>
+inline constexpr std::int64_t numbers_of_line = 64 / sizeof(Real);
 
 class HalfRows {
  public:
   HalfRows() = default;
-  HalfRows(std::int64_t cells, bool is_ring);
+  /// `line`: numbers in a line of the cache.
+  HalfRows(std::int64_t cells, bool is_ring, std::int64_t line = 8);
 
   std::int64_t cells() const { return cells_; }
   std::int64_t stride() const { return stride_; }
@@ -20,12 +26,15 @@ class HalfRows {
   std::int64_t count(int half) const { return (cells_ + 1 - half) / 2; }
   bool is_ring() const { return is_ring_; }
 
-  void close_ring(double* row) const { close_ring(row, row + odd_); }
-  void close_ring(double* even, double* odd) const {
+  template <class Real>
+  void close_ring(Real* row) const { close_ring(row, row + odd_); }
+  template <class Real>
+  void close_ring(Real* even, Real* odd) const {
     for (const int half : {0, 1}) close_ring(even, odd, half);
   }
   /// What follows from the cells of one half; others are not touched.
-  void close_ring(double* even, double* odd, int half) const {
+  template <class Real>
+  void close_ring(Real* even, Real* odd, int half) const {
     if (!is_ring_) return;
     const bool is_last_odd = cells_ % 2 == 0;
     if (is_last_odd && half == 1) odd[-1] = odd[count(1) - 1];
@@ -33,9 +42,31 @@ class HalfRows {
     if (!is_last_odd && half == 0) odd[-1] = even[count(0) - 1], odd[count(1)] = even[0];
   }
   /// row = factor*cells; the rooms stay as they are.
-  void pack(const double* cells, double factor, double* row) const { pack(cells, factor, row, row + odd_); }
-  void pack(const double* cells, double factor, double* even, double* odd) const;
-  void unpack(const double* even, const double* odd, double* cells) const;
+  template <class From, class To>
+  void pack(const From* cells, std::type_identity_t<From> factor, To* row) const {
+    pack(cells, factor, row, row + odd_);
+  }
+  template <class From, class To>
+  void pack(const From* cells, std::type_identity_t<From> factor, To* even, To* odd) const {
+    const auto made = [factor](From cell) { return static_cast<To>(factor * cell); };
+    const std::int64_t pairs = count(1);
+    for (std::int64_t i = 0; i < pairs; ++i) even[i] = made(cells[2 * i]), odd[i] = made(cells[2 * i + 1]);
+    if (cells_ % 2 == 1) even[pairs] = made(cells[2 * pairs]);
+  }
+  /// cells = factor*row
+  template <class Real>
+  void unpack(const Real* even, const Real* odd, double factor, double* cells) const {
+    const std::int64_t pairs = count(1);
+    for (std::int64_t i = 0; i < pairs; ++i) cells[2 * i] = factor * even[i], cells[2 * i + 1] = factor * odd[i];
+    if (cells_ % 2 == 1) cells[2 * pairs] = factor * even[pairs];
+  }
+  /// cells += factor*row
+  template <class Real>
+  void add(const Real* even, const Real* odd, double factor, double* cells) const {
+    const std::int64_t pairs = count(1);
+    for (std::int64_t i = 0; i < pairs; ++i) cells[2 * i] += factor * even[i], cells[2 * i + 1] += factor * odd[i];
+    if (cells_ % 2 == 1) cells[2 * pairs] += factor * even[pairs];
+  }
 
  private:
   std::int64_t cells_ = 0, odd_ = 0, stride_ = 0;

@@ -2,6 +2,7 @@
 #include "solve/multigrid.h"
 
 #include <cmath>
+#include <type_traits>
 
 #include "solve/finite.h"
 #include "solve/vector_parts.h"
@@ -11,42 +12,72 @@ namespace {
 
 constexpr double usual_rate = 0.01;  // of |b - A*x|^2 in one cycle, before one is made
 
+template <class Real>
+double size_of(std::span<const Real> values, const Team& team) {
+  if constexpr (std::is_same_v<Real, double>) return norm(values, team);
+  return std::sqrt(sum_of_parts(team, values.size(), [&](std::size_t begin, std::size_t end) {
+    double squares = 0;
+    for (const double value : values.subspan(begin, end - begin)) squares += value * value;
+    return squares;
+  }));
+}
+template <class Real>
+double sum_of(std::span<const Real> values, const Team& team) {
+  if constexpr (std::is_same_v<Real, double>) return sums_of(values, team).sum;
+  return sum_of_parts(team, values.size(), [&](std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (const Real value : values.subspan(begin, end - begin)) sum += value;
+    return sum;
+  });
+}
+
 }  // namespace
 
-void Multigrid::pack_right(std::span<const double> b, std::span<double> vector) const {
+template <class Real>
+void MultigridOf<Real>::pack_right(std::span<const double> b, std::span<Real> vector) const {
   levels_.front().pack_right(b, sign_, vector.data());
 }
-void Multigrid::pack(std::span<const double> x, std::span<double> vector) const {
-  levels_.front().pack(x, vector.data());
+template <class Real>
+void MultigridOf<Real>::pack(std::span<const double> x, std::span<Real> vector) const {
+  levels_.front().pack(x, 1, vector.data());
 }
-void Multigrid::unpack(std::span<const double> vector, std::span<double> x) const {
+template <class Real>
+void MultigridOf<Real>::unpack(std::span<const Real> vector, std::span<double> x) const {
   levels_.front().unpack(vector.data(), x);
 }
 
-void Multigrid::descend(std::size_t level, const double* b, double* x) {
-  CycleLevel& here = levels_[level];
+template <class Real>
+void MultigridOf<Real>::descend(std::size_t level, const Real* b, Real* x) {
+  CycleLevel<Real>& here = levels_[level];
   if (level + 1 == levels_.size()) {
     here.unpack(b, coarsest_b_);
     coarsest_.solve(coarsest_b_, coarsest_x_);
-    return here.pack(coarsest_x_, x);
+    return here.pack(coarsest_x_, 1 / scale_, x);
   }
-  CycleLevel& coarse = levels_[level + 1];
+  CycleLevel<Real>& coarse = levels_[level + 1];
   here.descend(b, x, true, coarse);
   descend(level + 1, coarse.b.data(), coarse.x.data());
   here.ascend(b, x, options_.is_symmetric, coarse);
 }
 
-void Multigrid::multiply(std::span<const double> x, std::span<double> y) const {
-  levels_.front().multiply(x.data(), y.data());
+template <class Real>
+void MultigridOf<Real>::remove_null_space(std::span<Real> right) const {
   if (singular_cells_ > 0) {
-    const double sum = sums_of(y, team_).sum;  // the rooms of images are 0
-    levels_.front().subtract(sum / static_cast<double>(singular_cells_), y.data());
+    const double mean = sum_of<Real>(right, team_) / static_cast<double>(singular_cells_);  // the rooms are 0
+    levels_.front().subtract(static_cast<Real>(mean), right.data());
   }
-  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, y, part);
+  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, right, part);
 }
 
-void Multigrid::know_null_space(const NullSpace& null_space) {
-  const CycleLevel& finest = levels_.front();
+template <class Real>
+void MultigridOf<Real>::multiply(std::span<const Real> x, std::span<Real> y) const {
+  levels_.front().multiply(x.data(), y.data());
+  remove_null_space(y);
+}
+
+template <class Real>
+void MultigridOf<Real>::know_null_space(const NullSpace& null_space) {
+  const CycleLevel<Real>& finest = levels_.front();
   singular_cells_ = 0;
   singular_parts_.clear();
   for (const std::vector<std::uint32_t>& part : null_space.parts()) {
@@ -56,32 +87,61 @@ void Multigrid::know_null_space(const NullSpace& null_space) {
   }
 }
 
-double Multigrid::residual(std::span<const double> b, std::span<const double> x) {
+template <class Real>
+double MultigridOf<Real>::residual(std::span<const Real> b, std::span<const Real> x) {
   return std::sqrt(levels_.front().squared_residual(b.data(), x.data()));
 }
 
+template <class Real>
+IterationReport MultigridOf<Real>::iterate(std::span<const Real> b, std::span<Real> x, double tolerance,
+                                           double rounding, int most) {
+  const double before = levels_.front().squared_residual(b.data(), x.data());
+  return go_on(b, x, {tolerance, rounding, size_of<Real>(b, team_), before, most, false});
+}
+
+template <class Real>
+IterationReport MultigridOf<Real>::iterate_from_zero(std::span<const Real> b, double size, std::span<Real> x,
+                                                     double tolerance, int most) {
+  return go_on(b, x, {tolerance, 0x1p-24, size, size * size, most, true});
+}
+
+/// Of doubles `rounding` is that of images over |x|: while much is left |x| need not be known. Of floats it is that of
+/// x itself, in each cell beside its diagonal: by so much images differ from what they should be, and where a cycle
+/// has not halved what is left it is asked whether that is no more.
+template <class Real>
+bool MultigridOf<Real>::is_rounding(std::span<const Real> x, const Goal& goal, double left,
+                                    double before) const {
+  if constexpr (has_differences<Real>) {
+    return left > 0.5 * before && left <= goal.rounding * levels_.front().size_of_terms(x.data());
+  } else {
+    const bool is_near = left <= 1e-7 * (goal.size == 0 ? 1 : goal.size);
+    return is_near && left <= goal.rounding * norm(x, team_);
+  }
+}
+
 /// Where another cycle is sure to follow, as far as the one before tells, the finest level goes up and down at once.
-IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding,
-                                   int most) {
-  CycleLevel& finest = levels_.front();
-  const double size = norm(b, team_);
+template <class Real>
+IterationReport MultigridOf<Real>::go_on(std::span<const Real> b, std::span<Real> x, const Goal& goal) {
+  CycleLevel<Real>& finest = levels_.front();
   IterationReport report;
-  double squares = finest.squared_residual(b.data(), x.data()), rate = usual_rate;
+  double squares = goal.squares, rate = usual_rate, before = INFINITY;
   for (bool has_descended = false;; ++report.iterations) {
     const double left = std::sqrt(squares);
-    report.residual = size == 0 ? left : left / size;
-    const bool is_near = report.residual <= 1e-7;  // before, |x| need not be known
-    report.converged = report.residual <= tolerance || (is_near && left <= rounding * norm(x, team_));
-    if (report.converged || report.iterations == most || !std::isfinite(report.residual)) return report;
+    report.residual = goal.size == 0 ? left : left / goal.size;
+    report.converged = report.residual <= goal.tolerance || is_rounding(x, goal, left, std::sqrt(before));
+    if (report.converged || report.iterations == goal.most || !std::isfinite(report.residual)) return report;
     if (levels_.size() == 1) {
       descend(0, b.data(), x.data());
       squares = finest.squared_residual(b.data(), x.data());
       continue;
     }
-    if (!has_descended) finest.descend(b.data(), x.data(), false, levels_[1]);
+    if (!has_descended) {
+      const bool is_guess_zero = goal.is_guess_zero && report.iterations == 0;
+      finest.descend(b.data(), x.data(), is_guess_zero, levels_[1]);
+    }
     descend(1, levels_[1].b.data(), levels_[1].x.data());
-    const double before = squares;
-    has_descended = report.iterations + 1 < most && report.residual * std::sqrt(rate) > tolerance;
+    before = squares;
+    has_descended = report.iterations + 1 < goal.most && report.residual * std::sqrt(rate) > goal.tolerance;
     if (has_descended) {
       squares = finest.ascend_and_descend(b.data(), x.data(), levels_[1]);
     } else {
@@ -90,5 +150,8 @@ IterationReport Multigrid::iterate(std::span<const double> b, std::span<double> 
     rate = squares / before;
   }
 }
+
+template class MultigridOf<double>;
+template class MultigridOf<float>;
 
 }  // namespace dpde

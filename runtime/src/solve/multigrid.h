@@ -36,71 +36,90 @@ struct MultigridOptions {
   Team team = 1;
 };
 
-class Multigrid {
+/// What levels are made of, two at a time: kept once coefficients have changed.
+struct MultigridWork {
+  MultigridLevel level, coarse;
+  double sign = 1;
+};
+
+/// Of levels of floats or doubles (`Real`). Those of floats are of the operator times scale(), a power of two that
+/// brings it into their range.
+template <class Real>
+class MultigridOf {
  public:
-  /// Nothing where the operator has another form: `why` is what it has.
-  static std::optional<Multigrid> of(const StencilMatrix& matrix, const NullSpace& null_space,
-                                     const MultigridOptions& options, std::string& why);
-  static std::optional<Multigrid> of(const ConstantRows& rows, const NullSpace& null_space,
-                                     const MultigridOptions& options, std::string& why);
+  /// Nothing where the operator has another form: `why` is what it has. `rows`: StencilMatrix or ConstantRows.
+  template <class Rows>
+  static std::optional<MultigridOf> of(const Rows& rows, const NullSpace& null_space, const MultigridOptions& options,
+                                       std::string& why) {
+    return made_of(rows, false, null_space, options, why);
+  }
   /// Of the symmetric part of the neighbours' entries; for preconditioners of operators that have others too.
-  static std::optional<Multigrid> of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                    const MultigridOptions& options, std::string& why);
-  static std::optional<Multigrid> of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
-                                                    const MultigridOptions& options, std::string& why);
+  template <class Rows>
+  static std::optional<MultigridOf> of_symmetric_part(const Rows& rows, const NullSpace& null_space,
+                                                      const MultigridOptions& options, std::string& why) {
+    return made_of(rows, true, null_space, options, why);
+  }
 
   /// In place of what it was made of: a matrix of the same grid, with the same options. False where they have another
   /// form, smoother or other levels; then it is of no use.
   bool renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric);
 
   std::size_t size() const { return levels_.front().size(); }  // of a vector
-  void pack_right(std::span<const double> b, std::span<double> vector) const;
-  void pack(std::span<const double> x, std::span<double> vector) const;
-  void unpack(std::span<const double> vector, std::span<double> x) const;
+  void pack_right(std::span<const double> b, std::span<Real> vector) const;
+  void pack(std::span<const double> x, std::span<Real> vector) const;
+  void unpack(std::span<const Real> vector, std::span<double> x) const;
 
   /// One cycle, for the guess 0: x is about A^-1*b.
-  void cycle(std::span<const double> b, std::span<double> x) { descend(0, b.data(), x.data()); }
+  void cycle(std::span<const Real> b, std::span<Real> x) { descend(0, b.data(), x.data()); }
   /// Cycles until |b - A*x| is at most the tolerance times |b|, or `rounding` times |x|.
-  IterationReport iterate(std::span<const double> b, std::span<double> x, double tolerance, double rounding, int most);
+  IterationReport iterate(std::span<const Real> b, std::span<Real> x, double tolerance, double rounding, int most);
+  /// The same of floats, for the guess 0, without rounding of images: until what is left is that of x. `size`: |b|.
+  IterationReport iterate_from_zero(std::span<const Real> b, double size, std::span<Real> x, double tolerance,
+                                    int most);
   /// Without what rounding leaves of the null space in the image: residuals that are carried along would keep it, as no
   /// correction takes it away, until it hides the rest.
-  void multiply(std::span<const double> x, std::span<double> y) const;
-  double residual(std::span<const double> b, std::span<const double> x);  // |b - A*x|
+  void multiply(std::span<const Real> x, std::span<Real> y) const;
+  /// Takes away what no image has.
+  void remove_null_space(std::span<Real> right) const;
+  double residual(std::span<const Real> b, std::span<const Real> x);  // |b - A*x|
+  double scale() const { return scale_; }
   SmootherKind smoother() const { return smoother_; }
   int levels() const { return static_cast<int>(levels_.size()); }
 
  private:
-  /// What levels are made of, two at a time: kept once coefficients have changed.
-  struct Work {
-    MultigridLevel level, coarse;
-    double sign = 1;
+  struct Goal {
+    double tolerance, rounding, size, squares;  // |b|; |b - A*x|^2 at the beginning
+    int most;
+    bool is_guess_zero;
   };
   template <class Rows>
-  static std::optional<Multigrid> made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
+  static std::optional<MultigridOf> made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
                                           const MultigridOptions& options, std::string& why);
-  /// The finest of `work`; `why` not. `is_part`: of the symmetric part, with both signs.
-  template <class Rows>
-  static bool read(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
-                   Work& work, const char*& why);
   /// All levels of the finest of `work`, which is given up level by level where there were none. False where there are
   /// others, or no factors: `why`.
-  bool set_levels(Work& work, const char*& why);
+  bool set_levels(MultigridWork& work, const char*& why);
   bool set_level(std::size_t number, MultigridLevel& level, bool is_new);
   bool set_coarsest(MultigridLevel& level, const char*& why);
   void know_null_space(const NullSpace& null_space);
-  void descend(std::size_t level, const double* b, double* x);
+  IterationReport go_on(std::span<const Real> b, std::span<Real> x, const Goal& goal);
+  bool is_rounding(std::span<const Real> x, const Goal& goal, double left, double before) const;
+  void descend(std::size_t level, const Real* b, Real* x);
 
   Team team_;
-  std::vector<CycleLevel> levels_;
+  std::vector<CycleLevel<Real>> levels_;
   SymmetricFactors coarsest_;
   std::vector<double> coarsest_b_, coarsest_x_;
   std::size_t singular_cells_ = 0;  // where the one singular part is the whole grid: their number
   std::vector<std::vector<std::uint32_t>> singular_parts_;  // else: where their cells are in a vector
-  double sign_ = 1;
+  double sign_ = 1, scale_ = 1;
   bool is_part_ = false;
   SmootherKind smoother_ = SmootherKind::red_black;
   MultigridOptions options_;
-  std::unique_ptr<Work> work_;  // from the first renewal on
+  std::unique_ptr<MultigridWork> work_;  // from the first renewal on
 };
+
+extern template class MultigridOf<double>;
+extern template class MultigridOf<float>;
+using Multigrid = MultigridOf<double>;
 
 }  // namespace dpde

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -183,16 +184,31 @@ bool make_positive(MultigridLevel& level, double zero, double& sign, const char*
   return is_dominant;
 }
 
+/// A power of two times which the largest diagonal is about 1. False where others are then out of the range of floats,
+/// or their inverses: coefficients of levels, and what cycles make of them, have the same exponents but for few.
+bool find_scale(const MultigridLevel& level, double& scale, const char*& why) {
+  constexpr int most_between = 60;  // powers of two, of 126
+  int largest = std::numeric_limits<int>::min(), least = std::numeric_limits<int>::max();
+  for (const double entry : level.diagonal) {
+    if (entry == 0) continue;
+    largest = std::max(largest, std::ilogb(entry));
+    least = std::min(least, std::ilogb(entry));
+  }
+  why = "no floats hold both its largest and its smallest diagonals";
+  if (largest < least || largest - least > most_between) return false;
+  scale = std::ldexp(1.0, -largest);
+  return std::isnormal(scale);
+}
+
 SmootherKind smoother_for(const MultigridLevel& finest, SmootherKind asked) {
   if (asked != SmootherKind::automatic) return asked;
   return is_uneven(finest) ? SmootherKind::chebyshev : SmootherKind::red_black;
 }
 
-}  // namespace
-
+/// The finest of `work`; `why` not. `is_part`: of the symmetric part, with both signs.
 template <class Rows>
-bool Multigrid::read(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
-                     Work& work, const char*& why) {
+bool read_finest(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
+                     MultigridWork& work, const char*& why) {
   if (!is_part) {
     why = not_symmetric;
     if (null_space.is_lopsided() || !(options.is_known_symmetric || dpde::is_symmetric(rows, options.rounding)))
@@ -210,66 +226,59 @@ bool Multigrid::read(const Rows& rows, bool is_part, const NullSpace& null_space
   return true;
 }
 
+}  // namespace
+
+template <class Real>
 template <class Rows>
-std::optional<Multigrid> Multigrid::made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
+std::optional<MultigridOf<Real>> MultigridOf<Real>::made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
                                             const MultigridOptions& options, std::string& why_not) {
-  Multigrid result;
+  MultigridOf result;
   const char* why = "";
   result.team_ = options.team;
   result.options_ = options;
   result.is_part_ = is_part;
-  Work work;
-  const bool has_form = read(rows, is_part, null_space, options, work, why);
+  MultigridWork work;
+  bool has_form = read_finest(rows, is_part, null_space, options, work, why);
   result.sign_ = work.sign;
+  if constexpr (has_differences<Real>) has_form = has_form && find_scale(work.level, result.scale_, why);
   if (has_form) result.smoother_ = smoother_for(work.level, options.smoother);
   if (!has_form || !result.set_levels(work, why)) return why_not = why, std::nullopt;
   result.know_null_space(null_space);
   return result;
 }
 
-bool Multigrid::renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric) {
+template <class Real>
+bool MultigridOf<Real>::renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric) {
   options_.is_known_symmetric = is_known_symmetric;
   const char* why = "";  // is not asked for: who makes another finds it again
-  if (work_ == nullptr) work_ = std::make_unique<Work>();
-  if (!read(matrix, is_part_, null_space, options_, *work_, why)) return false;
+  if (work_ == nullptr) work_ = std::make_unique<MultigridWork>();
+  if (!read_finest(matrix, is_part_, null_space, options_, *work_, why)) return false;
   if (smoother_for(work_->level, options_.smoother) != smoother_) return false;
   sign_ = work_->sign;
+  if constexpr (has_differences<Real>) {
+    if (!find_scale(work_->level, scale_, why)) return false;
+  }
   if (!set_levels(*work_, why)) return false;
   know_null_space(null_space);
   return true;
 }
 
-std::optional<Multigrid> Multigrid::of(const StencilMatrix& matrix, const NullSpace& null_space,
-                                       const MultigridOptions& options, std::string& why) {
-  return made_of(matrix, false, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of(const ConstantRows& rows, const NullSpace& null_space,
-                                       const MultigridOptions& options, std::string& why) {
-  return made_of(rows, false, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of_symmetric_part(const StencilMatrix& matrix, const NullSpace& null_space,
-                                                      const MultigridOptions& options, std::string& why) {
-  return made_of(matrix, true, null_space, options, why);
-}
-std::optional<Multigrid> Multigrid::of_symmetric_part(const ConstantRows& rows, const NullSpace& null_space,
-                                                      const MultigridOptions& options, std::string& why) {
-  return made_of(rows, true, null_space, options, why);
-}
-
 /// A level of cycles is made of one of equations, which takes ten times the memory where coefficients are the same
 /// everywhere.
-bool Multigrid::set_level(std::size_t number, MultigridLevel& level, bool is_new) {
+template <class Real>
+bool MultigridOf<Real>::set_level(std::size_t number, MultigridLevel& level, bool is_new) {
   if (is_new) {
-    CycleLevel& made = levels_.emplace_back(level, smoother_, team_);
-    if (number > 0) made.b = Numbers(made.size()), made.x = Numbers(made.size());
+    CycleLevel<Real>& made = levels_.emplace_back(level, smoother_, team_);
+    if (number > 0) made.b = NumbersOf<Real>(made.size()), made.x = NumbersOf<Real>(made.size());
   }
   if (number >= levels_.size() || levels_[number].cells() != level.cells) return false;
   if (!levels_[number].has_rings(level.periodic)) return false;
-  levels_[number].set(level, options_.is_symmetric, smoother_, is_new);
+  levels_[number].set(level, scale_, options_.is_symmetric, smoother_, is_new);
   return true;
 }
 
-bool Multigrid::set_coarsest(MultigridLevel& level, const char*& why) {
+template <class Real>
+bool MultigridOf<Real>::set_coarsest(MultigridLevel& level, const char*& why) {
   why = "the cells are coupled much more along short axes than along long ones, so that there is no small coarse grid";
   if (level.size() > most_factored) return false;
   why = "the factors of the coarsest grid have a zero in their diagonal";
@@ -278,13 +287,14 @@ bool Multigrid::set_coarsest(MultigridLevel& level, const char*& why) {
   return coarsest_.set([&](StencilMatrix& matrix) { write_matrix(level, matrix); }, level.rest);
 }
 
-bool Multigrid::set_levels(Work& work, const char*& why) {
+template <class Real>
+bool MultigridOf<Real>::set_levels(MultigridWork& work, const char*& why) {
   const bool is_new = levels_.empty();
   MultigridLevel *level = &work.level, *coarse = &work.coarse;
   std::size_t number = 0;
   for (; level->size() > most_of_coarsest; ++number) {
     if (!make_coarser(*level, *coarse, options_.is_symmetric)) break;
-    if (is_new) level->rest = {};
+    if (is_new && !has_differences<Real>) level->rest = {};
     complete(*coarse);
     find_shares(*level, *coarse);
     if (!options_.is_symmetric && number == 0) {
@@ -297,5 +307,16 @@ bool Multigrid::set_levels(Work& work, const char*& why) {
   const std::size_t count = number + 1;
   return set_coarsest(*level, why) && set_level(number, *level, is_new) && levels_.size() == count;
 }
+
+template std::optional<MultigridOf<double>> MultigridOf<double>::made_of(const StencilMatrix&, bool, const NullSpace&,
+                                                                         const MultigridOptions&, std::string&);
+template std::optional<MultigridOf<double>> MultigridOf<double>::made_of(const ConstantRows&, bool, const NullSpace&,
+                                                                         const MultigridOptions&, std::string&);
+template std::optional<MultigridOf<float>> MultigridOf<float>::made_of(const StencilMatrix&, bool, const NullSpace&,
+                                                                       const MultigridOptions&, std::string&);
+template std::optional<MultigridOf<float>> MultigridOf<float>::made_of(const ConstantRows&, bool, const NullSpace&,
+                                                                       const MultigridOptions&, std::string&);
+template bool MultigridOf<double>::renew(const StencilMatrix&, const NullSpace&, bool);
+template bool MultigridOf<float>::renew(const StencilMatrix&, const NullSpace&, bool);
 
 }  // namespace dpde

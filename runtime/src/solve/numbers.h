@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Doubles at whole cache lines, all 0 at first.
+// Numbers at whole cache lines, all 0 at first.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,24 @@
 
 namespace dpde {
 
-class Numbers {
+template <class Real>
+class NumbersOf {
  public:
-  Numbers() = default;
-  explicit Numbers(std::size_t size) : memory_(static_cast<std::int64_t>(size * sizeof(double))), size_(size) {}
+  NumbersOf() = default;
+  explicit NumbersOf(std::size_t size) : memory_(static_cast<std::int64_t>(size * sizeof(Real))), size_(size) {}
 
-  double* data() { return reinterpret_cast<double*>(memory_.data()); }
-  const double* data() const { return reinterpret_cast<const double*>(memory_.data()); }
+  Real* data() { return reinterpret_cast<Real*>(memory_.data()); }
+  const Real* data() const { return reinterpret_cast<const Real*>(memory_.data()); }
   std::size_t size() const { return size_; }
-  operator std::span<double>() { return {data(), size_}; }
-  operator std::span<const double>() const { return {data(), size_}; }
-  double& operator[](std::size_t i) { return data()[i]; }
+  operator std::span<Real>() { return {data(), size_}; }
+  operator std::span<const Real>() const { return {data(), size_}; }
+  Real& operator[](std::size_t i) { return data()[i]; }
 
  private:
   Buffer memory_;
   std::size_t size_ = 0;
 };
+
+using Numbers = NumbersOf<double>;
 
 }  // namespace dpde

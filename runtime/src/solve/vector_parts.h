@@ -97,8 +97,9 @@ double sum_of_parts(const Team& team, std::size_t size, const F& f) {
 }
 
 /// Takes the mean of some of the numbers away from these, and returns it.
-inline double remove_mean(const Team& team, std::span<double> values, std::span<const std::uint32_t> numbers) {
-  if (numbers.size() == 1) return std::exchange(values[numbers.front()], 0.0);
+template <class Real>
+double remove_mean(const Team& team, std::span<Real> values, std::span<const std::uint32_t> numbers) {
+  if (numbers.size() == 1) return std::exchange(values[numbers.front()], Real(0));
   const double sum = sum_of_parts(team, numbers.size(), [&](std::size_t begin, std::size_t end) {
     double of_part = 0;
     for (const std::uint32_t number : numbers.subspan(begin, end - begin)) of_part += values[number];
@@ -106,7 +107,7 @@ inline double remove_mean(const Team& team, std::span<double> values, std::span<
   });
   const double mean = sum / static_cast<double>(numbers.size());
   VectorParts(numbers.size()).for_each(team, [&](std::size_t begin, std::size_t end, std::int64_t) {
-    for (const std::uint32_t number : numbers.subspan(begin, end - begin)) values[number] -= mean;
+    for (const std::uint32_t number : numbers.subspan(begin, end - begin)) values[number] -= static_cast<Real>(mean);
   });
   return mean;
 }
