@@ -113,6 +113,36 @@ TEST(SinglePrecision, GradientsAreThoseOfDoublesTo1e4) {
   }
 }
 
+/// Through solves whose cycles are in f32 then, by their right sides, coefficients and walls.
+TEST(SinglePrecision, GradientsThroughSolvesAreThoseOfDoubles) {
+  for (const auto& [method, wind] : {std::pair{"multigrid", "0"}, {"cg", "0"}, {"bicgstab", "0.5"}}) {
+    const std::string text = std::string("model m {\n  field u\n  coefficient k\n  param c\n") +
+                             "  solve div(k*grad(psi)) - psi - c*dx(psi) = -u for psi\n  dt(u) = psi - 0.1*u\n}\n" +
+                             "scheme s { time = rk2; solve = " + method + "(1e-10) }\n" + R"(scene plate : m with s {
+  grid x = 0 .. 1, cells 24
+  grid y = 0 .. 1, cells 20, periodic
+  boundary psi: x.low = 0.2, x.high = zero_gradient
+  boundary u: x = zero_gradient
+  k = 0.5 + 0.3*x
+  c = )" + wind + R"(
+  initial u = exp(-20*((x - 0.4)^2 + (y - 0.5)^2))
+  time 0 .. 0.3, step 0.1
+}
+task find : plate {
+  data u_ref = u from scene plate
+  unknown initial u from 0.1*x
+  unknown k from 0.4
+  minimise mean((u - u_ref)^2)
+}
+)";
+    const TaskResult exact = task_gradient(text, "find"), single = task_gradient(text, "find", {{"real", "f32"}});
+    EXPECT_NEAR(single.loss, exact.loss, 1e-5 * exact.loss) << method;
+    ASSERT_EQ(exact.gradient.size(), 2u);
+    for (const auto& [unknown, values] : exact.gradient)
+      EXPECT_LT(largest_difference(values, single.gradient.at(unknown)), 1e-4) << method << " " << unknown;
+  }
+}
+
 TEST(SinglePrecision, GradientsOfTheExamples) {
   const std::pair<const char*, const char*> examples[] = {{"burgers_1d/burgers.dpde", "recover"},
                                                           {"heat/heat.dpde", "conductivity"},

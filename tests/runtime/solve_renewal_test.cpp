@@ -99,6 +99,9 @@ std::vector<RenewedCase> renewed_cases() {
       add("multigrid", {.method = multigrid});
       add("cg with multigrid", {.method = cg});
       add("cg alone", {.method = cg, .most_iterations = 500, .preconditioning = Preconditioning::none});
+      add("multigrid in f32", {.method = multigrid, .rounding = 0x1p-29});
+      add("cg with multigrid in f32", {.method = cg, .rounding = 0x1p-29});
+      add("bicgstab with multigrid in f32", {.method = bicgstab, .rounding = 0x1p-29}, 0.5);
       add("gmres with multigrid", {.method = gmres}, 0.5);
       add("bicgstab with multigrid", {.method = bicgstab}, 0.5);
       add("direct", {.method = direct}, 0.5, true);  // Eigen's factors
@@ -106,6 +109,7 @@ std::vector<RenewedCase> renewed_cases() {
   }
   cases.push_back({"singular multigrid", {.method = multigrid}, plane, slope, 0});
   cases.push_back({"singular cg", {.method = cg}, plane, periodic, 0});
+  cases.push_back({"singular multigrid in f32", {.method = multigrid, .rounding = 0x1p-29}, plane, slope, 0});
   cases.push_back({"along a line", {}, line, mixed, 0});
   cases.push_back({"around a ring", {}, line, periodic, 1});
   cases.push_back({"automatic", {}, large, value, 0});

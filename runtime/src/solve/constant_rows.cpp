@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "solve/row_kernels.h"
+
 namespace dpde {
 namespace {
 
@@ -226,7 +228,21 @@ std::pair<std::int64_t, double> ConstantRows::image(std::size_t axis, std::int64
 /// Away from the ends of a line its cells are one loop.
 void ConstantRows::multiply_cells(const GridPlace& first, std::int64_t count, std::span<const double> x,
                                   double* result) const {
+  constexpr int most = 16;  // terms of a loop
+  std::int64_t begin = 0, end = count;
+  for (const std::array<int, 3>& offset : offsets_) {
+    begin = std::max<std::int64_t>(begin, -first[0] - offset[0]);
+    end = std::min<std::int64_t>(end, cells_[0] - first[0] - offset[0]);
+  }
+  begin = std::min(begin, count);
+  end = std::max(begin, end);
   std::fill_n(result, count, 0.0);
+  const auto& kernels = row_kernels().of<double>();
+  RowSum<double> sum{.count = end - begin};
+  const auto add_term = [&](const double* values, double weight) {
+    sum.values[sum.terms] = values;
+    sum.weights[sum.terms++] = weight;
+  };
   for (std::size_t k = 0; k < row_.size(); ++k) {
     const auto [y, sign_y] = image(1, first[1] + offsets_[k][1]);
     const auto [z, sign_z] = image(2, first[2] + offsets_[k][2]);
@@ -237,12 +253,16 @@ void ConstantRows::multiply_cells(const GridPlace& first, std::int64_t count, st
       const auto [cell, sign] = image(0, i + shift);
       result[i] += sign * factor * line[cell];
     };
-    const std::int64_t begin = std::clamp<std::int64_t>(-shift, 0, count),
-                       end = std::clamp<std::int64_t>(cells_[0] - shift, begin, count);
     for (std::int64_t i = 0; i < begin; ++i) add(i);
-    for (std::int64_t i = begin; i < end; ++i) result[i] += factor * line[i + shift];
     for (std::int64_t i = end; i < count; ++i) add(i);
+    if (sum.terms == most) {
+      kernels.sum(sum, result + begin);
+      sum.terms = 0;
+      add_term(result + begin, 1);
+    }
+    add_term(line + shift + begin, factor);
   }
+  kernels.sum(sum, result + begin);
 }
 
 /// Of cells beside walls, and of one between them.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "solve/cycle_turns.h"
 #include "solve/vector_parts.h"
 
 namespace dpde {
@@ -37,36 +38,17 @@ void take_ends_away(MultigridLevel& level, double w) {
 }  // namespace
 
 template <class Real>
-template <class F>
-void CycleLevel<Real>::for_each_row(const F& f) const {
-  std::int64_t number = 0;
-  for (std::int64_t z = 0; z < cells_[2]; ++z) {
-    for (std::int64_t y = 0; y < cells_[1]; ++y) f(Row{number++, y, z});
-  }
-}
-
-template <class Real>
-template <class F>
-void CycleLevel<Real>::share_rows(const F& f) const {
-  const std::int64_t rows = count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
-  team_.run(parts, [&](std::int64_t part, int thread) {
-    Row row = row_at(rows * part / parts);
-    for (const std::int64_t end = rows * (part + 1) / parts; row.number < end; go_on(row)) f(row, thread);
-  });
-}
-
-template <class Real>
-double CycleLevel<Real>::sum_of_counted() const {
+double CycleLevel<Real>::sum_of(const Numbers& of_rows) {
   double sum = 0;
-  for (std::size_t row = 0; row < counted_.size(); ++row) sum += counted_.data()[row];
+  for (std::size_t row = 0; row < of_rows.size(); ++row) sum += of_rows.data()[row];
   return sum;
 }
 
 template <class Real>
 template <class F>
 double CycleLevel<Real>::sum_of_rows(const F& f) {
-  share_rows([&](const Row& row, int) { counted_[static_cast<std::size_t>(row.number)] = f(row); });
-  return sum_of_counted();
+  share_rows([&](const Row& row, int) { counted_.squares[static_cast<std::size_t>(row.number)] = f(row); });
+  return sum_of(counted_.squares);
 }
 
 template <class Real>
@@ -91,7 +73,8 @@ CycleLevel<Real>::CycleLevel(const MultigridLevel& level, SmootherKind smoother,
     own.line_values = NumbersOf<Real>(static_cast<std::size_t>(rows_.cells() + 2 * room));
     own.lines = NumbersOf<Real>(own.lines_known.size() * static_cast<std::size_t>(line_stride()));
   }
-  counted_ = Numbers(static_cast<std::size_t>(count_of_rows()));
+  counted_.squares = Numbers(static_cast<std::size_t>(count_of_rows()));
+  counted_.cells = Numbers(static_cast<std::size_t>(count_of_rows()));
 }
 
 template <class Real>
@@ -131,7 +114,8 @@ void CycleLevel<Real>::set(MultigridLevel& level, double scale, bool is_symmetri
 template <class Real>
 void CycleLevel<Real>::pack_right(std::span<const double> cells, double factor, Real* vector) const {
   share_rows([&](const Row& row, int) {
-    rows_.pack(cells.data() + row.number * rows_.cells(), factor, half(vector, row, 0), half(vector, row, 1));
+    const double* const from = cells.data() + row.number * rows_.cells();
+    kernels_.split(rows_.cells(), from, factor, half(vector, row, 0), half(vector, row, 1));
   });
 }
 
@@ -142,25 +126,25 @@ void CycleLevel<Real>::pack(std::span<const double> cells, double factor, Real* 
 }
 
 template <class Real>
-double CycleLevel<Real>::pack_rows(const ReadRowsOf<double>& cells, double factor, Real* vector) {
+Sums CycleLevel<Real>::pack_rows(const ReadRowsOf<double>& cells, double factor, Real* vector) {
   share_rows([&](const Row& row, int thread) {
     const std::span<double> values = scratch(thread).cells;
     cells(row.number * rows_.cells(), values);
-    double squares = 0;
-#pragma omp simd reduction(+ : squares)
-    for (std::size_t i = 0; i < values.size(); ++i) squares += values[i] * values[i];
-    counted_[static_cast<std::size_t>(row.number)] = squares;
-    rows_.pack(values.data(), factor, half(vector, row, 0), half(vector, row, 1));
+    double sum = 0, squares = 0;
+#pragma omp simd reduction(+ : sum, squares)
+    for (std::size_t i = 0; i < values.size(); ++i) sum += values[i], squares += values[i] * values[i];
+    counted_.cells[static_cast<std::size_t>(row.number)] = sum;
+    counted_.squares[static_cast<std::size_t>(row.number)] = squares;
+    kernels_.split(rows_.cells(), values.data(), factor, half(vector, row, 0), half(vector, row, 1));
   });
-  return sum_of_counted();
+  return {.sum = sum_of(counted_.cells), .squares = sum_of(counted_.squares)};
 }
 
 template <class Real>
 void CycleLevel<Real>::unpack(const Real* vector, double factor, bool is_added, std::span<double> cells) const {
   share_rows([&](const Row& row, int) {
     double* const to = cells.data() + row.number * rows_.cells();
-    is_added ? rows_.add(half(vector, row, 0), half(vector, row, 1), factor, to)
-             : rows_.unpack(half(vector, row, 0), half(vector, row, 1), factor, to);
+    kernels_.join(rows_.cells(), half(vector, row, 0), half(vector, row, 1), factor, is_added, to);
   });
 }
 
@@ -179,13 +163,6 @@ double CycleLevel<Real>::size_of_terms(const Real* x) const {
   return std::sqrt(squares);
 }
 
-template <class Real>
-void CycleLevel<Real>::unpack(const Real* vector, std::span<double> cells) const {
-  share_rows([&](const Row& row, int) {
-    rows_.unpack(half(vector, row, 0), half(vector, row, 1), 1, cells.data() + row.number * rows_.cells());
-  });
-}
-
 /// Without coefficients, whose memory stays where it is when a level is moved.
 template <class Real>
 LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic) const {
@@ -195,7 +172,7 @@ LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic
     rows.is_ring[axis] = periodic[axis];
   }
   rows.odd = rows_.begin(1);
-  rows.stride = rows_.begin(1);  // the even cells are as many, or one more
+  rows.stride = rows_.begin(1);              // the even cells are as many, or one more
   constexpr std::int64_t apart = 17 * room;  // where both colours of a row fall into one place of a page, a load waits
   rows.black = rows.stride * count_of_rows() + apart;
   return rows;
@@ -245,59 +222,6 @@ void CycleLevel<Real>::smooth(int colour, bool is_backwards, const Real* b, Real
   }
 }
 
-/// Each slab of rows takes the stages as far as its neighbours' rows are not needed; then the rows beside the seams are
-/// done, stage by stage. Around an outer ring there is a seam before its first row.
-template <class Real>
-template <class... Stages>
-void CycleLevel<Real>::in_turns(const Stages&... stages) const {
-  constexpr std::int64_t count = sizeof...(Stages);
-  const std::int64_t outer = axes_ == 0 ? 1 : cells_[axes_];
-  const std::int64_t away = count_of_rows() / outer;  // from a row to the next one along the last axis
-  const std::int64_t slabs = std::clamp<std::int64_t>(outer / (2 * count + 2), 1, team_.threads());
-  const auto is_seam = [&](std::int64_t slab) { return is_outer_ring_ || (slab != 0 && slab != slabs); };
-  const auto begin_of = [&](std::int64_t slab) { return outer * slab / slabs * away; };
-  // around a ring of fewer planes than stages the first rows of a stage are all of them
-  const auto first_of = [&](std::int64_t slab, std::int64_t stage) {
-    return std::min(begin_of(slab) + (is_seam(slab) ? stage * away : 0), begin_of(slab + 1));
-  };
-  const auto end_of = [&](std::int64_t slab, std::int64_t stage) {
-    return std::max(begin_of(slab + 1) - (is_seam(slab + 1) ? stage * away : 0), first_of(slab, stage));
-  };
-  team_.run(slabs, [&](std::int64_t slab, int thread) {
-    struct Turn {
-      Row next;
-      std::int64_t end, behind;  // rows that it waits for
-    };
-    std::array<Turn, count> turns;
-    for (std::int64_t stage = 0; stage < count; ++stage)
-      turns[static_cast<std::size_t>(stage)] = {row_at(first_of(slab, stage)), end_of(slab, stage), stage * away};
-    for (std::int64_t i = begin_of(slab), end = begin_of(slab + 1) + (count - 1) * away; i < end; ++i) {
-      Turn* turn = turns.data();
-      const auto one = [&](const auto& f) {
-        if (turn->next.number == i - turn->behind && turn->next.number < turn->end) {
-          f(turn->next, thread);
-          go_on(turn->next);
-        }
-        ++turn;
-      };
-      (one(stages), ...);
-    }
-  });
-  if (slabs == 1 && !is_outer_ring_) return;
-  team_.run(slabs, [&](std::int64_t slab, int thread) {
-    if (!is_seam(slab)) return;
-    const std::int64_t before = slab == 0 ? slabs - 1 : slab - 1;
-    std::int64_t stage = 0;
-    const auto one = [&](const auto& f) {
-      const std::int64_t last = begin_of(before + 1), first = first_of(slab, stage);
-      for (Row row = row_at(end_of(before, stage)); row.number < last; go_on(row)) f(row, thread);
-      for (Row row = row_at(begin_of(slab)); row.number < first; go_on(row)) f(row, thread);
-      ++stage;
-    };
-    (one(stages), ...);
-  });
-}
-
 template <class Real>
 void CycleLevel<Real>::descend(const Real* b, Real* x, bool is_guess_zero, CycleLevel& coarse) {
   const auto residual = [&](const Row& row, int) { find_residual(row, b, x); };
@@ -328,7 +252,7 @@ void CycleLevel<Real>::ascend(const Real* b, Real* x, bool is_backwards, CycleLe
   coarse.forget_lines();
   const auto add = [&](const Row& row, int thread) { add_correction(row, thread, second, coarse, x); };
   const auto count_all = [&](const Row& row, int) {
-    counted_[static_cast<std::size_t>(row.number)] = squares_of(row, 0, b, x) + squares_of(row, 1, b, x);
+    counted_.squares[static_cast<std::size_t>(row.number)] = squares_of(row, 0, b, x) + squares_of(row, 1, b, x);
   };
   const auto in_turns_or_counted = [&](const auto& one, const auto& other, const auto& count) {
     squares == nullptr ? in_turns(add, one, other) : in_turns(add, one, other, count);
@@ -340,7 +264,8 @@ void CycleLevel<Real>::ascend(const Real* b, Real* x, bool is_backwards, CycleLe
     in_turns_or_counted([&](const Row& row, int) { smooth_row(row, first, b, x); },
                         [&](const Row& row, int) { smooth_row(row, second, b, x); },
                         [&](const Row& row, int) {
-                          counted_[static_cast<std::size_t>(row.number)] = squares_of(row, half_of(row, first), b, x);
+                          counted_.squares[static_cast<std::size_t>(row.number)] =
+                              squares_of(row, half_of(row, first), b, x);
                         });
   } else {
     share_rows(add);
@@ -348,7 +273,7 @@ void CycleLevel<Real>::ascend(const Real* b, Real* x, bool is_backwards, CycleLe
     smooth(second, is_backwards, b, x);
     if (squares != nullptr) share_rows(count_all);
   }
-  if (squares != nullptr) *squares = sum_of_counted();
+  if (squares != nullptr) *squares = sum_of(counted_.squares);
 }
 
 template <class Real>
@@ -363,14 +288,14 @@ double CycleLevel<Real>::ascend_and_descend(const Real* b, Real* x, CycleLevel& 
   const auto smooth_red = [&](const Row& row, int) { smooth_row(row, red, b, x); };
   const auto smooth_black = [&](const Row& row, int) { smooth_row(row, black, b, x); };
   const auto smooth_counted = [&](const Row& row, int) {
-    counted_[static_cast<std::size_t>(row.number)] =
+    counted_.squares[static_cast<std::size_t>(row.number)] =
         kernels_.smooth_counted[axes_](level_, row, half_of(row, red), b, x);
     close_ring(x, row, half_of(row, red));
   };
   in_turns([&](const Row& row, int thread) { add_correction(row, thread, black, coarse, x); }, smooth_red, smooth_black,
            smooth_counted, smooth_black, [&](const Row& row, int) { find_residual(row, b, x); });
   restrict_to(coarse);
-  return sum_of_counted();
+  return sum_of(counted_.squares);
 }
 
 template <class Real>
@@ -502,22 +427,23 @@ void CycleLevel<Real>::add_correction(const Row& row, int thread, int colour, Cy
   const auto j = static_cast<std::size_t>(row.y);
   const AxisInterpolation& from = from_[1];
   const Real *near = coarse_line(from.near[j], row.z, coarse, of_coarse),
-               *far = coarse_line(from.far[j], row.z, coarse, of_coarse);
+             *far = coarse_line(from.far[j], row.z, coarse, of_coarse);
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, colour)) continue;
     const auto h = static_cast<std::size_t>(which);
     const bool is_halved = from_[0].is_halved;  // else each cell has one of its own above it, of weight 1
     const std::int64_t begin = is_halved ? 0 : rows_.begin(which);
-    kernels_.add_interpolated({.count = rows_.count(which),
-                               .near = near_[h].data(),
-                               .far = far_[h].data(),
-                               .share = share_.row(row.number) + rows_.begin(which),
-                               .rows = {near + begin, far + begin},
-                               .weights = {static_cast<Real>(from.near_weight[j]), static_cast<Real>(from.far_weight[j])},
-                               .to_far = !is_halved   ? 0
-                                         : which == 0 ? -1
-                                                      : 1},
-                              half(x, row, which));
+    kernels_.add_interpolated(
+        {.count = rows_.count(which),
+         .near = near_[h].data(),
+         .far = far_[h].data(),
+         .share = share_.row(row.number) + rows_.begin(which),
+         .rows = {near + begin, far + begin},
+         .weights = {static_cast<Real>(from.near_weight[j]), static_cast<Real>(from.far_weight[j])},
+         .to_far = !is_halved   ? 0
+                   : which == 0 ? -1
+                                : 1},
+        half(x, row, which));
     close_ring(x, row, which);
   }
 }

@@ -13,6 +13,7 @@
 
 #include "dpde/runtime/team.h"
 #include "solve/coefficient_rows.h"
+#include "solve/finite.h"
 #include "solve/grid_waves.h"
 #include "solve/half_rows.h"
 #include "solve/multigrid_level.h"
@@ -28,7 +29,8 @@ class CycleLevel {
  public:
   CycleLevel(const MultigridLevel& level, SmootherKind smoother, const Team& team);
   /// Its coefficients times `scale`, in the memory of those before; the grid is that it was made for, as is the
-  /// smoother. Where `is_given_up`, `level` loses what it has, array by array. Of its diagonal the inverse is left else.
+  /// smoother. Where `is_given_up`, `level` loses what it has, array by array. Of its diagonal the inverse is left
+  /// else.
   void set(MultigridLevel& level, double scale, bool is_symmetric, SmootherKind smoother, bool is_given_up);
   const std::array<std::int64_t, 3>& cells() const { return cells_; }
   bool has_rings(const std::array<bool, 3>& periodic) const {
@@ -41,9 +43,8 @@ class CycleLevel {
   /// Of right sides the rooms stay 0, so that dot products with them are those of the cells.
   void pack_right(std::span<const double> cells, double factor, Real* vector) const;
   void pack(std::span<const double> cells, double factor, Real* vector) const;
-  void unpack(const Real* vector, std::span<double> cells) const;
-  /// The same of rows that come one by one, right sides; |cells|^2.
-  double pack_rows(const ReadRowsOf<double>& cells, double factor, Real* vector);
+  /// The same of right sides, whose rows come one by one; sums of cells.
+  Sums pack_rows(const ReadRowsOf<double>& cells, double factor, Real* vector);
   /// cells = factor*vector, or cells += that.
   void unpack(const Real* vector, double factor, bool is_added, std::span<double> cells) const;
 
@@ -107,7 +108,7 @@ class CycleLevel {
   /// f(row, thread), summed.
   template <class F>
   double sum_of_rows(const F& f);
-  double sum_of_counted() const;
+  static double sum_of(const Numbers& of_rows);
   /// Backwards matters where two of a colour are neighbours around an odd ring.
   void smooth(int colour, bool is_backwards, const Real* b, Real* x) const;
   /// All rows, one stage f(row, thread) behind the other by as much as their neighbours are away: a row is still in a
@@ -148,13 +149,15 @@ class CycleLevel {
   /// Cells are smoothed by colours, and no neighbours are of one: b - A*x is 0 in cells smoothed last, and smoothing
   /// forgets what cells were. Not so around odd rings.
   bool is_chequered_ = true;
-  std::array<Real, 2> factors_{};    // of steps of relaxation, where it is not in colours
+  std::array<Real, 2> factors_{};              // of steps of relaxation, where it is not in colours
   std::array<NumbersOf<Real>, 2> near_, far_;  // weights along x, of each half
   std::array<NumbersOf<Real>, 4> restricting_;
   NumbersOf<Real> residual_;  // before it is known, x between two steps of relaxation
   Team team_;
   std::vector<Scratch> scratch_;  // one a thread
-  Numbers counted_;               // of each row
+  struct {
+    Numbers squares, cells;
+  } counted_;  // sums of each row
   const RowKernelsOf<Real>& kernels_;
 };
 

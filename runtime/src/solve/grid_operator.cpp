@@ -96,6 +96,15 @@ double GridOperator::residual(std::span<const double> b, std::span<const double>
   });
 }
 
+void GridOperator::residual_of_row(std::int64_t first, std::span<const double> b, std::span<const double> x,
+                                   std::span<double> left) const {
+  const auto row = static_cast<std::size_t>(first / cells()[0]);
+  visit([&](const auto& rows) {
+    double* to = left.data();
+    for_each_left(rows, row, row + 1, b, x, [&](double value) { *to++ = value; });
+  });
+}
+
 std::vector<double> GridOperator::diagonal() const {
   std::vector<double> result(static_cast<std::size_t>(size()), 0.0);
   if (const ConstantRows* const rows = constant_rows()) {

@@ -58,6 +58,9 @@ class GridOperator {
   void multiply_transposed(std::span<const double> x, std::span<double> result) const;
   /// |b - A*x|; nothing is allocated.
   double residual(std::span<const double> b, std::span<const double> x, const Team& team = 1) const;
+  /// b - A*x of the row along x that begins with cell `first`.
+  void residual_of_row(std::int64_t first, std::span<const double> b, std::span<const double> x,
+                       std::span<double> left) const;
   std::vector<double> diagonal() const;
   double largest_row() const;  // norm
   bool is_known_symmetric() const { return is_known_symmetric_; }

@@ -27,7 +27,9 @@ class HalfRows {
   bool is_ring() const { return is_ring_; }
 
   template <class Real>
-  void close_ring(Real* row) const { close_ring(row, row + odd_); }
+  void close_ring(Real* row) const {
+    close_ring(row, row + odd_);
+  }
   template <class Real>
   void close_ring(Real* even, Real* odd) const {
     for (const int half : {0, 1}) close_ring(even, odd, half);
@@ -52,20 +54,6 @@ class HalfRows {
     const std::int64_t pairs = count(1);
     for (std::int64_t i = 0; i < pairs; ++i) even[i] = made(cells[2 * i]), odd[i] = made(cells[2 * i + 1]);
     if (cells_ % 2 == 1) even[pairs] = made(cells[2 * pairs]);
-  }
-  /// cells = factor*row
-  template <class Real>
-  void unpack(const Real* even, const Real* odd, double factor, double* cells) const {
-    const std::int64_t pairs = count(1);
-    for (std::int64_t i = 0; i < pairs; ++i) cells[2 * i] = factor * even[i], cells[2 * i + 1] = factor * odd[i];
-    if (cells_ % 2 == 1) cells[2 * pairs] = factor * even[pairs];
-  }
-  /// cells += factor*row
-  template <class Real>
-  void add(const Real* even, const Real* odd, double factor, double* cells) const {
-    const std::int64_t pairs = count(1);
-    for (std::int64_t i = 0; i < pairs; ++i) cells[2 * i] += factor * even[i], cells[2 * i + 1] += factor * odd[i];
-    if (cells_ % 2 == 1) cells[2 * pairs] += factor * even[pairs];
   }
 
  private:

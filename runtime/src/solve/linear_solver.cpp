@@ -148,19 +148,35 @@ void LinearSolver::Impl::size_iterations(std::size_t size) {
   if (iterations) iterations->resize(size, method == SolverMethod::bicgstab);
 }
 
+std::string LinearSolver::Impl::words_on_cycles(SmootherKind smoother) const {
+  return fmt::format("symmetric, each cell coupled with its neighbours: multigrid cycles{}, {}{}",
+                     in_floats.cycles ? " in f32" : "", words_on(smoother),
+                     method == SolverMethod::cg ? ", as the preconditioner of conjugate gradients" : "");
+}
+
+/// Vectors are in the cells' own order, and multiplied by the operator itself.
+bool LinearSolver::Impl::try_floats(SolverMethod wanted) {
+  in_floats.cycles = FloatCycles::of(*a, false, cycles(wanted == SolverMethod::cg), no_multigrid);
+  if (!in_floats.cycles) return false;
+  method = wanted;
+  reason = words_on_cycles(in_floats.cycles->smoother());
+  if (wanted == SolverMethod::multigrid) return true;
+  make_iterations([this](std::span<const double> r, std::span<double> z) { in_floats.cycles->precondition(r, z); });
+  return true;
+}
+
 bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
+  if (takes_floats() && try_floats(wanted)) return true;
   multigrid = a->visit([&](const auto& rows) {
     return Multigrid::of(rows, null_space(), cycles(wanted == SolverMethod::cg), no_multigrid);
   });
   if (!multigrid) return false;
   is_packed = true;
-  packed_right = Numbers(multigrid->size());
-  packed_x = Numbers(multigrid->size());
+  packed.right = Numbers(multigrid->size());
+  packed.x = Numbers(multigrid->size());
   method = wanted;
-  reason = std::string("symmetric, each cell coupled with its neighbours: multigrid cycles, ") +
-           words_on(multigrid->smoother());
+  reason = words_on_cycles(multigrid->smoother());
   if (wanted == SolverMethod::multigrid) return true;
-  reason += ", as the preconditioner of conjugate gradients";
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
                      [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
                      options.tolerance, options.most_iterations, VectorFunction(), team);
@@ -170,27 +186,50 @@ bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
 
 /// Of unsymmetric operators, in the cells' own order.
 void LinearSolver::Impl::precondition_by_multigrid() {
-  packed_right = Numbers(multigrid->size());
-  packed_x = Numbers(multigrid->size());
-  reason += std::string(", preconditioned by multigrid of the symmetric part, ") + words_on(multigrid->smoother());
+  reason += fmt::format(", preconditioned by multigrid of the symmetric part{}, {}", in_floats.cycles ? " in f32" : "",
+                        words_on(in_floats.cycles ? in_floats.cycles->smoother() : multigrid->smoother()));
+  if (in_floats.cycles)
+    return make_iterations(
+        [this](std::span<const double> r, std::span<double> z) { in_floats.cycles->precondition(r, z); });
+  packed.right = Numbers(multigrid->size());
+  packed.x = Numbers(multigrid->size());
   make_iterations([this](std::span<const double> r, std::span<double> z) {
-    multigrid->pack_right(r, packed_right);
-    multigrid->cycle(packed_right, packed_x);
-    multigrid->unpack(packed_x, z);
+    multigrid->pack_right(r, packed.right);
+    multigrid->cycle(packed.right, packed.x);
+    multigrid->unpack(packed.x, z);
   });
 }
 
 IterationReport LinearSolver::Impl::iterate_packed(std::span<const double> b, std::span<double> x) {
-  multigrid->pack_right(b, packed_right);
-  multigrid->pack(x, packed_x);
-  const IterationReport report = iterations ? iterations->cg(packed_right, packed_x)
-                                            : multigrid->iterate(packed_right, packed_x, options.tolerance,
+  multigrid->pack_right(b, packed.right);
+  multigrid->pack(x, packed.x);
+  const IterationReport report = iterations ? iterations->cg(packed.right, packed.x)
+                                            : multigrid->iterate(packed.right, packed.x, options.tolerance,
                                                                  rounding_of_x(), options.most_iterations);
-  multigrid->unpack(packed_x, x);
+  multigrid->unpack(packed.x, x);
+  return report;
+}
+
+/// Where floats come no nearer, doubles go on: memory is taken for them, once.
+IterationReport LinearSolver::Impl::iterate_with_floats(std::span<const double> b, std::span<double> x) {
+  in_floats.cycles->begin(b);
+  const IterationReport way =
+      method == SolverMethod::multigrid
+          ? in_floats.cycles->solve(*a, b, x, options.tolerance, rounding_of_x(), options.most_iterations)
+          : iterations->cg(b, x);
+  if (!way.has_stalled && !way.is_indefinite) return way;
+  in_floats.have_stalled = true;
+  in_floats.cycles.reset();
+  try_multigrid(method);
+  reason += rooms.words();
+  IterationReport report = iterate_packed(b, x);
+  report.iterations += way.iterations;
   return report;
 }
 
 IterationReport LinearSolver::Impl::iterate(std::span<const double> b, std::span<double> x) {
+  if (in_floats.cycles && method != SolverMethod::bicgstab) return iterate_with_floats(b, x);
+  if (in_floats.cycles) in_floats.cycles->begin(b);
   if (is_packed) return iterate_packed(b, x);
   if (gmres) return gmres->solve(b, x);
   if (method == SolverMethod::cg) return is_flexible() ? iterations->flexible_cg(b, x) : iterations->cg(b, x);
@@ -261,9 +300,14 @@ void LinearSolver::Impl::make_unsymmetric(SolverMethod wanted) {
   reason = wanted == SolverMethod::gmres ? (is_flexible() ? "flexible GMRES" : "GMRES") : "not symmetric: BiCGStab";
   if (is_flexible()) return precondition_by_network();
   if (options.preconditioning == Preconditioning::none) return make_unpreconditioned();
-  multigrid = a->visit(
-      [&](const auto& rows) { return Multigrid::of_symmetric_part(rows, null_space(), cycles(false), no_multigrid); });
-  if (multigrid) return precondition_by_multigrid();
+  if (takes_floats() && wanted == SolverMethod::bicgstab)
+    in_floats.cycles = FloatCycles::of(*a, true, cycles(false), no_multigrid);
+  if (!in_floats.cycles) {
+    multigrid = a->visit([&](const auto& rows) {
+      return Multigrid::of_symmetric_part(rows, null_space(), cycles(false), no_multigrid);
+    });
+  }
+  if (in_floats.cycles || multigrid) return precondition_by_multigrid();
   if (options.preconditioning == Preconditioning::multigrid) refuse(wanted, no_multigrid.c_str());
   incomplete.setDroptol(1e-3);
   incomplete.setFillfactor(20);
@@ -318,10 +362,17 @@ double LinearSolver::Impl::out_of_reach(std::span<const double> b, std::span<con
   return norm(image);
 }
 
-void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, bool has_come,
-                               SolveReport& report) {
+/// |b - A*x|; cycles in floats end with it.
+double LinearSolver::Impl::left_of(std::span<const double> b, std::span<const double> x, const IterationReport& way) {
+  if (is_packed) return multigrid->residual(packed.right, packed.x);
+  if (!in_floats.cycles || method != SolverMethod::multigrid) return a->residual(b, x, team);
   const double size = norm(b, team);
-  const double left = is_packed ? multigrid->residual(packed_right, packed_x) : a->residual(b, x, team);
+  return size == 0 ? way.residual : way.residual * size;
+}
+
+void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double> x, const IterationReport& way,
+                               SolveReport& report) {
+  const double size = norm(b, team), left = left_of(b, x, way);
   report.residual = size == 0 ? left : left / size;
   if (direct && direct->is_dense()) {  // least squares: all that is left is out of reach
     report.is_least_squares = true;
@@ -331,7 +382,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   const double by_rounding = size == 0 ? 0 : rounding_of_x() * norm(x, team) / size;
   const bool is_iterated = has_steps();
   report.bound = std::max({options.tolerance, is_iterated ? 0 : 1e-9, by_rounding});
-  report.converged = std::isfinite(left) && ((is_iterated && has_come) || report.residual <= report.bound);
+  report.converged = std::isfinite(left) && ((is_iterated && way.converged) || report.residual <= report.bound);
   if ((fourier || lines) && report.converged && size > 0) fourier_residual = report.residual;
   report.is_singular = !report.converged && left > 1e-6 * size && out_of_reach(b, x) <= 1e-8 * largest_row * left;
 }
@@ -388,7 +439,7 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   if (!own.fourier) own.null_space().remove(x, own.team);  // whose waves have none of it
   report.iterations = way.iterations;
   report.unaided = way.unaided;
-  own.judge(right, x, way.converged, report);
+  own.judge(right, x, way, report);
   report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
   return report;
 }

@@ -9,6 +9,7 @@
 
 #include "solve/direct.h"
 #include "solve/first_guess.h"
+#include "solve/float_cycles.h"
 #include "solve/fourier.h"
 #include "solve/gmres.h"
 #include "solve/krylov.h"
@@ -37,7 +38,7 @@ struct LinearSolver::Impl {
     if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
     const auto size = static_cast<std::size_t>(a->size());
     choose();
-    if (!is_packed || !null_space().is_empty()) right.assign(size, 0.0);
+    if (has_own_right()) right.assign(size, 0.0);
     if (has_steps() && !is_packed) size_iterations(size);
     rooms = Rooms(null_space(), size);
     reason += rooms.words();
@@ -67,15 +68,22 @@ struct LinearSolver::Impl {
   template <class Real>
   std::optional<SolveReport> solve_rows(const ReadRowsOf<Real>& b, const WriteRowsOf<Real>& x);
   IterationReport iterate(std::span<const double> b, std::span<double> x);
+  IterationReport iterate_with_floats(std::span<const double> b, std::span<double> x);
   IterationReport iterate_packed(std::span<const double> b, std::span<double> x);
-  void judge(std::span<const double> b, std::span<const double> x, bool has_come, SolveReport& report);
+  void judge(std::span<const double> b, std::span<const double> x, const IterationReport& way, SolveReport& report);
+  double left_of(std::span<const double> b, std::span<const double> x, const IterationReport& way);
   /// What rounding makes of A*x, over |x|: steps come near in f64 whatever the fields are in, as their matrix is one of
   /// f64. In f32 it would be 5 times a right side of lap(x) - 1e-3*x on 48^2 cells, and no step be made at all.
   double rounding_of_x() const { return 8 * (has_steps() ? 0x1p-52 : options.rounding) * largest_row; }
   MultigridOptions cycles(bool are_symmetric) const {
     return {options.rounding, are_symmetric, a->is_known_symmetric(), options.smoother, team};
   }
-  bool has_steps() const { return iterations || gmres || is_packed; }
+  bool has_steps() const { return iterations || gmres || is_packed || in_floats.cycles; }
+  bool has_own_right() const { return !has_steps() || !null_space().is_empty(); }
+  /// Entries of scenes in f32 are no more exact than floats.
+  bool takes_floats() const { return options.rounding > 0x1p-30 && !in_floats.have_stalled; }
+  bool try_floats(SolverMethod wanted);
+  std::string words_on_cycles(SmootherKind smoother) const;
   double out_of_reach(std::span<const double> b, std::span<const double> x) const;
 
   SolveOptions options;
@@ -94,13 +102,19 @@ struct LinearSolver::Impl {
   std::optional<LineSystems> lines;
   std::optional<double> fourier_residual;  // of the first solve by either that came near enough
   std::optional<Multigrid> multigrid;
+  struct {
+    std::optional<FloatCycles> cycles;  // in place of it
+    bool have_stalled = false;
+  } in_floats;
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
   std::optional<Gmres> gmres;
   const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
   std::vector<double> right;               // without what A does not reach; empty: as it is given
   bool is_packed = false;                  // multigrid, or conjugate gradients with it, in its order of cells
-  Numbers packed_right, packed_x;
+  struct {
+    Numbers right, x;
+  } packed;
 };
 
 }  // namespace dpde

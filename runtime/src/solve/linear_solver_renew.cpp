@@ -48,7 +48,7 @@ bool LinearSolver::Impl::renew(std::shared_ptr<const GridOperator> given) {
   if (Rooms(null_space(), size) != rooms) return false;
   largest_row = a->largest_row();
   if (!renew_method()) return false;
-  if (!is_packed || !null_space().is_empty()) {
+  if (has_own_right()) {
     right.assign(size, 0.0);
   } else {
     right.clear();
@@ -60,7 +60,7 @@ bool LinearSolver::Impl::renew(std::shared_ptr<const GridOperator> given) {
 bool LinearSolver::Impl::renew_method() {
   const bool is_automatic = options.method == SolverMethod::automatic;
   const bool is_lopsided = null_space().is_lopsided();
-  if (a->constant_rows() != nullptr || is_lopsided || fourier || lines) return false;
+  if (a->constant_rows() != nullptr || is_lopsided || fourier || lines || in_floats.have_stalled) return false;
   return a->with_matrix([&](const StencilMatrix& matrix) {
     if (tridiagonal) return tridiagonal->set(matrix, null_space());
     if (is_automatic && (a->size() == a->cells()[0] || has_even_axis(matrix))) return false;
@@ -69,6 +69,7 @@ bool LinearSolver::Impl::renew_method() {
     const bool is_for_unsymmetric = method == SolverMethod::bicgstab || method == SolverMethod::gmres;
     if (is_automatic && is_for_unsymmetric && a->is_symmetric(options.rounding)) return false;
     if (multigrid) return multigrid->renew(matrix, null_space(), a->is_known_symmetric());
+    if (in_floats.cycles) return in_floats.cycles->renew(matrix, null_space(), a->is_known_symmetric());
     const bool is_plain = options.preconditioning == Preconditioning::none || is_flexible();
     return is_plain && (method != SolverMethod::cg || a->is_symmetric(options.rounding));
   });

@@ -12,12 +12,17 @@ namespace {
 
 constexpr double usual_rate = 0.01;  // of |b - A*x|^2 in one cycle, before one is made
 
+/// By so many last digits of x, each of its cell, cycles in floats move what they leave: most where coefficients jump
+/// (18 around a disc of 1e-6 on 512^2 cells; 1 where they are the same). One more correction is what too many cost.
+constexpr double roundings_of_x = 32;
+
 template <class Real>
 double size_of(std::span<const Real> values, const Team& team) {
   if constexpr (std::is_same_v<Real, double>) return norm(values, team);
   return std::sqrt(sum_of_parts(team, values.size(), [&](std::size_t begin, std::size_t end) {
     double squares = 0;
-    for (const double value : values.subspan(begin, end - begin)) squares += value * value;
+#pragma omp simd reduction(+ : squares)
+    for (std::size_t i = begin; i < end; ++i) squares += static_cast<double>(values[i]) * values[i];
     return squares;
   }));
 }
@@ -26,7 +31,8 @@ double sum_of(std::span<const Real> values, const Team& team) {
   if constexpr (std::is_same_v<Real, double>) return sums_of(values, team).sum;
   return sum_of_parts(team, values.size(), [&](std::size_t begin, std::size_t end) {
     double sum = 0;
-    for (const Real value : values.subspan(begin, end - begin)) sum += value;
+#pragma omp simd reduction(+ : sum)
+    for (std::size_t i = begin; i < end; ++i) sum += values[i];
     return sum;
   });
 }
@@ -34,23 +40,34 @@ double sum_of(std::span<const Real> values, const Team& team) {
 }  // namespace
 
 template <class Real>
-void MultigridOf<Real>::pack_right(std::span<const double> b, std::span<Real> vector) const {
-  levels_.front().pack_right(b, sign_, vector.data());
+void MultigridOf<Real>::pack_right(std::span<const double> b, double factor, std::span<Real> vector) const {
+  levels_.front().pack_right(b, sign_ * factor, vector.data());
+}
+template <class Real>
+double MultigridOf<Real>::pack_rows(const ReadRowsOf<double>& b, double factor, std::span<Real> vector) {
+  const Sums sums = levels_.front().pack_rows(b, sign_ * factor, vector.data());
+  if (singular_cells_ == 0 && singular_parts_.empty()) return factor * std::sqrt(sums.squares);
+  if (singular_cells_ > 0) {
+    const double mean = sums.sum / static_cast<double>(singular_cells_);
+    levels_.front().subtract(static_cast<Real>(sign_ * factor * mean), vector.data());
+  }
+  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, vector, part);
+  return size_of<Real>(vector, team_);
 }
 template <class Real>
 void MultigridOf<Real>::pack(std::span<const double> x, std::span<Real> vector) const {
   levels_.front().pack(x, 1, vector.data());
 }
 template <class Real>
-void MultigridOf<Real>::unpack(std::span<const Real> vector, std::span<double> x) const {
-  levels_.front().unpack(vector.data(), x);
+void MultigridOf<Real>::unpack(std::span<const Real> vector, double factor, bool is_added, std::span<double> x) const {
+  levels_.front().unpack(vector.data(), factor * scale_, is_added, x);
 }
 
 template <class Real>
 void MultigridOf<Real>::descend(std::size_t level, const Real* b, Real* x) {
   CycleLevel<Real>& here = levels_[level];
   if (level + 1 == levels_.size()) {
-    here.unpack(b, coarsest_b_);
+    here.unpack(b, 1, false, coarsest_b_);
     coarsest_.solve(coarsest_b_, coarsest_x_);
     return here.pack(coarsest_x_, 1 / scale_, x);
   }
@@ -61,18 +78,13 @@ void MultigridOf<Real>::descend(std::size_t level, const Real* b, Real* x) {
 }
 
 template <class Real>
-void MultigridOf<Real>::remove_null_space(std::span<Real> right) const {
-  if (singular_cells_ > 0) {
-    const double mean = sum_of<Real>(right, team_) / static_cast<double>(singular_cells_);  // the rooms are 0
-    levels_.front().subtract(static_cast<Real>(mean), right.data());
-  }
-  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, right, part);
-}
-
-template <class Real>
 void MultigridOf<Real>::multiply(std::span<const Real> x, std::span<Real> y) const {
   levels_.front().multiply(x.data(), y.data());
-  remove_null_space(y);
+  if (singular_cells_ > 0) {
+    const double sum = sum_of<Real>(y, team_);  // the rooms of images are 0
+    levels_.front().subtract(static_cast<Real>(sum / static_cast<double>(singular_cells_)), y.data());
+  }
+  for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, y, part);
 }
 
 template <class Real>
@@ -102,17 +114,16 @@ IterationReport MultigridOf<Real>::iterate(std::span<const Real> b, std::span<Re
 template <class Real>
 IterationReport MultigridOf<Real>::iterate_from_zero(std::span<const Real> b, double size, std::span<Real> x,
                                                      double tolerance, int most) {
-  return go_on(b, x, {tolerance, 0x1p-24, size, size * size, most, true});
+  return go_on(b, x, {tolerance, roundings_of_x * 0x1p-24, size, size * size, most, true});
 }
 
 /// Of doubles `rounding` is that of images over |x|: while much is left |x| need not be known. Of floats it is that of
 /// x itself, in each cell beside its diagonal: by so much images differ from what they should be, and where a cycle
 /// has not halved what is left it is asked whether that is no more.
 template <class Real>
-bool MultigridOf<Real>::is_rounding(std::span<const Real> x, const Goal& goal, double left,
-                                    double before) const {
+bool MultigridOf<Real>::is_rounding(std::span<const Real> x, const Goal& goal, double left, double before) const {
   if constexpr (has_differences<Real>) {
-    return left > 0.5 * before && left <= goal.rounding * levels_.front().size_of_terms(x.data());
+    return goal.rounding > 0 && left > 0.5 * before && left <= goal.rounding * levels_.front().size_of_terms(x.data());
   } else {
     const bool is_near = left <= 1e-7 * (goal.size == 0 ? 1 : goal.size);
     return is_near && left <= goal.rounding * norm(x, team_);

@@ -42,8 +42,8 @@ struct MultigridWork {
   double sign = 1;
 };
 
-/// Of levels of floats or doubles (`Real`). Those of floats are of the operator times scale(), a power of two that
-/// brings it into their range.
+/// Of levels of floats or doubles (`Real`). Those of floats are of the operator times a power of two that brings it
+/// into their range, which cycles and `unpack` take into account.
 template <class Real>
 class MultigridOf {
  public:
@@ -65,9 +65,15 @@ class MultigridOf {
   bool renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric);
 
   std::size_t size() const { return levels_.front().size(); }  // of a vector
-  void pack_right(std::span<const double> b, std::span<Real> vector) const;
+  void pack_right(std::span<const double> b, std::span<Real> vector) const { pack_right(b, 1, vector); }
+  /// factor*b
+  void pack_right(std::span<const double> b, double factor, std::span<Real> vector) const;
+  /// The same of rows along x that come one by one, without what no image has; |vector|.
+  double pack_rows(const ReadRowsOf<double>& b, double factor, std::span<Real> vector);
   void pack(std::span<const double> x, std::span<Real> vector) const;
-  void unpack(std::span<const Real> vector, std::span<double> x) const;
+  void unpack(std::span<const Real> vector, std::span<double> x) const { unpack(vector, 1, false, x); }
+  /// x = factor*vector, or x += that.
+  void unpack(std::span<const Real> vector, double factor, bool is_added, std::span<double> x) const;
 
   /// One cycle, for the guess 0: x is about A^-1*b.
   void cycle(std::span<const Real> b, std::span<Real> x) { descend(0, b.data(), x.data()); }
@@ -79,10 +85,7 @@ class MultigridOf {
   /// Without what rounding leaves of the null space in the image: residuals that are carried along would keep it, as no
   /// correction takes it away, until it hides the rest.
   void multiply(std::span<const Real> x, std::span<Real> y) const;
-  /// Takes away what no image has.
-  void remove_null_space(std::span<Real> right) const;
   double residual(std::span<const Real> b, std::span<const Real> x);  // |b - A*x|
-  double scale() const { return scale_; }
   SmootherKind smoother() const { return smoother_; }
   int levels() const { return static_cast<int>(levels_.size()); }
 
@@ -94,7 +97,7 @@ class MultigridOf {
   };
   template <class Rows>
   static std::optional<MultigridOf> made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
-                                          const MultigridOptions& options, std::string& why);
+                                            const MultigridOptions& options, std::string& why);
   /// All levels of the finest of `work`, which is given up level by level where there were none. False where there are
   /// others, or no factors: `why`.
   bool set_levels(MultigridWork& work, const char*& why);
@@ -111,7 +114,7 @@ class MultigridOf {
   std::vector<double> coarsest_b_, coarsest_x_;
   std::size_t singular_cells_ = 0;  // where the one singular part is the whole grid: their number
   std::vector<std::vector<std::uint32_t>> singular_parts_;  // else: where their cells are in a vector
-  double sign_ = 1, scale_ = 1;
+  double sign_ = 1, scale_ = 1;                             // what the operator is multiplied by
   bool is_part_ = false;
   SmootherKind smoother_ = SmootherKind::red_black;
   MultigridOptions options_;

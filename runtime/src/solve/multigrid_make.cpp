@@ -208,7 +208,7 @@ SmootherKind smoother_for(const MultigridLevel& finest, SmootherKind asked) {
 /// The finest of `work`; `why` not. `is_part`: of the symmetric part, with both signs.
 template <class Rows>
 bool read_finest(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
-                     MultigridWork& work, const char*& why) {
+                 MultigridWork& work, const char*& why) {
   if (!is_part) {
     why = not_symmetric;
     if (null_space.is_lopsided() || !(options.is_known_symmetric || dpde::is_symmetric(rows, options.rounding)))
@@ -231,7 +231,7 @@ bool read_finest(const Rows& rows, bool is_part, const NullSpace& null_space, co
 template <class Real>
 template <class Rows>
 std::optional<MultigridOf<Real>> MultigridOf<Real>::made_of(const Rows& rows, bool is_part, const NullSpace& null_space,
-                                            const MultigridOptions& options, std::string& why_not) {
+                                                            const MultigridOptions& options, std::string& why_not) {
   MultigridOf result;
   const char* why = "";
   result.team_ = options.team;

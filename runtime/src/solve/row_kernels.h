@@ -31,11 +31,11 @@ template <class Real>
 struct LevelRows {
   std::int64_t cells[3];
   bool is_ring[3];
-  std::int64_t odd;            // of rows of coefficients: from the even cells to the odd ones
-  std::int64_t stride, black;  // of vectors: from a half row to the next one of its colour, from red to black ones
+  std::int64_t odd;                // of rows of coefficients: from the even cells to the odd ones
+  std::int64_t stride, black;      // of vectors: from a half row to the next one of its colour, from red to black ones
   const Real* const* coupling[3];  // of each cell with the next one along the axis
   const Real *const *own, *const *inverse;  // diagonal or rest; 1/diagonal
-  bool is_even;    // couplings along an axis are the same in all cells, but for 0 at bounded ends
+  bool is_even;  // couplings along an axis are the same in all cells, but for 0 at bounded ends
   Real even[3];  // these
 };
 
@@ -45,6 +45,16 @@ struct RowSum {
   int terms;
   const Real* values[16];
   Real weights[16];
+};
+
+/// Of the cells along a row so many of its columns: result = sum_k values_k*x_k, or the result and that.
+struct RowProducts {
+  static constexpr int most = 16;
+  std::int64_t count;
+  int terms;
+  bool is_added;
+  const double* values[most];
+  const double* x[most];
 };
 
 /// Restriction along x: coarse_i takes of the fine cells 2i-1 to 2i+2.
@@ -71,22 +81,26 @@ struct RowKernelsOf {
   using Of = const LevelRows<Real>&;
   using At = const RowPlace&;
   void (*scale)(Of level, At row, int half, Real factor, const Real* b, Real* x);  // x = factor*inverse*b
-  void (*smooth[3])(Of level, At row, int half, const Real* b, Real* x);             // x = inverse*(b + sum)
+  void (*smooth[3])(Of level, At row, int half, const Real* b, Real* x);           // x = inverse*(b + sum)
   /// The same; |b - A*x|^2 of what was there before.
   double (*smooth_counted[3])(Of level, At row, int half, const Real* b, Real* x);
   /// to = x + factor*inverse*(b - A*x)
   void (*relax[3])(Of level, At row, int half, Real factor, const Real* b, const Real* x, Real* to);
-  void (*residual[3])(Of level, At row, int half, const Real* b, const Real* x, Real* r);  // r = b - A*x
-  double (*squared_residual[3])(Of level, At row, int half, const Real* b, const Real* x);   // |b - A*x|^2
-  void (*multiply[3])(Of level, At row, int half, const Real* x, Real* y);                   // y = A*x
+  void (*residual[3])(Of level, At row, int half, const Real* b, const Real* x, Real* r);   // r = b - A*x
+  double (*squared_residual[3])(Of level, At row, int half, const Real* b, const Real* x);  // |b - A*x|^2
+  void (*multiply[3])(Of level, At row, int half, const Real* x, Real* y);                  // y = A*x
   void (*interleave)(std::int64_t pairs, const Real* even, const Real* odd, Real* both);
   void (*sum)(const RowSum<Real>& terms, Real* result);
   void (*restrict_along)(const RestrictedRow<Real>& row, Real* coarse);
   void (*add_interpolated)(const InterpolatedRow<Real>& row, Real* x);
   void (*take_share)(std::int64_t count, const Real* share, Real* r);  // r = share*r
+  /// even, odd = factor*cells, and back: cells = factor*(even, odd), or the cells and that.
+  void (*split)(std::int64_t cells, const double* values, double factor, Real* even, Real* odd);
+  void (*join)(std::int64_t cells, const Real* even, const Real* odd, double factor, bool is_added, double* values);
 };
 
 struct RowKernels {
+  void (*add_products)(const RowProducts& terms, double* result);
   RowKernelsOf<double> doubles;
   RowKernelsOf<float> floats;
 

@@ -246,6 +246,55 @@ void take_share(std::int64_t count, const Real* share, Real* r) {
 }
 
 template <class Real>
+void split(std::int64_t cells, const double* values, double factor, Real* even, Real* odd) {
+#pragma omp simd
+  for (std::int64_t i = 0; i < cells / 2; ++i) {
+    even[i] = static_cast<Real>(factor * values[2 * i]);
+    odd[i] = static_cast<Real>(factor * values[2 * i + 1]);
+  }
+  if (cells % 2 == 1) even[cells / 2] = static_cast<Real>(factor * values[cells - 1]);
+}
+
+template <bool is_added, class Real>
+void join_some(std::int64_t cells, const Real* even, const Real* odd, double factor, double* values) {
+  const auto become = [](double& value, double made) { value = is_added ? value + made : made; };
+#pragma omp simd
+  for (std::int64_t i = 0; i < cells / 2; ++i) {
+    become(values[2 * i], factor * even[i]);
+    become(values[2 * i + 1], factor * odd[i]);
+  }
+  if (cells % 2 == 1) become(values[cells - 1], factor * even[cells / 2]);
+}
+template <class Real>
+void join(std::int64_t cells, const Real* even, const Real* odd, double factor, bool is_added, double* values) {
+  (is_added ? join_some<true, Real> : join_some<false, Real>)(cells, even, odd, factor, values);
+}
+
+template <int terms>
+void add_some_products(const RowProducts& products, int first, bool is_added, double* result) {
+  const double *values[terms], *x[terms];
+  for (int k = 0; k < terms; ++k) values[k] = products.values[first + k], x[k] = products.x[first + k];
+#pragma omp simd
+  for (std::int64_t i = 0; i < products.count; ++i) {
+    double sum = is_added ? result[i] : 0;
+    for (int k = 0; k < terms; ++k) sum += values[k][i] * x[k][i];
+    result[i] = sum;
+  }
+}
+
+void add_products(const RowProducts& products, double* result) {
+  for (int first = 0; first < products.terms;) {
+    const int left = products.terms - first, now = left >= 7 ? 7 : left >= 5 ? 5 : left >= 3 ? 3 : 1;
+    const auto add = now == 7   ? add_some_products<7>
+                     : now == 5 ? add_some_products<5>
+                     : now == 3 ? add_some_products<3>
+                                : add_some_products<1>;
+    add(products, first, products.is_added || first > 0, result);
+    first += now;
+  }
+}
+
+template <class Real>
 RowKernelsOf<Real> loops_of() {
   return {.scale = scale<Real>,
           .smooth = {smooth<1, Real>, smooth<2, Real>, smooth<3, Real>},
@@ -258,10 +307,12 @@ RowKernelsOf<Real> loops_of() {
           .sum = sum_rows<Real>,
           .restrict_along = restrict_along<Real>,
           .add_interpolated = add_interpolated<Real>,
-          .take_share = take_share<Real>};
+          .take_share = take_share<Real>,
+          .split = split<Real>,
+          .join = join<Real>};
 }
 
-RowKernels loops() { return {loops_of<double>(), loops_of<float>()}; }
+RowKernels loops() { return {add_products, loops_of<double>(), loops_of<float>()}; }
 
 }  // namespace
 }  // namespace dpde

@@ -62,12 +62,13 @@ class SolveArrays {
       case DPDE_SOLVE_TRIDIAGONAL: return keep(4);
       case DPDE_SOLVE_FOURIER: return waves();
       case DPDE_SOLVE_DIRECT: return factors();
-      case DPDE_SOLVE_MULTIGRID: return cycles(true);
+      case DPDE_SOLVE_MULTIGRID: return cycles(true, shape_.has_floats);
       case DPDE_SOLVE_CG:
-        cycles(has_neighbours_);
+        cycles(has_neighbours_, shape_.has_floats);
+        if (has_neighbours_ && shape_.has_floats) return keep(vectors_of_cg);
         return keep(has_neighbours_ ? vectors_of_cg * packed(shape_.cells) : vectors_of_cg + 1);
-      case DPDE_SOLVE_GMRES: preconditioner(); return keep(vectors_of_gmres + 3);
-      default: preconditioner(); return keep(vectors_of_bicgstab);
+      case DPDE_SOLVE_GMRES: preconditioner(false); return keep(vectors_of_gmres + 3);
+      default: preconditioner(shape_.has_floats); return keep(vectors_of_bicgstab);
     }
   }
 
@@ -84,25 +85,28 @@ class SolveArrays {
     keep(all / 2);
   }
 
-  /// A vector in half rows, with the rooms between them (solve/half_rows.h), of a grid of cycles.
-  double packed(const std::array<std::int64_t, 3>& cells) const {
-    const HalfRows row(cells[0], shape_.periodic[0]);
+  /// A vector in half rows, with the rooms between them (solve/half_rows.h), of a grid of cycles; `line`: numbers in a
+  /// line of the cache.
+  double packed(const std::array<std::int64_t, 3>& cells, std::int64_t line = numbers_of_line<double>) const {
+    const HalfRows row(cells[0], shape_.periodic[0], line);
     return static_cast<double>(row.stride() * cells[1] * cells[2]) / cells_;
   }
 
   /// Multigrid: MultigridLevel of a fine and a coarse grid, then CycleLevel of all.
-  void cycles(bool are_there) {
+  void cycles(bool are_there, bool are_floats) {
     if (!are_there) return;
-    double fine = packed(shape_.cells), coarse = 0;
+    const std::int64_t line = are_floats ? numbers_of_line<float> : numbers_of_line<double>;
+    const double part = are_floats ? 0.5 : 1;  // of a double
+    double fine = packed(shape_.cells, line), coarse = 0;
     std::array<std::int64_t, 3> cells = shape_.cells;
     while (cells[0] * cells[1] * cells[2] > 64) {  // cells of the coarsest grid
       for (std::int64_t& along : cells) along = (along + 1) / 2;
-      coarse += packed(cells);
+      coarse += packed(cells, line);
     }
-    const double level = 5, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
-    note(level * (1 + std::exp2(-axes_)) + (shape_.is_constant ? 0 : fine));
-    keep(cycle * (fine + coarse) + 2 * coarse);
-    keep(2 * fine);  // packed right sides and solutions
+    const double level = are_floats ? 6 : 5, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
+    note(level * (1 + std::exp2(-axes_)) + (shape_.is_constant ? 0 : part * fine));
+    keep(part * (cycle * (fine + coarse) + 2 * coarse));
+    keep(part * 2 * fine);  // packed right sides and solutions
   }
 
   /// NullSpaceMemory, and MultigridLevel of a fine and a coarse grid, which stay from the second operator on.
@@ -112,8 +116,8 @@ class SolveArrays {
     return of_null_space + (has_levels ? level * (1 + std::exp2(-axes_)) : 0);
   }
 
-  void preconditioner() {
-    if (has_neighbours_) return cycles(true);
+  void preconditioner(bool by_floats) {
+    if (has_neighbours_) return cycles(true, by_floats);
     note(2 * entries_ * (entry_of_factor + bytes_of_number) / bytes_of_number);  // in rows, and in columns
     keep(2 * entries_ * entry_of_factor / bytes_of_number);
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solve/row_kernels.h"
+
 namespace dpde {
 
 std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> cell,
@@ -53,10 +55,24 @@ double sum_of(const StencilMatrix& matrix, const std::vector<std::size_t>& offse
 
 }  // namespace
 
+/// Where all columns lie beside their cells the products are one loop; the ends are done column by column.
 void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
                     double* result) {
-  std::fill_n(result, count, 0.0);
   const auto line = static_cast<std::int64_t>(number_of(matrix.cells, {0, first[1], first[2]}));
+  std::int64_t begin = first[0], end = first[0] + count;
+  for (const std::array<int, 3>& offset : matrix.offsets) {
+    begin = std::max<std::int64_t>(begin, -offset[0]);
+    end = std::min<std::int64_t>(end, matrix.cells[0] - offset[0]);
+  }
+  begin = std::min(begin, first[0] + count);
+  end = std::max(begin, end);
+  std::fill_n(result, count, 0.0);
+  const RowKernels& kernels = row_kernels();
+  RowProducts products{.count = end - begin, .is_added = true};
+  const auto add_products = [&] {
+    kernels.add_products(products, result + (begin - first[0]));
+    products.terms = 0;
+  };
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     const std::array<int, 3>& offset = matrix.offsets[k];
     const std::int64_t y = place_along(matrix, 1, first[1] + offset[1]),
@@ -64,11 +80,16 @@ void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::in
     if (y < 0 || z < 0) continue;
     const double* const from = x.data() + number_of(matrix.cells, {0, y, z});
     const double* const values = matrix.values[k].data() + line;
-    for_each_run(matrix, offset[0], first[0], first[0] + count,
-                 [&](std::int64_t begin, std::int64_t end, std::int64_t shift) {
-                   for (std::int64_t i = begin; i < end; ++i) result[i - first[0]] += values[i] * from[i + shift];
-                 });
+    const auto add = [&](std::int64_t from_begin, std::int64_t to_end, std::int64_t shift) {
+      for (std::int64_t i = from_begin; i < to_end; ++i) result[i - first[0]] += values[i] * from[i + shift];
+    };
+    for_each_run(matrix, offset[0], first[0], begin, add);
+    for_each_run(matrix, offset[0], end, first[0] + count, add);
+    products.values[products.terms] = values + begin;
+    products.x[products.terms++] = from + begin + offset[0];
+    if (products.terms == RowProducts::most) add_products();
   }
+  add_products();
 }
 
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result) {
