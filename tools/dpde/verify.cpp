@@ -29,6 +29,11 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
   return problem.task->certifies ? "scene " + problem.scene : "task " + problem.task->name;
 }
 
+Json told(Job& job, const report::Report& report) {
+  tell(job, report);
+  return report.json;
+}
+
 Json verify_one(Job& job) {
   Json result = Json::object();
   const std::optional<bool> learns = learns_from_trajectories(job);
@@ -67,19 +72,13 @@ Json verify_one(Job& job) {
     return result;
   }
   const std::string target = target_of(*shared, *options);
-  const report::Report report = report::report_of_certificate(target, *certificate, *shared);
-  tell(job, report);
+  result = told(job, report::report_of_certificate(target, *certificate, *shared));
   driver::warn_of_jumps_left_out(*shared, job.sink());
-  result = report.json;
   if (shared->problem && certificate->steady) warn_of_unrest(job, *shared->problem, *certificate->steady);
   certify.window = certificate->window.start;
   const std::optional<analysis::ToleranceEffect> effect =
       analysis::effect_of_tolerance(job.source(), as_written, certify);
-  if (effect) {
-    const report::Report of_solves = report::report_of_tolerance(*effect, as_written != shared);
-    tell(job, of_solves);
-    result.update(of_solves.json);
-  }
+  if (effect) result.update(told(job, report::report_of_tolerance(*effect, as_written != shared)));
   if (certificate->passed() && certificate->tests_nothing())
     job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
   if (!certificate->passed())
