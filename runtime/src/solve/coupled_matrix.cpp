@@ -32,7 +32,7 @@ CoupledMatrix::CoupledMatrix(const CoupledShape& shape, Method method, double to
     iterations_.emplace([this](std::span<const double> x, std::span<double> made) { rows_->multiply(x, made); },
                         [this](std::span<const double> r, std::span<double> z) { rows_->precondition(r, z); },
                         tolerance, most_coupled_iterations);
-    iterations_->resize(static_cast<std::size_t>(size), true);
+    iterations_->resize(static_cast<std::size_t>(size), IterationMethod::bicgstab);
   }
   for (auto* values : {&unit_, &image_, &right_, &solution_}) values->assign(static_cast<std::size_t>(size), 0.0);
 }

@@ -116,6 +116,7 @@ void CycleLevel<Real>::pack_right(std::span<const double> cells, double factor, 
   share_rows([&](const Row& row, int) {
     const double* const from = cells.data() + row.number * rows_.cells();
     kernels_.split(rows_.cells(), from, factor, half(vector, row, 0), half(vector, row, 1));
+    rows_.open_ring(half(vector, row, 0), half(vector, row, 1));
   });
 }
 
@@ -306,7 +307,8 @@ double CycleLevel<Real>::squared_residual(const Real* b, const Real* x) {
 template <class Real>
 void CycleLevel<Real>::multiply(const Real* x, Real* y) const {
   share_rows([&](const Row& row, int) {
-    for (const int half : {0, 1}) kernels_.multiply[axes_](level_, row, half, x, y);
+    for (const int which : {0, 1}) kernels_.multiply[axes_](level_, row, which, x, y);
+    rows_.open_ring(half(y, row, 0), half(y, row, 1));
   });
 }
 

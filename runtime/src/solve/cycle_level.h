@@ -40,7 +40,7 @@ class CycleLevel {
   /// Of a vector of this level.
   std::size_t size() const { return static_cast<std::size_t>(2 * level_.black); }
   std::size_t cell_count() const { return static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]); }
-  /// Of right sides the rooms stay 0, so that dot products with them are those of the cells.
+  /// Of right sides and images the rooms are 0, so that dot products with them are those of the cells.
   void pack_right(std::span<const double> cells, double factor, Real* vector) const;
   void pack(std::span<const double> cells, double factor, Real* vector) const;
   /// The same of right sides, whose rows come one by one; sums of cells.

@@ -43,6 +43,11 @@ class HalfRows {
     if (is_last_odd && half == 0) even[count(0)] = even[0];
     if (!is_last_odd && half == 0) odd[-1] = even[count(0) - 1], odd[count(1)] = even[0];
   }
+  /// What close_ring() sets becomes 0.
+  template <class Real>
+  void open_ring(Real* even, Real* odd) const {
+    if (is_ring_) odd[-1] = odd[count(1)] = even[count(0)] = 0;
+  }
   /// row = factor*cells; the rooms stay as they are.
   template <class From, class To>
   void pack(const From* cells, std::type_identity_t<From> factor, To* row) const {

@@ -45,9 +45,11 @@ void copy_vector(std::span<const double> from, std::span<double> to, const Team&
   });
 }
 
-void Iterations::resize(std::size_t size, bool for_bicgstab) {
-  for (auto* vector : {&r_, &z_, &p_, &q_}) *vector = Numbers(size);
-  for (auto* vector : {&s_, &t_, &v_, &first_, &best_}) *vector = Numbers(for_bicgstab ? size : 0);
+void Iterations::resize(std::size_t size, IterationMethod method) {
+  for (auto* vector : {&r_, &z_, &p_}) *vector = Numbers(size);
+  q_ = Numbers(method == IterationMethod::cg ? 0 : size);
+  const bool is_bicgstab = method == IterationMethod::bicgstab;
+  for (auto* vector : {&s_, &t_, &v_, &first_, &best_}) *vector = Numbers(is_bicgstab ? size : 0);
 }
 
 void Iterations::find_residual(std::span<const double> b, std::span<const double> x) {
@@ -56,10 +58,12 @@ void Iterations::find_residual(std::span<const double> b, std::span<const double
       team_, r_, [](double right, double image) { return right - image; }, b, r_);
 }
 
-IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
+/// A*p takes the memory of z, which p has taken in.
+IterationReport Iterations::cg(std::span<const double> b, std::span<double> x, const SolutionOrder* order) {
   const double size = norm(b);
   IterationReport report;
-  find_residual(b, x);
+  if (order != nullptr) order->pack(x, z_);
+  find_residual(b, order == nullptr ? x : std::span<double>(z_));
   double product = 0, sign = 0;
   for (;; ++report.iterations) {
     report.residual = size == 0 ? norm(r_) : norm(r_) / size;
@@ -70,13 +74,14 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x) {
     product = next;
     set_each(
         team_, p_, [=](double z, double p) { return z + weight * p; }, z_, p_);
-    multiply_(p_, q_);
-    const double curvature = dot(p_, q_);
+    multiply_(p_, z_);
+    const double curvature = dot(p_, z_);
     if (sign == 0) sign = curvature < 0 ? -1 : 1;
     report.is_indefinite = !(curvature * sign > 0) || !std::isfinite(product / curvature);
     if (report.is_indefinite) return report;
-    add_multiple(product / curvature, p_, x, team_);
-    add_multiple(-product / curvature, q_, r_, team_);
+    const double length = product / curvature;
+    order == nullptr ? add_multiple(length, p_, x, team_) : order->add(length, p_, x);
+    add_multiple(-length, z_, r_, team_);
   }
 }
 

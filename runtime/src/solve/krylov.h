@@ -4,6 +4,7 @@
 // preconditioner that may be anything: it chooses where they look, and how far they go is the best there.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "dpde/runtime/team.h"
@@ -30,6 +31,14 @@ double norm(std::span<const double> a, const Team& team = 1);
 void add_multiple(double c, std::span<const double> x, std::span<double> y, const Team& team = 1);
 void copy_vector(std::span<const double> from, std::span<double> to, const Team& team = 1);
 
+/// Of a solution whose numbers stand in another order than those of other vectors.
+struct SolutionOrder {
+  VectorFunction pack;                                                                // a vector of x
+  std::function<void(double c, std::span<const double> p, std::span<double> x)> add;  // x += c*p
+};
+
+enum class IterationMethod { cg, flexible_cg, bicgstab };
+
 /// Memory for the vectors of one size. What is found is never further from a solution than what they begin with, and
 /// never a number that is none.
 class Iterations {
@@ -45,8 +54,12 @@ class Iterations {
         most_(most),
         team_(team) {}
 
-  void resize(std::size_t size, bool for_bicgstab);
-  IterationReport cg(std::span<const double> b, std::span<double> x);
+  /// All the memory that one of them needs.
+  void resize(std::size_t size, IterationMethod method);
+  /// Where the right side of cg may be, which it reads at its beginning alone.
+  std::span<double> room() { return p_; }
+  /// `order`: of x, where that is another one.
+  IterationReport cg(std::span<const double> b, std::span<double> x, const SolutionOrder* order = nullptr);
   /// Where a direction of the preconditioner is of no use, the residual is the direction. It is from then on where
   /// least_patience iterations do not halve it, or the true residual is larger than the one that is carried along.
   IterationReport flexible_cg(std::span<const double> b, std::span<double> x);

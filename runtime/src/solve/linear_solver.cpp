@@ -145,7 +145,8 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
 /// Of vectors in the cells' own order.
 void LinearSolver::Impl::size_iterations(std::size_t size) {
   if (gmres) gmres->resize(size);
-  if (iterations) iterations->resize(size, method == SolverMethod::bicgstab);
+  const IterationMethod of_cg = is_flexible() ? IterationMethod::flexible_cg : IterationMethod::cg;
+  if (iterations) iterations->resize(size, method == SolverMethod::bicgstab ? IterationMethod::bicgstab : of_cg);
 }
 
 std::string LinearSolver::Impl::words_on_cycles(SmootherKind smoother) const {
@@ -172,15 +173,17 @@ bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
   });
   if (!multigrid) return false;
   is_packed = true;
-  packed.right = Numbers(multigrid->size());
-  packed.x = Numbers(multigrid->size());
   method = wanted;
   reason = words_on_cycles(multigrid->smoother());
-  if (wanted == SolverMethod::multigrid) return true;
+  if (wanted == SolverMethod::multigrid) {
+    packed.right = Numbers(multigrid->size());
+    packed.x = Numbers(multigrid->size());
+    return true;
+  }
   iterations.emplace([this](std::span<const double> x, std::span<double> y) { multigrid->multiply(x, y); },
                      [this](std::span<const double> r, std::span<double> z) { multigrid->cycle(r, z); },
                      options.tolerance, options.most_iterations, VectorFunction(), team);
-  iterations->resize(multigrid->size(), false);
+  iterations->resize(multigrid->size(), IterationMethod::cg);
   return true;
 }
 
@@ -201,11 +204,17 @@ void LinearSolver::Impl::precondition_by_multigrid() {
 }
 
 IterationReport LinearSolver::Impl::iterate_packed(std::span<const double> b, std::span<double> x) {
+  if (iterations) {
+    const SolutionOrder order{
+        [this](std::span<const double> from, std::span<double> to) { multigrid->pack(from, to); },
+        [this](double c, std::span<const double> p, std::span<double> to) { multigrid->unpack(p, c, true, to); }};
+    multigrid->pack_right(b, iterations->room());
+    return iterations->cg(iterations->room(), x, &order);
+  }
   multigrid->pack_right(b, packed.right);
   multigrid->pack(x, packed.x);
-  const IterationReport report = iterations ? iterations->cg(packed.right, packed.x)
-                                            : multigrid->iterate(packed.right, packed.x, options.tolerance,
-                                                                 rounding_of_x(), options.most_iterations);
+  const IterationReport report =
+      multigrid->iterate(packed.right, packed.x, options.tolerance, rounding_of_x(), options.most_iterations);
   multigrid->unpack(packed.x, x);
   return report;
 }
@@ -364,7 +373,7 @@ double LinearSolver::Impl::out_of_reach(std::span<const double> b, std::span<con
 
 /// |b - A*x|; cycles in floats end with it.
 double LinearSolver::Impl::left_of(std::span<const double> b, std::span<const double> x, const IterationReport& way) {
-  if (is_packed) return multigrid->residual(packed.right, packed.x);
+  if (is_packed && !iterations) return multigrid->residual(packed.right, packed.x);
   if (!in_floats.cycles || method != SolverMethod::multigrid) return a->residual(b, x, team);
   const double size = norm(b, team);
   return size == 0 ? way.residual : way.residual * size;

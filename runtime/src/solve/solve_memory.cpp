@@ -14,7 +14,7 @@ namespace dpde {
 namespace {
 
 constexpr double bytes_of_number = 8, entry_of_factor = 12;  // bytes
-constexpr double vectors_of_cg = 4, vectors_of_bicgstab = 9;
+constexpr double vectors_of_cg = 3, vectors_of_bicgstab = 9;
 
 class SolveArrays {
  public:
@@ -64,9 +64,8 @@ class SolveArrays {
       case DPDE_SOLVE_DIRECT: return factors();
       case DPDE_SOLVE_MULTIGRID: return cycles(true, shape_.has_floats);
       case DPDE_SOLVE_CG:
-        cycles(has_neighbours_, shape_.has_floats);
-        if (has_neighbours_ && shape_.has_floats) return keep(vectors_of_cg);
-        return keep(has_neighbours_ ? vectors_of_cg * packed(shape_.cells) : vectors_of_cg + 1);
+        cycles(has_neighbours_, shape_.has_floats, shape_.has_floats ? 2 : vectors_of_cg);
+        return keep(has_neighbours_ ? (shape_.has_floats ? vectors_of_cg : 0) : vectors_of_cg + 1);
       case DPDE_SOLVE_GMRES: preconditioner(false); return keep(vectors_of_gmres + 3);
       default: preconditioner(shape_.has_floats); return keep(vectors_of_bicgstab);
     }
@@ -93,7 +92,7 @@ class SolveArrays {
   }
 
   /// Multigrid: MultigridLevel of a fine and a coarse grid, then CycleLevel of all.
-  void cycles(bool are_there, bool are_floats) {
+  void cycles(bool are_there, bool are_floats, double vectors = 2) {
     if (!are_there) return;
     const std::int64_t line = are_floats ? numbers_of_line<float> : numbers_of_line<double>;
     const double part = are_floats ? 0.5 : 1;  // of a double
@@ -106,7 +105,7 @@ class SolveArrays {
     const double level = are_floats ? 6 : 5, cycle = 1 + (shape_.is_constant ? 0 : axes_ + 2);
     note(level * (1 + std::exp2(-axes_)) + (shape_.is_constant ? 0 : part * fine));
     keep(part * (cycle * (fine + coarse) + 2 * coarse));
-    keep(part * 2 * fine);  // packed right sides and solutions
+    keep(part * vectors * fine);  // packed right sides and solutions, or those of cg
   }
 
   /// NullSpaceMemory, and MultigridLevel of a fine and a coarse grid, which stay from the second operator on.
