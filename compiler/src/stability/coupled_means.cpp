@@ -24,8 +24,8 @@ using namespace stencil;
 
 namespace {
 
-constexpr double ln_hundred = 4.605170185988092;
-constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;  // times steps
+constexpr double ln_hundred = 4.605170185988092, much = 4 * ln_hundred;  // ln of growth in a run
+constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;          // times steps
 constexpr double most_cells_folded = 1.5e5;  // 2 runs of 60 steps and their references are some 10 s of 2026
 constexpr double numbers_of_space = 2e7;
 constexpr int fewest_of_space = 8, largest_space = 40;
@@ -175,9 +175,13 @@ TangentRuns::Repeated CoupledRuns::repeated(double step, int steps, double enoug
   return result;
 }
 
-/// Most steps beyond a limit show it soon, and the equations need not be followed for long.
 bool CoupledRuns::is_stable(double step) const {
-  constexpr double much = 4 * ln_hundred;
+  const auto known = are_stable_.find(step);
+  return known != are_stable_.end() ? known->second : are_stable_[step] = grows_nothing_in(step);
+}
+
+/// Most steps beyond a limit show it soon, and the equations need not be followed for long.
+bool CoupledRuns::grows_nothing_in(double step) const {
   const auto is_allowed = [&](const std::vector<double>& growths) {
     const int steps = std::min(steps_, TangentRuns::steps_between_growths * static_cast<int>(growths.size()));
     const double grown = growths.back() - by_events_ * (steps - TangentRuns::steps_between_growths) - ln_hundred;
@@ -252,7 +256,10 @@ CoupledRuns::OfSpace CoupledRuns::eigenvalue_beyond_equations(double step, const
 double CoupledRuns::power_of_growth(double limit) const {
   constexpr double farther = 1.1, least_power = 1, most_power = 5;
   const double step = farther * limit;
-  const OfSpace beyond = eigenvalue_beyond_equations(step, repeated(step, steps_).last);
+  const TangentRuns::Repeated run = repeated(step, steps_, much + by_events_ * steps_);
+  const double excess = run.growths.back() - by_events_ * steps_ - much;
+  if (excess > 0 && excess > 2 * growth_by_equations(step, steps_ * step)) return 0;
+  const OfSpace beyond = eigenvalue_beyond_equations(step, run.last);
   const double power = beyond.is_told() ? std::log(beyond.growth / beyond.told) / std::log(farther) : 0;
   return power > least_power && power < most_power ? power : 0;
 }

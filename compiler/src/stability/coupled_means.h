@@ -8,6 +8,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -94,6 +95,7 @@ class CoupledRuns {
     double told = 0;
     bool is_told() const { return growth > told; }
   };
+  bool grows_nothing_in(double step) const;
   std::optional<OfSpace> growth_in(const KrylovSpace& space, Eigen::Index most) const;
   /// Of what steps make of a perturbation.
   std::optional<OfSpace> growth_in_space(double step, const Eigen::MatrixXd& start) const;
@@ -126,6 +128,7 @@ class CoupledRuns {
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
   std::unique_ptr<CoupledFlow> flow_ = nullptr;  // null: short steps stand for it
   double rate_ = 0;                              // 1/time: what grows most in the flow
+  mutable std::map<double, bool> are_stable_;    // steps that were asked about: searches come back to them, a cache
   mutable Reference reference_;                  // of the longest run so far: a cache
 };
 
