@@ -14,8 +14,10 @@
 #include <utility>
 
 #include "codegen/llvm/jit.h"
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/rollout.h"
 #include "driver/pipeline.h"
 #include "stability/fixed_part.h"
 #include "stability/known_networks.h"
@@ -75,6 +77,32 @@ State initial_inputs(driver::Session& session, const LinearStep& linear) {
       values.resize(session.workspace().cell_count());  // of a control field the first interval
       memory.set(input, values);
     }
+  }
+  return memory;
+}
+
+std::optional<State> inputs_after(driver::Session& session, const LinearStep& linear, double step) {
+  RolloutSetup setup = session.engine().setup();
+  setup.dt = step;
+  setup.rate = setup.trial = nullptr;
+  setup.rate_field.clear();
+  Rollout rollout(setup);
+  session.engine().begin_other(rollout);
+  for (int s = 0; s < rollout.state_count(); ++s) rollout.initial(s).copy_in(session.initial(s));
+  rollout.restart();
+  try {
+    rollout.advance(1);
+  } catch (const NoSolution&) {
+    return std::nullopt;
+  }
+  State memory = initial_inputs(session, linear);
+  std::vector<double> values(session.workspace().cell_count());
+  for (const std::string& input : linear.inputs()) {
+    const int state = is_coordinate(input) ? -1 : session.engine().state_index(input);
+    if (state < 0 || linear.known_networks().contains(input)) continue;
+    copy_out(session.workspace().layout(), rollout.present()[static_cast<std::size_t>(state)], values);
+    if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) return std::nullopt;
+    memory.set(input, values);
   }
   return memory;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ stencil::State memory_for(const LinearStep& linear, const stencil::Grid& grid);
 stencil::Grid grid_of(const std::vector<model::Axis>& axes);
 /// Memory with all that is no perturbation, as the scene begins.
 stencil::State initial_inputs(driver::Session& session, const LinearStep& linear);
+/// The same with states as one step of this length makes them; nullopt where one is not finite, or a solve in it finds
+/// no solution.
+std::optional<stencil::State> inputs_after(driver::Session& session, const LinearStep& linear, double step);
 
 class CompiledTangent {
  public:

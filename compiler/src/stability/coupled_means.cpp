@@ -144,9 +144,10 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   if (tangent == nullptr) return nullptr;
   const double steps =
       (linear.solves() ? cells_with_solves : cells_of_run) / static_cast<double>(session.workspace().cell_count());
-  auto result = std::unique_ptr<CoupledRuns>(
-      new CoupledRuns(TangentRuns(std::move(tangent), initial_inputs(session, linear)), point.params,
-                      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), own_step));
+  auto result = std::unique_ptr<CoupledRuns>(new CoupledRuns(
+      TangentRuns(std::move(tangent), initial_inputs(session, linear)),
+      [&session, &linear](double step) { return inputs_after(session, linear, step); }, point.params,
+      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), own_step));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
   result->tells_eigenvalues_ = !folds;
@@ -187,10 +188,14 @@ bool CoupledRuns::grows_nothing_in(double step) const {
     const double grown = growths.back() - by_events_ * (steps - TangentRuns::steps_between_growths) - ln_hundred;
     return grown <= 0 || grown <= 2 * growth_by_equations(step, steps * step);
   };
+  const bool grows_on = !flow_ && grown_.size() > 0 && eigenvalue_beyond_equations(step, grown_).is_told();
+  if (grows_on) return false;
   const TangentRuns::Repeated first = repeated(step, steps_, much + by_events_ * steps_);
   const bool is_whole = std::ssize(first.growths) * TangentRuns::steps_between_growths >= steps_;
-  if (!is_allowed(first.growths) || !(is_whole || is_allowed(growths_of_run(step, steps_)))) return false;
-  return !eigenvalue_beyond_equations(step, first.last).is_told();
+  const bool is_stable = is_allowed(first.growths) && (is_whole || is_allowed(growths_of_run(step, steps_))) &&
+                         !eigenvalue_beyond_equations(step, first.last).is_told();
+  if (!is_stable && first.last.allFinite()) grown_ = first.last;
+  return is_stable;
 }
 
 int CoupledRuns::most_of_space(const Eigen::MatrixXd& start) const {
@@ -225,12 +230,13 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& sp
   return result;
 }
 
-std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(double step, const Eigen::MatrixXd& start) const {
+std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(const TangentRuns& runs, double step,
+                                                                 const Eigen::MatrixXd& start) const {
   const int most = most_of_space(start);
   if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
   Params params = params_;
   params["dt"] = step;
-  return growth_in(runs_.on_krylov_space(params, start, most), most);
+  return growth_in(runs.on_krylov_space(params, start, most), most);
 }
 
 /// In the space of what has grown in a step the equations show what they do with it by right, or that nothing of it
@@ -239,17 +245,32 @@ std::optional<double> CoupledRuns::growth_by_right(double step, const Eigen::Mat
   const int most = most_of_space(perturbation);
   const std::optional<OfSpace> found =
       flow_ ? growth_in(flow_->on_krylov_space(perturbation, runs_.tangent().states(), most), most)
-            : growth_in_space(step / parts_, perturbation);
+            : growth_in_space(runs_, step / parts_, perturbation);
   const double of_events = flow_ ? 0 : by_events_, parts = flow_ ? step / flow_->step() : parts_;
   if (!found || (!found->is_told() && found->growth - of_events > told_where_settled)) return std::nullopt;
   return std::max(rate_ * step, (found->growth - of_events) * parts);
 }
 
+/// Where the state is not steady the tangent of a step is exp of the integral of the rates L(t) along it, which is
+/// dt L(dt/2) up to the third power of dt, and not dt L(0).
+std::optional<double> CoupledRuns::growth_midway(double step, const Eigen::MatrixXd& vector) const {
+  std::optional<State> inputs = inputs_after_(0.5 * (step - step / parts_));
+  if (!inputs) return std::nullopt;
+  return growth_of_vector(runs_.about(std::move(*inputs)), step, vector);
+}
+
 CoupledRuns::OfSpace CoupledRuns::eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const {
-  const std::optional<OfSpace> found = growth_in_space(step, perturbation);
+  const std::optional<OfSpace> found = growth_in_space(runs_, step, perturbation);
   if (!found || !(found->growth - by_events_ > found->told)) return {};
-  const std::optional<double> by_right = growth_by_right(step, perturbation);
-  return by_right ? OfSpace{found->growth - by_events_ - 2 * std::max(0.0, *by_right), found->told} : OfSpace{};
+  const auto beyond = [&](double right) {
+    return OfSpace{found->growth - by_events_ - 2 * std::max(0.0, right), found->told};
+  };
+  std::optional<double> by_right = growth_by_right(step, perturbation);
+  if (flow_ || (by_right && !beyond(*by_right).is_told())) return by_right ? beyond(*by_right) : OfSpace{};
+  const Eigen::MatrixXd vector = largest_vector(step, perturbation);
+  if (!by_right) by_right = growth_of_vector(runs_, step, vector);
+  if (!by_right) return {};
+  return beyond(std::max(*by_right, growth_midway(step, vector).value_or(*by_right)));
 }
 
 /// Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
@@ -403,7 +424,7 @@ std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longe
 
 double CoupledRuns::growth(double step) const {
   const TangentRuns::Repeated run = repeated(step, steps_);
-  const std::optional<OfSpace> of_space = growth_in_space(step, run.last);
+  const std::optional<OfSpace> of_space = growth_in_space(runs_, step, run.last);
   return of_space && of_space->told <= told_where_settled
              ? of_space->growth
              : run.growths.back() / (steps_ - TangentRuns::steps_between_growths);

@@ -7,6 +7,7 @@
 // towards a pole, and what lies beyond it.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -58,7 +59,8 @@ class CoupledRuns {
 
   /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what the equations do
   /// beside these in the same time; and no eigenvalue of the step that is found grows at all beyond that, which so few
-  /// steps may not show.
+  /// steps may not show. What has grown in a longer step that was asked about is looked at, too: in noise a few steps
+  /// do not tell it near its limit.
   bool is_stable(double step) const;
   /// ln |g| of what grows most.
   double growth(double step) const;
@@ -87,8 +89,13 @@ class CoupledRuns {
     double at(double time) const;
     double up_to(double time) const;
   };
-  CoupledRuns(TangentRuns runs, stencil::Params params, int steps, double own_step)
-      : runs_(std::move(runs)), params_(std::move(params)), steps_(steps), own_step_(own_step) {}
+  CoupledRuns(TangentRuns runs, std::function<std::optional<stencil::State>(double)> inputs_after,
+              stencil::Params params, int steps, double own_step)
+      : runs_(std::move(runs)),
+        inputs_after_(std::move(inputs_after)),
+        params_(std::move(params)),
+        steps_(steps),
+        own_step_(own_step) {}
   /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
   struct OfSpace {
     double growth = 0;
@@ -98,9 +105,15 @@ class CoupledRuns {
   bool grows_nothing_in(double step) const;
   std::optional<OfSpace> growth_in(const KrylovSpace& space, Eigen::Index most) const;
   /// Of what steps make of a perturbation.
-  std::optional<OfSpace> growth_in_space(double step, const Eigen::MatrixXd& start) const;
+  std::optional<OfSpace> growth_in_space(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const;
   /// ln of what the equations multiply by in a step, of what there is in the perturbation; nullopt: not known.
   std::optional<double> growth_by_right(double step, const Eigen::MatrixXd& perturbation) const;
+  /// The same of a vector of the step, by its share of short steps: about the states of `runs`.
+  std::optional<double> growth_of_vector(const TangentRuns& runs, double step, const Eigen::MatrixXd& vector) const;
+  /// By short steps about the state in the middle of the step.
+  std::optional<double> growth_midway(double step, const Eigen::MatrixXd& vector) const;
+  /// Of the largest eigenvalue that is found; of two that are one another's conjugates one in their plane.
+  Eigen::MatrixXd largest_vector(double step, const Eigen::MatrixXd& start) const;
   int most_of_space(const Eigen::MatrixXd& start) const;
   /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
@@ -119,6 +132,7 @@ class CoupledRuns {
   double growth_by_equations(double step, double length) const;
 
   TangentRuns runs_;
+  std::function<std::optional<stencil::State>(double)> inputs_after_;  // a step of this length
   stencil::Params params_;
   int steps_;
   double own_step_;                   // the scene's, or that of its parts
@@ -129,6 +143,7 @@ class CoupledRuns {
   std::unique_ptr<CoupledFlow> flow_ = nullptr;  // null: short steps stand for it
   double rate_ = 0;                              // 1/time: what grows most in the flow
   mutable std::map<double, bool> are_stable_;    // steps that were asked about: searches come back to them, a cache
+  mutable Eigen::MatrixXd grown_;                // in a step that was found to be too long; empty: none
   mutable Reference reference_;                  // of the longest run so far: a cache
 };
 

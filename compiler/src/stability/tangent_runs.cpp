@@ -15,7 +15,7 @@ namespace dpde::stability {
 using stencil::Params;
 using stencil::State;
 
-TangentRuns::TangentRuns(std::unique_ptr<CompiledTangent> tangent, State inputs)
+TangentRuns::TangentRuns(std::shared_ptr<const CompiledTangent> tangent, State inputs)
     : tangent_(std::move(tangent)), inputs_(std::move(inputs)) {}
 TangentRuns::~TangentRuns() = default;
 TangentRuns::TangentRuns(TangentRuns&&) noexcept = default;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stability/compiled_tangent.h"
@@ -26,11 +27,13 @@ struct KrylovSpace {
 class TangentRuns {
  public:
   /// `inputs` has every field that is no perturbation, halos included.
-  TangentRuns(std::unique_ptr<CompiledTangent> tangent, stencil::State inputs);
+  TangentRuns(std::shared_ptr<const CompiledTangent> tangent, stencil::State inputs);
   ~TangentRuns();
   TangentRuns(TangentRuns&&) noexcept;
 
   const CompiledTangent& tangent() const { return *tangent_; }
+  /// Of the same step about other states.
+  TangentRuns about(stencil::State inputs) const { return {tangent_, std::move(inputs)}; }
   const stencil::State& inputs() const { return inputs_; }
   /// From now on with exp(dt L) in the place of a step 1 + dt L: Taylor's polynomial, see coupled_flow.h.
   void follow_flow() { is_flow_ = true; }
@@ -63,7 +66,7 @@ class TangentRuns {
   /// Memory in which a run of these begins.
   TangentMemory& memory(const stencil::Params& params) const;
 
-  std::unique_ptr<CompiledTangent> tangent_;
+  std::shared_ptr<const CompiledTangent> tangent_;
   stencil::State inputs_;
   bool is_flow_ = false;
   mutable std::unique_ptr<TangentMemory> memory_;  // of the last run: a cache
