@@ -157,7 +157,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
     const std::string asked_for(name_of(options_.method));
     options_.method = SolverMethod::automatic;
     if (fits(options_.method)) {
-      reason_ += fmt::format("; {} does not fit", asked_for);
+      reason_.all += fmt::format("; {} does not fit", asked_for);
       return;
     }
   }
@@ -209,7 +209,8 @@ bool FieldSolve::fits(SolverMethod method, std::shared_ptr<LinearSolver> spare) 
     options.method = method;
     solver_ = shelf_->solver_of(operator_, options, std::move(spare));
     operator_ = solver_->grid_operator();
-    reason_ = solver_->reason();
+    reason_.of_solver = solver_->reason();
+    reason_.all = solver_->reason();
     return true;
   } catch (const Error& error) {
     why_not_ = error.what();
@@ -228,7 +229,7 @@ SolveReport FieldSolve::solve_again(const SolveReport& first) {
     solver_ = before;
     return first;
   }
-  reason_ =
+  reason_.all =
       fmt::format("{} had not converged after {} iterations: sparse factors", name_of(first.method), first.iterations);
   std::ranges::fill(vectors_->solution, 0.0);
   return solver_->solve(vectors_->right, vectors_->solution);
@@ -363,9 +364,13 @@ void FieldSolve::begin() {
 
 void FieldSolve::note(const SolveReport& report) {
   ++note_->solves;
-  if (note_->reason != reason_) {
+  if (solver_->reason() != reason_.of_solver) {  // it goes on in f64 where f32 was too little
+    if (reason_.all.starts_with(reason_.of_solver)) reason_.all.replace(0, reason_.of_solver.size(), solver_->reason());
+    reason_.of_solver = solver_->reason();
+  }
+  if (note_->reason != reason_.all) {
     note_->method = name_of(solver_->method());
-    note_->reason = reason_;
+    note_->reason = reason_.all;
   }
   note_->iterations += report.iterations;
   note_->unaided += report.unaided;

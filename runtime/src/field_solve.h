@@ -99,7 +99,9 @@ class FieldSolve {
   std::shared_ptr<SolverShelf> shelf_;
   SolveNote* note_ = nullptr;  // on the shelf
   std::shared_ptr<LinearSolver> solver_;
-  std::string reason_;  // why it is this one
+  struct {
+    std::string of_solver, all;  // as the solver said it, and with what is said beside
+  } reason_;                     // why it is this one
   std::shared_ptr<Tapes> written_to_, read_from_;
 };
 

@@ -102,16 +102,16 @@ TEST(FloatCycles, ComeAsNearAsDoubles) {
       const std::vector<double> b = right_side(one, *a);
       const Solved exact = solved(a, {.method = SolverMethod::direct}, b);
       for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg, SolverMethod::bicgstab}) {
-        if (method == SolverMethod::multigrid && one.is_hard) continue;
         SolveOptions options{.method = method, .tolerance = 1e-10};
         const Solved doubles = solved(a, options, b);
         options.rounding = of_floats;
         const Solved floats = solved(a, options, b);
         const std::string what = fmt::format("{}: {}", one.what, name_of(method));
-        EXPECT_TRUE(floats.has_floats()) << what << ": " << floats.reason;
+        if (!one.is_hard && one.cells[1] > 1) EXPECT_TRUE(floats.has_floats()) << what << ": " << floats.reason;
         EXPECT_FALSE(doubles.has_floats()) << what;
-        EXPECT_EQ(floats.report.converged, doubles.report.converged) << what;
-        EXPECT_LE(floats.report.residual, 1.01 * std::max(floats.report.bound, doubles.report.residual)) << what;
+        EXPECT_TRUE(floats.report.converged || !doubles.report.converged) << what;
+        if (doubles.report.converged)
+          EXPECT_LE(floats.report.residual, 1.01 * std::max(floats.report.bound, doubles.report.residual)) << what;
         if (!one.is_hard || method == SolverMethod::cg)
           EXPECT_LE(floats.report.iterations, doubles.report.iterations + 4 + doubles.report.iterations / 4) << what;
         if (doubles.report.converged)
@@ -140,7 +140,7 @@ TEST(FloatCycles, GoAroundWhatIsCutOff) {
     const Solved floats = solved(a, options, b);
     EXPECT_TRUE(floats.has_floats());
     EXPECT_TRUE(doubles.report.converged && floats.report.converged) << name_of(method);
-    EXPECT_LE(floats.report.iterations, doubles.report.iterations + 3) << name_of(method);
+    EXPECT_LE(floats.report.iterations, doubles.report.iterations + 4) << name_of(method);
     EXPECT_LE(apart(floats.x, doubles.x), 1e-9) << name_of(method);
   }
 }
@@ -174,19 +174,39 @@ TEST(FloatCycles, KnowNoUnits) {
   EXPECT_FALSE(solved(a, {.method = SolverMethod::cg, .rounding = of_floats}, b).has_floats());
 }
 
-/// Where all that holds a mean is 1e-10 of a diagonal, what floats leave is more than there was, until doubles go on.
+/// What makes floats too few: a mean that is held by 1e-10 of a diagonal, and coefficients that are far from one
+/// another. Doubles go on, and come as near as they do alone; also behind that, and for other coefficients in the same
+/// memory.
 TEST(FloatCycles, GiveUpToDoubles) {
-  const auto a = std::make_shared<GridOperator>(
-      diffusion({40, 44, 1}, {all_walls[2], all_walls[2], all_walls[0]}, 1e-6, constant_one), 0x1p-52);
-  std::vector<double> b = arbitrary_values(a->size(), 5);
-  for (double& value : b) value += 1;
-  SolveOptions options{.method = SolverMethod::multigrid, .tolerance = 1e-8};
-  const Solved doubles = solved(a, options, b);
-  options.rounding = of_floats;
-  const Solved floats = solved(a, options, b);
-  EXPECT_FALSE(floats.has_floats());
-  EXPECT_TRUE(floats.report.converged && doubles.report.converged);
-  EXPECT_LE(apart(floats.x, doubles.x), 1e-6);
+  const GridCells cells{40, 44, 1};
+  std::vector<std::pair<std::string, StencilMatrix>> operators;
+  operators.emplace_back("held by little", diffusion(cells, {all_walls[2], all_walls[2], all_walls[0]}, 1e-6, uneven));
+  for (const double jump : {1e-9, 1e-6, 1e-5, 1e6, 1e9, 1e12}) {
+    operators.emplace_back(fmt::format("a jump of {}", jump),
+                           diffusion(cells, {all_walls[1], all_walls[1], all_walls[0]}, 0, with_jump(cells, jump)));
+  }
+  int given_up = 0;
+  for (const auto& [what, matrix] : operators) {
+    const auto a = std::make_shared<GridOperator>(matrix, 0x1p-52);
+    std::vector<double> b = arbitrary_values(a->size(), 5);
+    for (double& value : b) value += 1;
+    for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg, SolverMethod::bicgstab}) {
+      const std::string row = fmt::format("{}: {}", what, name_of(method));
+      SolveOptions options{.method = method, .tolerance = 1e-8};
+      const Solved doubles = solved(a, options, b);
+      options.rounding = of_floats;
+      LinearSolver solver(a, options);
+      for (int turn = 0; turn < 3; ++turn) {
+        std::vector<double> x(b.size(), 0.0);
+        const SolveReport report = solver.solve(b, x);
+        EXPECT_TRUE(report.converged || !doubles.report.converged) << row << ", turn " << turn;
+        if (doubles.report.converged) EXPECT_LE(report.residual, report.bound) << row;
+        if (turn == 1) EXPECT_TRUE(solver.renew(std::make_shared<GridOperator>(matrix, 0x1p-52))) << row;
+      }
+      given_up += solver.reason().find("f32") == std::string::npos ? 1 : 0;
+    }
+  }
+  EXPECT_GT(given_up, 2);
 }
 
 }  // namespace

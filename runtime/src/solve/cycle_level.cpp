@@ -149,21 +149,6 @@ void CycleLevel<Real>::unpack(const Real* vector, double factor, bool is_added, 
   });
 }
 
-template <class Real>
-double CycleLevel<Real>::size_of_terms(const Real* x) const {
-  double squares = 0;
-  for_each_row([&](const Row& row) {
-    for (const int which : {0, 1}) {
-      const Real *const values = half(x, row, which), *const inverse = inverse_.row(row.number) + rows_.begin(which);
-      for (std::int64_t i = 0; i < rows_.count(which); ++i) {
-        const double term = inverse[i] == 0 ? 0 : values[i] / inverse[i];
-        squares += term * term;
-      }
-    }
-  });
-  return std::sqrt(squares);
-}
-
 /// Without coefficients, whose memory stays where it is when a level is moved.
 template <class Real>
 LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic) const {

@@ -57,8 +57,6 @@ class CycleLevel {
   double ascend_and_descend(const Real* b, Real* x, CycleLevel& coarse);
   /// |b - A*x|^2
   double squared_residual(const Real* b, const Real* x);
-  /// |diagonal*x|
-  double size_of_terms(const Real* x) const;
   void multiply(const Real* x, Real* y) const;
   /// Of all cells; the rooms stay as they are.
   void subtract(Real value, Real* vector) const;

@@ -9,9 +9,11 @@
 namespace dpde {
 namespace {
 
-/// Corrections that do not halve what is left before cycles in floats are given up: the first may leave more than there
-/// was (float_cycles.h), and the second, of that, something of the waves that it could not show.
+/// Corrections that leave more than a tenth, as one cycle in doubles does, before cycles in floats are given up: the
+/// first may leave more than there was (float_cycles.h), and the second, of that, something of the waves that it could
+/// not show.
 constexpr int most_misses = 3;
+constexpr double usual_part = 0.1;
 /// Of what is allowed to be left a part that cycles leave, so that what they do not see in floats has room beside it.
 constexpr double part_of_cycles = 0.8;
 
@@ -47,23 +49,21 @@ IterationReport FloatCycles::solve(const GridOperator& a, std::span<const double
   const double size = norm(b, team_), unit = size == 0 ? 1 : size;
   IterationReport report;
   const auto residual = [&](std::int64_t first, std::span<double> left) { a.residual_of_row(first, b, x, left); };
-  double factor = factor_of(unit), halved = INFINITY;
+  double factor = factor_of(unit), least = INFINITY;
   for (int misses = 0;;) {
     const double packed = cycles_.pack_rows(ReadRowsOf<double>(std::ref(residual)), factor, right_);
     const double left = packed / factor;
     report.residual = left / unit;
     report.converged = report.residual <= tolerance || (report.residual <= 1e-7 && left <= rounding * norm(x, team_));
     if (report.converged || report.iterations >= most || !std::isfinite(left)) return report;
-    const bool is_halved = left <= 0.5 * halved;
-    if (is_halved) halved = left;
-    misses = is_halved ? 0 : misses + 1;
-    report.has_stalled = misses == most_misses;
-    if (report.has_stalled) return report;
+    const bool is_miss = left > usual_part * least;
+    if (!is_miss) least = left;
+    misses = is_miss ? misses + 1 : 0;
+    if (misses == most_misses) return report;
     const IterationReport way = cycles_.iterate_from_zero(
         right_, packed, made_, part_of_cycles * tolerance / report.residual, most - report.iterations);
     report.iterations += way.iterations;
-    report.has_stalled = !std::isfinite(way.residual);
-    if (report.has_stalled) return report;
+    if (!std::isfinite(way.residual)) return report;
     cycles_.unpack(made_, 1 / factor, true, x);
     factor = factor_of(left * std::max(way.residual, 0x1p-30));
   }

@@ -34,8 +34,8 @@ class FloatCycles {
   /// residuals are to be less than |b| times some powers of ten.
   void begin(std::span<const double> b);
   void precondition(std::span<const double> r, std::span<double> z);
-  /// Until |b - A*x|, in doubles, is at most the tolerance times |b|, or `rounding` times |x|. `most`: cycles.
-  /// `has_stalled`: corrections came no nearer before that.
+  /// Until |b - A*x|, in doubles, is at most the tolerance times |b|, or `rounding` times |x|; given up where three
+  /// corrections, one behind the other, leave more than a tenth. `most`: cycles.
   IterationReport solve(const GridOperator& a, std::span<const double> b, std::span<double> x, double tolerance,
                         double rounding, int most);
 

@@ -17,8 +17,7 @@ struct IterationReport {
   int iterations = 0;
   double residual = 0;  // |A*x - b|/|b|
   bool converged = false, is_indefinite = false;
-  bool has_stalled = false;  // floats come no nearer (solve/float_cycles.h)
-  int unaided = 0;           // iterations for which a preconditioner that may be anything was of no use
+  int unaided = 0;  // iterations for which a preconditioner that may be anything was of no use
 };
 
 /// Iterations that come no nearer before something is given up: as many as GMRES has vectors.

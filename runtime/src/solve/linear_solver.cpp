@@ -219,26 +219,37 @@ IterationReport LinearSolver::Impl::iterate_packed(std::span<const double> b, st
   return report;
 }
 
-/// Where floats come no nearer, doubles go on: memory is taken for them, once.
+/// Where floats do not come near enough, doubles begin anew, and solve what comes later: memory is taken for them once.
 IterationReport LinearSolver::Impl::iterate_with_floats(std::span<const double> b, std::span<double> x) {
   in_floats.cycles->begin(b);
   const IterationReport way =
       method == SolverMethod::multigrid
           ? in_floats.cycles->solve(*a, b, x, options.tolerance, rounding_of_x(), options.most_iterations)
-          : iterations->cg(b, x);
-  if (!way.has_stalled && !way.is_indefinite) return way;
-  in_floats.have_stalled = true;
-  in_floats.cycles.reset();
-  try_multigrid(method);
-  reason += rooms.words();
-  IterationReport report = iterate_packed(b, x);
-  report.iterations += way.iterations;
-  return report;
+      : method == SolverMethod::cg ? iterations->cg(b, x)
+                                   : iterations->bicgstab(b, x);
+  if (way.converged || !become_doubles()) return way;
+  if (!are_finite(x, team)) std::ranges::fill(x, 0.0);
+  return iterate(b, x);
+}
+
+/// False where they have been tried, or do not fit.
+bool LinearSolver::Impl::become_doubles() {
+  if (in_floats.are_too_few) return false;
+  in_floats.are_too_few = true;
+  std::optional<FloatCycles> floats = std::exchange(in_floats.cycles, std::nullopt);
+  if (method != SolverMethod::bicgstab) {
+    if (try_multigrid(method)) return reason += rooms.words(), true;
+  } else {
+    make_unsymmetric(method);
+    size_iterations(static_cast<std::size_t>(a->size()));
+    return reason += rooms.words(), true;
+  }
+  in_floats.cycles = std::move(floats);
+  return false;
 }
 
 IterationReport LinearSolver::Impl::iterate(std::span<const double> b, std::span<double> x) {
-  if (in_floats.cycles && method != SolverMethod::bicgstab) return iterate_with_floats(b, x);
-  if (in_floats.cycles) in_floats.cycles->begin(b);
+  if (in_floats.cycles) return iterate_with_floats(b, x);
   if (is_packed) return iterate_packed(b, x);
   if (gmres) return gmres->solve(b, x);
   if (method == SolverMethod::cg) return is_flexible() ? iterations->flexible_cg(b, x) : iterations->cg(b, x);

@@ -81,8 +81,9 @@ struct LinearSolver::Impl {
   bool has_steps() const { return iterations || gmres || is_packed || in_floats.cycles; }
   bool has_own_right() const { return !has_steps() || !null_space().is_empty(); }
   /// Entries of scenes in f32 are no more exact than floats.
-  bool takes_floats() const { return options.rounding > 0x1p-30 && !in_floats.have_stalled; }
+  bool takes_floats() const { return options.rounding > 0x1p-30 && !in_floats.are_too_few; }
   bool try_floats(SolverMethod wanted);
+  bool become_doubles();
   std::string words_on_cycles(SmootherKind smoother) const;
   double out_of_reach(std::span<const double> b, std::span<const double> x) const;
 
@@ -104,7 +105,7 @@ struct LinearSolver::Impl {
   std::optional<Multigrid> multigrid;
   struct {
     std::optional<FloatCycles> cycles;  // in place of it
-    bool have_stalled = false;
+    bool are_too_few = false;           // doubles go on
   } in_floats;
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;

@@ -60,7 +60,7 @@ bool LinearSolver::Impl::renew(std::shared_ptr<const GridOperator> given) {
 bool LinearSolver::Impl::renew_method() {
   const bool is_automatic = options.method == SolverMethod::automatic;
   const bool is_lopsided = null_space().is_lopsided();
-  if (a->constant_rows() != nullptr || is_lopsided || fourier || lines || in_floats.have_stalled) return false;
+  if (a->constant_rows() != nullptr || is_lopsided || fourier || lines) return false;
   return a->with_matrix([&](const StencilMatrix& matrix) {
     if (tridiagonal) return tridiagonal->set(matrix, null_space());
     if (is_automatic && (a->size() == a->cells()[0] || has_even_axis(matrix))) return false;

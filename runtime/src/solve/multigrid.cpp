@@ -12,10 +12,6 @@ namespace {
 
 constexpr double usual_rate = 0.01;  // of |b - A*x|^2 in one cycle, before one is made
 
-/// By so many last digits of x, each of its cell, cycles in floats move what they leave: most where coefficients jump
-/// (18 around a disc of 1e-6 on 512^2 cells; 1 where they are the same). One more correction is what too many cost.
-constexpr double roundings_of_x = 32;
-
 template <class Real>
 double size_of(std::span<const Real> values, const Team& team) {
   if constexpr (std::is_same_v<Real, double>) return norm(values, team);
@@ -114,16 +110,15 @@ IterationReport MultigridOf<Real>::iterate(std::span<const Real> b, std::span<Re
 template <class Real>
 IterationReport MultigridOf<Real>::iterate_from_zero(std::span<const Real> b, double size, std::span<Real> x,
                                                      double tolerance, int most) {
-  return go_on(b, x, {tolerance, roundings_of_x * 0x1p-24, size, size * size, most, true});
+  return go_on(b, x, {tolerance, 0, size, size * size, most, true});
 }
 
-/// Of doubles `rounding` is that of images over |x|: while much is left |x| need not be known. Of floats it is that of
-/// x itself, in each cell beside its diagonal: by so much images differ from what they should be, and where a cycle
-/// has not halved what is left it is asked whether that is no more.
+/// Of doubles `rounding` is that of images over |x|: while much is left |x| need not be known. Cycles in floats end
+/// where one takes less than a third away: what is left is rounding, or these cycles are of no use.
 template <class Real>
-bool MultigridOf<Real>::is_rounding(std::span<const Real> x, const Goal& goal, double left, double before) const {
+bool MultigridOf<Real>::is_at_end(std::span<const Real> x, const Goal& goal, double left, double before) const {
   if constexpr (has_differences<Real>) {
-    return goal.rounding > 0 && left > 0.5 * before && left <= goal.rounding * levels_.front().size_of_terms(x.data());
+    return left > 0.7 * before;
   } else {
     const bool is_near = left <= 1e-7 * (goal.size == 0 ? 1 : goal.size);
     return is_near && left <= goal.rounding * norm(x, team_);
@@ -139,7 +134,7 @@ IterationReport MultigridOf<Real>::go_on(std::span<const Real> b, std::span<Real
   for (bool has_descended = false;; ++report.iterations) {
     const double left = std::sqrt(squares);
     report.residual = goal.size == 0 ? left : left / goal.size;
-    report.converged = report.residual <= goal.tolerance || is_rounding(x, goal, left, std::sqrt(before));
+    report.converged = report.residual <= goal.tolerance || is_at_end(x, goal, left, std::sqrt(before));
     if (report.converged || report.iterations == goal.most || !std::isfinite(report.residual)) return report;
     if (levels_.size() == 1) {
       descend(0, b.data(), x.data());

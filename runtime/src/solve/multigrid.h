@@ -105,7 +105,7 @@ class MultigridOf {
   bool set_coarsest(MultigridLevel& level, const char*& why);
   void know_null_space(const NullSpace& null_space);
   IterationReport go_on(std::span<const Real> b, std::span<Real> x, const Goal& goal);
-  bool is_rounding(std::span<const Real> x, const Goal& goal, double left, double before) const;
+  bool is_at_end(std::span<const Real> x, const Goal& goal, double left, double before) const;
   void descend(std::size_t level, const Real* b, Real* x);
 
   Team team_;
