@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/links.h"
@@ -34,17 +35,26 @@ void Workspace::draw_noise(std::uint64_t interval) {
 Field& Workspace::field(std::string_view name) {
   const auto found = fields_.find(name);
   if (found != fields_.end()) return *found->second;
-  Field& made = *fields_.emplace(name, std::make_shared<Field>(layout(), fields_made_++)).first->second;
-  if (const auto axis = std::ranges::find(setup_.axes, name, &Axis::name); axis != setup_.axes.end())
-    fill_coordinate(made, static_cast<int>(axis - setup_.axes.begin()), axis->low, axis->spacing, axis->is_periodic);
-  return made;
+  const std::shared_ptr<Field> shared = lent(name);
+  return *fields_.emplace(name, shared ? shared : std::make_shared<Field>(layout(), fields_made_++)).first->second;
+}
+
+std::shared_ptr<Field> Workspace::lent(std::string_view name) {
+  const auto axis = std::ranges::find(setup_.axes, name, &Axis::name);
+  if (axis == setup_.axes.end()) return nullptr;
+  std::weak_ptr<Field>& known = lent_[std::string(name)];
+  std::shared_ptr<Field> field = known.lock();
+  if (!field) {
+    field = std::make_shared<Field>(layout(), fields_made_++);
+    fill_coordinate(*field, static_cast<int>(axis - setup_.axes.begin()), axis->low, axis->spacing, axis->is_periodic);
+    known = field;
+  }
+  return field;
 }
 
 void Workspace::release_coordinates() {
-  for (const Axis& axis : setup_.axes) {
-    const auto found = fields_.find(axis.name);
-    if (found != fields_.end() && found->second.use_count() == 1) fields_.erase(found);
-  }
+  if (std::exchange(has_released_coordinates_, true)) return;
+  for (const Axis& axis : setup_.axes) release(axis.name);
 }
 
 Field& Workspace::field(std::string_view name, std::size_t number) {
@@ -61,9 +71,13 @@ void Workspace::release(const dpde_program& program) {
 }
 
 std::vector<BoundField> Workspace::bound_fields() {
-  for (const Axis& axis : setup_.axes) field(axis.name);
   std::vector<BoundField> all;
   for (const auto& [name, field] : fields_) all.push_back({name, field->base(), field});
+  for (const Axis& axis : setup_.axes) {
+    if (fields_.contains(axis.name)) continue;
+    const std::shared_ptr<Field> field = lent(axis.name);
+    all.push_back({axis.name, field->base(), field});
+  }
   return all;
 }
 

@@ -2,6 +2,7 @@
 // What a host may set, and what moves with it.
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -166,6 +167,48 @@ task t : s { unknown f from 0.5; minimise mean(u^2) }
 )");
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20);
   EXPECT_EQ(sim.unknowns(), std::vector<std::string>{"f"});
+}
+
+TEST(Settings, OrderOfValues) {
+  Simulation sim = compile_text(R"(model still {
+  field u
+  dt(u) = 0*u
+}
+scene s : still {
+  grid x = 0 .. 3, cells 3, periodic
+  grid y = 0 .. 2, cells 2, periodic
+  initial u = x + 10*y
+  time 0 .. 1, step 1
+}
+)");
+  sim.step();
+  EXPECT_EQ(sim.state("u"), (std::vector<double>{5.5, 6.5, 7.5, 15.5, 16.5, 17.5}));
+  Eigen::ArrayXXd columns(3, 2);
+  sim.state("u", columns);
+  EXPECT_EQ(columns(2, 1), 17.5);
+}
+
+/// Whole fields of places are given back behind the first formulas.
+TEST(Settings, FormulasOfPlacesFollowParametersInEachStep) {
+  const char* const text = R"(model m { field u; coefficient c; param k; dt(u) = c*lap(u) }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; grid y = 0 .. 1, cells 6; boundary u = 0; k = 0.5; c = k*(0.02 + 0.01*x)
+  initial u = sin(2*pi*x) + y; observe middle = mean(x*u); time 0 .. 1, step 0.01 })";
+  Simulation sim = compile_text(text, {.name = "s"});
+  const auto step_with = [&](double k) {
+    sim.set("k", k);
+    sim.step();
+  };
+  for (const double k : {0.5, 0.6, 0.7, 0.8, 0.9}) step_with(k);
+  Simulation other = compile_text(text, {.name = "s"});
+  other.observe("middle");  // it reads x before
+  for (const double k : {0.5, 0.6, 0.7, 0.8, 0.9}) {
+    other.set("k", k);
+    other.step();
+    other.observe("middle");
+  }
+  EXPECT_EQ(sim.state("u"), other.state("u"));
+  EXPECT_EQ(sim.observe("middle"), other.observe("middle"));
+  EXPECT_EQ(sim.coordinates(0), other.coordinates(0));
 }
 
 }  // namespace

@@ -461,25 +461,6 @@ TEST(Simulation, StepsAtOnceAreStepsOneByOne) {
 }
 
 /// Two dimensions: x is fastest.
-TEST(Simulation, OrderOfValues) {
-  Simulation sim = compile_text(R"(model still {
-  field u
-  dt(u) = 0*u
-}
-scene s : still {
-  grid x = 0 .. 3, cells 3, periodic
-  grid y = 0 .. 2, cells 2, periodic
-  initial u = x + 10*y
-  time 0 .. 1, step 1
-}
-)");
-  sim.step();
-  EXPECT_EQ(sim.state("u"), (std::vector<double>{5.5, 6.5, 7.5, 15.5, 16.5, 17.5}));
-  Eigen::ArrayXXd columns(3, 2);
-  sim.state("u", columns);
-  EXPECT_EQ(columns(2, 1), 17.5);
-}
-
 /// h^2/(2*0.3) is 0.257.
 TEST(Host, RefusesAStepThatRuinsTheRun) {
   const HostOptions options{.name = "rod", .set = {{"step", "0.5"}, {"end", "50"}}};

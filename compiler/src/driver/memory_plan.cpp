@@ -110,12 +110,13 @@ class Planner {
   }
   /// Workspace::release_coordinates, once formulas have run: those that no program of a rollout has.
   void release_coordinates() {
-    const std::vector<std::string> formulas = {compiled_.names.coefficients, compiled_.names.initial,
-                                               compiled_.names.observe,      compiled_.names.shown,
-                                               compiled_.names.constraints,  compiled_.names.exact};
+    const auto& names = compiled_.names;
+    std::set<std::string> formulas = {names.coefficients, names.initial,     names.start, names.observe,
+                                      names.shown,        names.constraints, names.exact};
+    for (const auto& [control, formula] : names.controls) formulas.insert(formula);
     std::set<std::string_view> read;
     for (const std::string& name : tables_.names()) {
-      if (std::ranges::find(formulas, name) != formulas.end()) continue;
+      if (formulas.contains(name)) continue;
       const dpde_program& program = *tables_.find(name);
       for (const char* field : std::span(program.fields, static_cast<std::size_t>(program.input_count)))
         read.insert(field);

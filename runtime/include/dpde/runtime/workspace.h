@@ -74,7 +74,8 @@ class Workspace {
   /// Gives back what the program computes; it is made again when it is asked for.
   void release(const dpde_program& program);
   void release(std::string_view name);
-  /// Of those that no rollout reads: whole fields, which formulas alone read as a rule. They are made again.
+  /// Whole fields, which formulas alone read as a rule: rollouts that read them keep them. Once: what asks for them
+  /// again makes them again, and may ask in each step.
   void release_coordinates();
   /// All that are there, and the coordinates.
   std::vector<BoundField> bound_fields();
@@ -116,12 +117,16 @@ class Workspace {
 
  private:
   void draw_noise(std::uint64_t interval);
+  /// A coordinate, one for all that have it at a time; null of other names.
+  std::shared_ptr<Field> lent(std::string_view name);
   std::size_t interval_at(double t, int every, std::size_t count) const;
 
   Setup setup_;
   std::size_t cell_count_;
   std::shared_ptr<SolverStore> solvers_ = make_solver_store();
   Named<std::shared_ptr<Field>> fields_;
+  Named<std::weak_ptr<Field>> lent_;  // coordinates
+  bool has_released_coordinates_ = false;
   int fields_made_ = 0;
   Named<double> params_;
   Named<Weights> weights_;
