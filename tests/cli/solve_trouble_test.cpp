@@ -95,6 +95,31 @@ TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
   EXPECT_EQ(check.codes().back(), "E0814") << check.err;
 }
 
+/// Equations of the text, and stages of implicit schemes, linear or not.
+TEST_F(SolveTrouble, ChecksSayWhatTheFirstStepOfTheRunSays) {
+  struct Row {
+    std::string model, scheme, code;
+  };
+  for (const auto& [model, scheme, code] : std::vector<Row>{
+           {"dt(u) = lap(u) + 30*u^2", "backward_euler; implicit = all", "E0815"},
+           {"dt(u) = lap(u)", "backward_euler; solve = cg(1e-10, 2)", "E0814"},
+           {"dt(u) = div(k*grad(u))", "crank_nicolson; solve = cg(1e-10, 2)", "E0814"},
+           {"solve lap(psi) - psi = -u for psi\n  dt(u) = psi + lap(u)", "euler; solve = cg(1e-10, 2)", "E0814"}}) {
+    const bool has_psi = model.find("psi") != std::string::npos;
+    write("s.dpde", "model m {\n  field u; coefficient k\n  " + model + "\n}\nscheme c { time = " + scheme +
+                        " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 24; grid y = 0 .. 1, cells 20\n" +
+                        (has_psi ? "  boundary psi: all = 0\n" : "") +
+                        "  boundary u: all = 0\n  k = 1 + x\n  initial u = 1 + x*y; time 0 .. 4, step 1\n}\n");
+    const Outcome run = dpde("run s.dpde s --force --json"), check = dpde("check s.dpde s --json");
+    EXPECT_NE(run.status, 0) << model;
+    EXPECT_EQ(check.status, run.status) << model << check.err;
+    ASSERT_FALSE(run.codes().empty() || check.codes().empty()) << model;
+    EXPECT_EQ(run.codes().back(), code) << model << run.err;
+    EXPECT_EQ(check.codes().back(), code) << model << check.err;
+    EXPECT_EQ(check.json()["diagnostics"].back()["line"], run.json()["diagnostics"].back()["line"]) << model;
+  }
+}
+
 TEST_F(SolveTrouble, GradientsOfLooseSolvesSayWhoMeasuresThem) {
   write("s.dpde", jump("cg(1e-2)"));
   const Outcome loose = dpde("gradient s.dpde t");

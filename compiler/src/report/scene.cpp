@@ -15,6 +15,7 @@
 #include "driver/cost.h"
 #include "driver/memory_plan.h"
 #include "driver/storage.h"
+#include "model/scheme.h"
 #include "model/solves.h"
 #include "report/advective_form.h"
 #include "report/formal_order.h"
@@ -222,11 +223,14 @@ void report_first_step(const Unsolved& error, const driver::Session& session, Di
 }
 
 /// By one step from where the scene begins: the operators are known then. On a large grid that would take what a run
-/// takes, and one with longer cells shows the same methods.
+/// takes, and one with longer cells shows the same methods. Of implicit schemes alone no more than what fails is told,
+/// which longer cells do not show.
 Report first_solves_report(driver::Session* session, const SourceFile& source, DiagnosticSink& sink) {
   Report report;
-  if (session == nullptr || model::solves_of(session->problem()).empty()) return report;
+  if (session == nullptr) return report;
+  const bool has_solves = !model::solves_of(session->problem()).empty();
   const stability::CoarseGrid grid = stability::grid_of_solutions(*session);
+  if (!has_solves && !(grid.is_own() && model::is_implicit(session->problem().scheme.time))) return report;
   if (!grid.is_own()) {
     driver::SessionOptions options = session->options();
     options.cells = grid.cells();
@@ -260,6 +264,7 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
     report.say(fmt::format("solves: {}\n", error.what()));
     return report;
   }
+  if (!has_solves) return report;
   const auto solves = driver::solves_of(session->compiled(), one.solve_notes());
   report.json["solves"] = json_of(solves);
   report.say(driver::text_of(solves));
