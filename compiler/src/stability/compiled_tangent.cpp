@@ -5,10 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <deque>
 #include <limits>
 #include <map>
-#include <random>
 #include <set>
 #include <span>
 #include <utility>

@@ -25,6 +25,7 @@ Eigen::MatrixXd CoupledRuns::largest_vector(double step, const Eigen::MatrixXd& 
   const KrylovSpace space = runs_.on_krylov_space(at_step(params_, step), start, most_of_space(start));
   if (space.matrix.rows() == 0) return start;
   const Eigen::EigenSolver<Eigen::MatrixXd> of_space(space.matrix);
+  if (of_space.info() != Eigen::Success) return start;
   Eigen::Index which = 0, largest = 0;
   of_space.eigenvalues().cwiseAbs().maxCoeff(&which);
   Eigen::VectorXcd vector = of_space.eigenvectors().col(which);
@@ -40,6 +41,7 @@ std::optional<double> CoupledRuns::growth_of_vector(const TangentRuns& runs, dou
   const KrylovSpace space = runs.on_krylov_space(at_step(params_, step / parts_), vector, most_near_vector);
   if (space.matrix.rows() == 0) return std::nullopt;
   const Eigen::EigenSolver<Eigen::MatrixXd> of_space(space.matrix);
+  if (of_space.info() != Eigen::Success) return std::nullopt;
   Eigen::Index which = 0;
   of_space.eigenvectors().row(0).cwiseAbs().maxCoeff(&which);
   return (std::log(std::abs(of_space.eigenvalues()[which])) - by_events_) * parts_;
