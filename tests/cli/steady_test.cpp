@@ -26,6 +26,24 @@ TEST_F(SteadyCommand, SaysWhenItWasSteadyOrThatItWasNot) {
   EXPECT_EQ(brief.json()["time"].get<double>(), 1);
 }
 
+/// From a checkpoint before, and from one that falls on the step where it is steady.
+TEST_F(SteadyCommand, GoesOnToTheSameEnd) {
+  write("s.dpde", warm_rod);
+  const auto steps = dpde("run s.dpde line --json --out whole").json()["steps"].get<int>();
+  const std::string end = content(path("whole/u.npy"));
+  ASSERT_FALSE(end.empty());
+  for (const int every : {130, steps}) {
+    const std::string run =
+        "run s.dpde line --json --out o" + std::to_string(every) + " --checkpoint-every " + std::to_string(every);
+    for (const char* const again : {"", " --resume", " --resume"}) {
+      const Outcome outcome = dpde(run + again);
+      EXPECT_EQ(outcome.status, 0) << outcome.err;
+      EXPECT_EQ(outcome.json()["steps"].get<int>(), steps) << every << again;
+      EXPECT_TRUE(content(path("o" + std::to_string(every) + "/u.npy")) == end) << every << again;
+    }
+  }
+}
+
 /// u is 1/k times what does not know k.
 TEST_F(SteadyCommand, GivesItsGradient) {
   write("s.dpde", warm_rod);

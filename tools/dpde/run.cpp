@@ -184,7 +184,9 @@ bool Run::step() {
   if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
   const std::vector<void*>& states = session_->rollout().final_states();
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
-  if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
+  // From where it is steady a run would make one more step: it goes on from before, to the same end.
+  const bool is_steady = outcome_.steady && outcome_.steady->is_reached;
+  if (checkpoint_ && keeps && !outcome_.blow_up && !is_steady) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
   if (!record_->kept().failure().empty() && !job_.failed())
     job_.sink().report("machine-failed", {}, {record_->kept().failure()});

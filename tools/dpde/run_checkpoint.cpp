@@ -81,7 +81,8 @@ std::optional<int> RunCheckpoint::resume() {
 }
 
 void RunCheckpoint::look(const Snapshot& snapshot) {
-  if (snapshot.step == last_step_) return;
+  const bool is_of_end = snapshot.is_last && session_.is_until_steady();  // which the run decides on
+  if (snapshot.step == last_step_ || is_of_end) return;
   const bool step_is_due = interval_.steps > 0 && snapshot.step % interval_.steps == 0;
   const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_time_;
   if (step_is_due || (interval_.seconds > 0 && since.count() >= interval_.seconds))
