@@ -323,21 +323,52 @@ std::vector<double> results_of(const RowKernelsOf<Real>& kernels) {
                                   .to_far = -1};
   keep([&](Real* to) { kernels.add_interpolated(row, to); });
   keep([&](Real* to) { kernels.take_share(count, rows[6].data(), to); });
+  const RestrictedRow<Real> restricted{count, b, x, {rows[7].data(), rows[8].data(), rows[9].data(), rows[10].data()}};
+  keep([&](Real* to) { kernels.restrict_along(restricted, to); });
+  for (const std::int64_t cells : {1, 2, 74, 75}) {
+    const std::vector<double> values = arbitrary_values(75, 3);
+    keep([&](Real* to) { kernels.split(cells, values.data(), 0.7, to, to + 100); });
+    for (const bool is_added : {false, true}) {
+      std::vector<double> joined = values;
+      kernels.join(cells, b, x, 0.7, is_added, joined.data());
+      results.insert(results.end(), joined.begin(), joined.end());
+    }
+  }
   return results;
+}
+
+std::vector<double> products_of(const RowKernels& kernels) {
+  std::vector<std::vector<double>> rows;
+  for (unsigned seed = 0; seed < 2 * RowProducts::most; ++seed) rows.push_back(arbitrary_values(75, seed));
+  std::vector<double> results;
+  for (const int terms : {1, 7, RowProducts::most}) {
+    for (const bool is_added : {false, true}) {
+      RowProducts products{.count = 75, .terms = terms, .is_added = is_added, .values = {}, .x = {}};
+      for (std::size_t k = 0; k < RowProducts::most; ++k)
+        products.values[k] = rows[k].data(), products.x[k] = rows[k + RowProducts::most].data();
+      std::vector<double> made(75, 0.25);
+      kernels.add_products(products, made.data());
+      results.insert(results.end(), made.begin(), made.end());
+    }
+  }
+  return results;
+}
+
+void expect_near(const std::vector<double>& portable, const std::vector<double>& chosen, double tolerance) {
+  ASSERT_EQ(portable.size(), chosen.size());
+  for (std::size_t i = 0; i < portable.size(); ++i)
+    EXPECT_NEAR(portable[i], chosen[i], tolerance * (1 + std::abs(chosen[i]))) << i;
 }
 
 template <class Real>
 void expect_same_kernels(double tolerance) {
-  const std::vector<double> portable = results_of(row_kernels_portable().of<Real>()),
-                            chosen = results_of(row_kernels().of<Real>());
-  ASSERT_EQ(portable.size(), chosen.size());
-  for (std::size_t i = 0; i < portable.size(); ++i)
-    EXPECT_NEAR(portable[i], chosen[i], tolerance * (1 + std::abs(chosen[i])));
+  expect_near(results_of(row_kernels_portable().of<Real>()), results_of(row_kernels().of<Real>()), tolerance);
 }
 
 TEST(RowKernels, OfAllInstructionSetsAgree) {
   expect_same_kernels<double>(1e-13);
   expect_same_kernels<float>(2e-6);
+  expect_near(products_of(row_kernels_portable()), products_of(row_kernels()), 1e-13);
 }
 
 }  // namespace
