@@ -95,6 +95,24 @@ TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
   EXPECT_EQ(check.codes().back(), "E0814") << check.err;
 }
 
+/// The mean of psi is held by c alone. Coefficients change in each step: doubles go on in the same solver.
+TEST_F(SolveTrouble, WhatIsSolvedInDoublesAfterAllIsSaidSo) {
+  write("s.dpde",
+        "model m { field u, k; param c; solve div(k*grad(psi)) - c*psi = -(u + 1) for psi\n"
+        "  dt(u) = psi*c - 0.1*u; dt(k) = 0.1*k }\n"
+        "scheme s { time = euler; solve = multigrid(1e-5); real = f32 }\n"
+        "scene p : m with s { grid x = 0 .. 1, cells 40; grid y = 0 .. 1, cells 44\n"
+        "  boundary psi: all = zero_gradient; boundary u: all = zero_gradient; boundary k: all = zero_gradient\n"
+        "  c = 1; initial u = sin(7*x) + cos(9*y*x); initial k = 1 + x*0.5; time 0 .. 1, step 0.1 }\n");
+  const std::string in_floats = "multigrid cycles in f32, ", in_doubles = "multigrid cycles, ";
+  for (const bool is_held : {true, false}) {
+    const Outcome run = dpde(is_held ? "run s.dpde --force" : "run s.dpde --force --set c=1e-6");
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(run.out.find(in_floats) != std::string::npos, is_held) << run.out;
+    EXPECT_EQ(run.out.find(in_doubles) != std::string::npos, !is_held) << run.out;
+  }
+}
+
 /// Equations of the text, and stages of implicit schemes, linear or not.
 TEST_F(SolveTrouble, ChecksSayWhatTheFirstStepOfTheRunSays) {
   struct Row {
