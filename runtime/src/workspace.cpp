@@ -39,8 +39,12 @@ Field& Workspace::field(std::string_view name) {
   return *fields_.emplace(name, shared ? shared : std::make_shared<Field>(layout(), fields_made_++)).first->second;
 }
 
+std::vector<Workspace::Axis>::const_iterator Workspace::axis_of(std::string_view name) const {
+  return std::ranges::find(setup_.axes, name, &Axis::name);
+}
+
 std::shared_ptr<Field> Workspace::lent(std::string_view name) {
-  const auto axis = std::ranges::find(setup_.axes, name, &Axis::name);
+  const auto axis = axis_of(name);
   if (axis == setup_.axes.end()) return nullptr;
   std::weak_ptr<Field>& known = lent_[std::string(name)];
   std::shared_ptr<Field> field = known.lock();
@@ -193,8 +197,8 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
       continue;
     }
     const ControlField* control = find_control_field(name);
-    const bool is_coordinate = std::ranges::find(setup_.axes, name, &Axis::name) != setup_.axes.end();
-    if (control == nullptr && !is_coordinate && !fields_.contains(name) && has_to_be_there(program, f))
+    const auto is_known = [&] { return fields_.contains(name) || axis_of(name) != setup_.axes.end(); };
+    if (control == nullptr && !is_known() && has_to_be_there(program, f))
       throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program.name, name));
     executor->bind(
         f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(name).base());

@@ -62,9 +62,11 @@ void solve(benchmark::State& state, SolverMethod method) {
   count_unknowns(state, static_cast<double>(matrix.size()));
 }
 
+/// Cycles in floats end where they come no nearer: those that are made count.
 template <class Real>
 void cycles_of(benchmark::State& state) {
   constexpr int cycles = 10;
+  int made = 0;
   const StencilMatrix matrix = laplacian(state.range(0), static_cast<int>(state.range(1)), state.range(2) != 0);
   std::string why;
   auto multigrid = MultigridOf<Real>::of(matrix, NullSpace(matrix, 0x1p-52), {}, why);
@@ -74,9 +76,9 @@ void cycles_of(benchmark::State& state) {
   multigrid->pack_right(right, b);
   for (auto _ : state) {
     std::fill_n(x.data(), x.size(), Real(0));
-    benchmark::DoNotOptimize(multigrid->iterate(b, x, 0, 0, cycles));
+    benchmark::DoNotOptimize(made = multigrid->iterate(b, x, 0, 0, cycles).iterations);
   }
-  count_unknowns(state, static_cast<double>(matrix.size()) * cycles);
+  count_unknowns(state, static_cast<double>(matrix.size()) * made);
 }
 
 void multigrid_cycle(benchmark::State& state) { cycles_of<double>(state); }

@@ -227,7 +227,8 @@ IterationReport LinearSolver::Impl::iterate_with_floats(std::span<const double> 
           ? in_floats.cycles->solve(*a, b, x, options.tolerance, rounding_of_x(), options.most_iterations)
       : method == SolverMethod::cg ? iterations->cg(b, x)
                                    : iterations->bicgstab(b, x);
-  if (way.converged || !become_doubles()) return way;
+  const auto is_rounding = [&] { return way.residual * norm(b, team) <= rounding_of_x() * norm(x, team); };
+  if (way.converged || is_rounding() || !become_doubles()) return way;
   if (!are_finite(x, team)) std::ranges::fill(x, 0.0);
   return iterate(b, x);
 }
@@ -237,15 +238,15 @@ bool LinearSolver::Impl::become_doubles() {
   if (in_floats.are_too_few) return false;
   in_floats.are_too_few = true;
   std::optional<FloatCycles> floats = std::exchange(in_floats.cycles, std::nullopt);
-  if (method != SolverMethod::bicgstab) {
-    if (try_multigrid(method)) return reason += rooms.words(), true;
-  } else {
+  if (method == SolverMethod::bicgstab) {
     make_unsymmetric(method);
     size_iterations(static_cast<std::size_t>(a->size()));
-    return reason += rooms.words(), true;
+  } else if (!try_multigrid(method)) {
+    in_floats.cycles = std::move(floats);
+    return false;
   }
-  in_floats.cycles = std::move(floats);
-  return false;
+  reason += rooms.words();
+  return true;
 }
 
 IterationReport LinearSolver::Impl::iterate(std::span<const double> b, std::span<double> x) {

@@ -117,6 +117,7 @@ class Workspace {
 
  private:
   void draw_noise(std::uint64_t interval);
+  std::vector<Axis>::const_iterator axis_of(std::string_view name) const;
   /// A coordinate, one for all that have it at a time; null of other names.
   std::shared_ptr<Field> lent(std::string_view name);
   std::size_t interval_at(double t, int every, std::size_t count) const;
