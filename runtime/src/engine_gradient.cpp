@@ -189,6 +189,8 @@ void Engine::follow_objective(Rollout& rollout) {
   rollout.follow(&objective().record());
 }
 
+void Engine::end_at_rest(bool ends_at_rest) { objective().end_at_rest(ends_at_rest); }
+
 void Engine::hold_steps(bool hold) {
   if (scene_.trial == nullptr) return;
   if (hold) held_ = objective().record();

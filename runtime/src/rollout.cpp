@@ -373,6 +373,7 @@ void Rollout::copy_param_bar(std::string_view param, std::span<double> to) const
 void Rollout::copy_rate_bar(std::string_view network, std::span<double> to) const {
   impl_->sums.copy_rate_bar(impl_->setup.values().find(network), to);
 }
+void Rollout::end_at_rest(bool ends_at_rest) { impl_->steady.end_at_rest(ends_at_rest); }
 void Rollout::watch_gradient(GradientCallback call, int every) { impl_->watch.set_callback(std::move(call), every); }
 const FarState* Rollout::far_state() const { return impl_->losses.far_state(); }
 bool Rollout::was_stopped() const { return impl_->result.stopped; }

@@ -375,5 +375,28 @@ TEST_F(SolveTrouble, RunsUntilSteadyThatStopEarlyAreTold) {
   EXPECT_NE(dpde("verify s.dpde t").err.find("W0814"), std::string::npos);
 }
 
+/// Where the step is as long as is just stable, the shortest wave hardly changes from step to step and is far from
+/// rest, unseen by the loss: its derivative by k is not small.
+TEST_F(SolveTrouble, GradientsOfWavesThatHardlyMoveAreTold) {
+  const auto gradient_at = [&](const std::string& k, const std::string& command, std::vector<std::string>* codes) {
+    write("s.dpde",
+          "model m { field u; param k = 0.1; dt(u) = k*lap(u) + 2*x*(1 - x) - u }\nscheme rk { time = rk4 }\n"
+          "scene s : m with rk {\n  grid x = 0 .. 1, cells 16\n  initial u = sin(3*x)\n"
+          "  boundary u: x.low = 0, x.high = zero_gradient\n  time 0 .. 100, step 0.01, until steady 1e-6\n}\n"
+          "task t : s { unknown k from " +
+              k + "; minimise mean((u - 0.1)^2); using lbfgs(), iterations 2 }\n");
+    const Outcome run = dpde(command + " s.dpde t --json --force --no-certify");
+    *codes = run.codes();
+    return command == "gradient" ? run.json()["gradient"]["k"]["value"].get<double>() : 0.0;
+  };
+  std::vector<std::string> codes;
+  EXPECT_NEAR(gradient_at("0.271", "gradient", &codes), -0.05398, 1e-4);
+  EXPECT_TRUE(codes.empty());
+  EXPECT_GT(gradient_at("0.27168", "gradient", &codes), 1);  // at rest it is -0.054
+  EXPECT_EQ(codes, std::vector<std::string>{"W0820"});
+  gradient_at("0.27168", "optimize", &codes);
+  EXPECT_NE(std::ranges::find(codes, "W0820"), codes.end());
+}
+
 }  // namespace
 }  // namespace dpde::testing

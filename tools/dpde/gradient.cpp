@@ -70,7 +70,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   json[part.name] = std::move(entry);
 }
 
-void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, Json& result) {
+void report_steady(Job& job, TaskRun& run, const SteadyAdjoint& adjoint, Json& result) {
   const Steady& state = adjoint.state;
   job.say(
       fmt::format("steady at t = {:.6g} (step {}); its adjoint after {} products with that of a step: {:.2g} of "
@@ -85,7 +85,7 @@ void report_steady(Job& job, const TaskRun& run, const SteadyAdjoint& adjoint, J
                       {"unrest", json_number(adjoint.unrest())},
                       {"loss_change", json_number(adjoint.unsteady)},
                       {"bytes", adjoint.bytes}};
-  warn_of_unrest(job, run.session->problem(), adjoint);
+  warn_of_unrest(job, run, run.inverse->start());
 }
 
 /// There and back.

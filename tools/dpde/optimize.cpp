@@ -118,7 +118,7 @@ bool is_shown(int iteration, int iterations) {
 struct Outcome {
   OptimiseResult result;
   std::vector<double> scales;  // of unknowns, where the method takes such
-  double seconds = 0;
+  double seconds = 0, first_gradient = 0;
   std::optional<analysis::GradientGrowth> growth;  // of the first gradient
   std::string grown;                               // what to say where that is not finite
 };
@@ -137,8 +137,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
       if (is_finite) say_certificate(job, run);
-      if (is_finite && run.inverse->last().steady)
-        warn_of_unrest(job, run.session->problem(), *run.inverse->last().steady);
+      outcome.first_gradient = gradient.stableNorm();
       if (is_finite) {
         outcome.growth = report::gradient_growth(*run.session, *run.inverse, looks, x, gradient);
         report::warn_of_growth(run.session->problem(), outcome.growth, job.sink());
@@ -271,6 +270,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name,
                       shown(result.loss), result.iterations, human_seconds(outcome.seconds), describe(result.reason),
                       human_seconds(run.compiled->seconds)));
+  if (run.session->problem().steady > 0) warn_of_unrest(job, run, result.x, outcome.first_gradient);
   json["iterations"] = result.iterations;
   json["loss"] = json_numbers(result.losses);
   json["wall_s"] = outcome.seconds;

@@ -169,13 +169,33 @@ void say_certificate(Job& job, const TaskRun& run) {
   job.say(text + "\n");
 }
 
-void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {
+bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {
   constexpr double told = 1e-4;
   const double unrest = adjoint.unrest();
-  if (unrest > told)
-    job.sink().report(
-        "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", std::abs(adjoint.unsteady))},
-        fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * told / unrest));
+  if (unrest <= told) return false;
+  job.sink().report(
+      "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", std::abs(adjoint.unsteady))},
+      fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * told / unrest));
+  return true;
+}
+
+void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double scale) {
+  constexpr double told = 1e-3;
+  Eigen::VectorXd gradient(x.size());
+  const double loss = run.inverse->value_and_gradient(x, gradient);
+  const std::optional<SteadyAdjoint> steady = run.inverse->last().steady;
+  if (!steady || interrupt_flag().load() || warn_of_unrest(job, run.session->problem(), *steady)) return;
+  Eigen::VectorXd at_rest(gradient.size());
+  const double loss_at_rest = run.inverse->value_and_gradient_at_rest(x, at_rest);
+  const double difference = (at_rest - gradient).stableNorm();
+  if (difference <= told * std::max(scale, gradient.stableNorm()) || interrupt_flag().load()) return;
+  const model::Problem& problem = run.session->problem();
+  job.sink().report("gradient-not-at-rest", problem.time_origin.range,
+                    {fmt::format("{:.2g}", gradient.stableNorm()), fmt::format("{:.2g}", difference),
+                     fmt::format("{:.6g}", loss_at_rest), fmt::format("{:.6g}", loss)},
+                    fmt::format("take a smaller tolerance: until steady {:.1g}; where no run ends then, the step is as "
+                                "long as is just stable: take a shorter one",
+                                problem.steady * 0.01));
 }
 
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x) {

@@ -42,8 +42,11 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run, double runs =
 Json certificate_json(const TaskRun& run);
 /// Says it as text, where there is one, once all that the task needs is there: never behind an error.
 void say_certificate(Job& job, const TaskRun& run);
-/// A warning where a run until steady ends too far from rest for its gradient.
-void warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
+/// A warning where a run until steady ends too far from rest for its loss; false where it does not.
+bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
+/// The same, or one where it does for its gradient, which differs from that of the state at rest: compared with its own
+/// norm, or `scale` where that is more. Two gradients more.
+void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double scale = 0);
 /// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open
 /// ends, constraints that are missed at the end.
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);

@@ -193,6 +193,18 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
   });
 }
 
+double Inverse::value_and_gradient_at_rest(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+  session_.engine().end_at_rest(true);
+  double value = NAN;
+  try {
+    value = value_and_gradient(x, gradient);
+  } catch (const NoSolution&) {
+    gradient.setConstant(NAN);
+  }
+  session_.engine().end_at_rest(false);
+  return value;
+}
+
 double Inverse::rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {
   session_.engine().set_unknowns(x);
   return or_none(x, [&] { return session_.engine().rate_along(direction); });

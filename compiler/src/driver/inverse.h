@@ -52,6 +52,9 @@ class Inverse {
   /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with
   /// these values.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
+  /// The loss, and `gradient` as value_and_gradient() has it, of the state at rest beside which a run until steady
+  /// ends; not a number where none is found.
+  double value_and_gradient_at_rest(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
   /// See Engine::hold_steps.
   void hold_steps(bool hold) { session_.engine().hold_steps(hold); }
   /// The condition at a wall that was none with the last values, if there was one.

@@ -14,14 +14,18 @@
 namespace dpde {
 namespace {
 
-constexpr int steps_between_looks = 64;                                    // for values that are not finite
-constexpr double most_left = 1e-12, most_left_single = 1e-5;               // of linear systems, relative
-constexpr double most_by_rounding = 1e-8, most_by_single_rounding = 1e-3;  // what is more is no rounding
-constexpr int least_vectors = 8, most_vectors = 60;                        // of GMRES between restarts
+constexpr int steps_between_looks = 64;              // for values that are not finite
+constexpr int least_vectors = 8, most_vectors = 60;  // of GMRES between restarts
 constexpr int more_terms = 4, most_stalls = 4;
+constexpr int most_newton = 8;
+constexpr double at_rest = 1e-3;  // of what moved before
 
 /// Somebody wants no more while a linear system is solved.
 struct StoppedBetweenProducts {};
+
+LinearAccuracy accuracy_of(const dpde_layout& layout) {
+  return layout.real == DPDE_F32 ? LinearAccuracy{1e-5, 0x1p-23, 1e-3} : LinearAccuracy{1e-12, 0x1p-52, 1e-8};
+}
 
 }  // namespace
 
@@ -75,7 +79,10 @@ std::optional<Steady> SteadyRun::run() {
     stepper_.step(n, from, to);
     states_.go_to(next);
     if (!goes_on(n + 1, false)) return std::nullopt;
-    if (is_still(from, to)) return Steady{true, n + 1, inputs_.time(n + 1), largest_change(from, to)};
+    if (is_still(from, to)) {
+      const Steady steady{true, n + 1, inputs_.time(n + 1), largest_change(from, to)};
+      return ends_at_rest_ && !move_to_rest() ? std::nullopt : std::optional(steady);
+    }
     const bool is_last = n + 1 == setup_.steps;
     if ((is_last || n % steps_between_looks == steps_between_looks - 1) &&
         states_.find_blow_up(n + 1, inputs_.time(n + 1), to))
@@ -88,9 +95,7 @@ std::optional<Steady> SteadyRun::run() {
 /// x - step(x) = b for a linear `step`, from the guess x. Neumann's sum b + step(b) + step(step(b)) + ..., cut off, is
 /// the preconditioner, of more terms where GMRES stalls. False when stopped.
 bool SteadyRun::solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
-                                  bool is_back, SteadyAdjoint& report) {
-  const bool is_single = setup_.layout.real == DPDE_F32;
-  const double tolerance = is_single ? most_left_single : most_left, rounding = is_single ? 0x1p-23 : 0x1p-52;
+                                  bool is_back, const LinearAccuracy& accuracy, SteadyAdjoint& report) {
   const auto fits = static_cast<int>(std::min<int64_t>(
       setup_.checkpoint_bytes / static_cast<int64_t>(sizeof(double) * std::max<size_t>(b.size(), 1)), most_vectors));
   const int vectors = std::max(fits, least_vectors);
@@ -112,7 +117,7 @@ bool SteadyRun::solve_fixed_point(const VectorFunction& step, std::span<const do
       for (size_t i = 0; i < r.size(); ++i) z[i] = r[i] + image[i];
     }
   };
-  Gmres gmres(multiply, precondition, tolerance, std::numeric_limits<int>::max(), vectors);
+  Gmres gmres(multiply, precondition, accuracy.tolerance, std::numeric_limits<int>::max(), vectors);
   gmres.resize(b.size());
   report.bytes = static_cast<int64_t>((gmres.vectors() + 3) * b.size() * sizeof(double));
   for (double before = INFINITY; stalls < most_stalls; terms *= more_terms) {
@@ -121,8 +126,8 @@ bool SteadyRun::solve_fixed_point(const VectorFunction& step, std::span<const do
     } catch (const StoppedBetweenProducts&) {
       return false;
     }
-    const double by_rounding = 16 * rounding * norm(x) / norm(b);
-    report.bound = std::max(tolerance, std::min(by_rounding, is_single ? most_by_single_rounding : most_by_rounding));
+    const double by_rounding = 16 * accuracy.rounding * norm(x) / norm(b);
+    report.bound = std::max(accuracy.tolerance, std::min(by_rounding, accuracy.most_by_rounding));
     if (report.residual <= report.bound) return true;
     stalls += report.residual < 0.1 * before ? 0 : 1;
     before = report.residual;
@@ -141,18 +146,58 @@ bool SteadyRun::solve_fixed_point(const VectorFunction& step, std::span<const do
        }});
 }
 
-std::vector<double> SteadyRun::unrest() {
+std::vector<double> SteadyRun::values_of(const StateBuffer& state) const {
   const auto cells = static_cast<size_t>(cell_count(setup_.layout));
+  std::vector<double> values(state.size() * cells);
+  for (size_t s = 0; s < state.size(); ++s)
+    copy_out(setup_.layout, state[s], std::span(values).subspan(s * cells, cells));
+  return values;
+}
+
+/// Into the current state, halos too.
+void SteadyRun::set(std::span<const double> values) {
+  const auto cells = static_cast<size_t>(cell_count(setup_.layout));
+  const StateBuffer& state = states_.now();
+  for (size_t s = 0; s < state.size(); ++s) copy_in(setup_.layout, state[s], values.subspan(s * cells, cells));
+  stepper_.program().bind_states(state);
+  stepper_.program().prepare_states();
+}
+
+std::vector<double> SteadyRun::unrest() {
   const StateBuffer &state = states_.now(), &next = states_.buffer(states_.free_buffer());
   stepper_.step(last_step(), state, next);
-  std::vector<double> unrest(state.size() * cells), before(cells);
-  for (size_t s = 0; s < state.size(); ++s) {
-    const std::span<double> own = std::span(unrest).subspan(s * cells, cells);
-    copy_out(setup_.layout, next[s], own);
-    copy_out(setup_.layout, state[s], std::span(before));
-    for (size_t i = 0; i < cells; ++i) own[i] -= before[i];
-  }
+  std::vector<double> unrest = values_of(next);
+  add_multiple(-1, values_of(state), unrest);
   return unrest;
+}
+
+/// Newton's method for S(x) = x; S_x*v is a central difference of steps (Knoll and Keyes 2004). False when stopped.
+bool SteadyRun::move_to_rest() {
+  const LinearAccuracy accuracy = accuracy_of(setup_.layout);
+  std::vector<double> x = values_of(states_.now()), left = unrest(), change(x.size()), beside(x.size());
+  const auto unrest_beside = [&](double distance, std::span<const double> v) {
+    copy_vector(x, beside);
+    add_multiple(distance, v, beside);
+    set(beside);
+    return unrest();
+  };
+  const double enough = at_rest * norm(left);
+  for (int n = 0; norm(left) > std::max(enough, 16 * accuracy.rounding * norm(x)); ++n) {
+    if (n == most_newton) throw Unsolved({.what = UnsolvedFacts::What::steady, .text = "no state at rest is near"});
+    const double length = accuracy.length() * (norm(x) + norm(left));
+    const auto derivative = [&](std::span<const double> v, std::span<double> image) {
+      const double distance = norm(v) == 0 ? 1 : length / norm(v);
+      const std::vector<double> above = unrest_beside(distance, v), below = unrest_beside(-distance, v);
+      for (size_t i = 0; i < image.size(); ++i) image[i] = v[i] + (above[i] - below[i]) / (2 * distance);
+    };
+    SteadyAdjoint report;
+    std::ranges::fill(change, 0);
+    if (!solve_fixed_point(derivative, left, change, false, accuracy.of_differences(), report)) return false;
+    add_multiple(1, change, x);
+    set(x);
+    left = unrest();
+  }
+  return true;
 }
 
 SteadyAdjoint SteadyRun::solve_adjoint(WayBack& back, std::span<const double> unrest) {
@@ -176,12 +221,10 @@ SteadyAdjoint SteadyRun::solve_adjoint(WayBack& back, std::span<const double> un
       back.adjoint.reverse(last_step(), state, true);
       read(image);
     };
-    if (!solve_fixed_point(step_back, x_bar, lambda, true, report)) return report;
+    if (!solve_fixed_point(step_back, x_bar, lambda, true, accuracy_of(setup_.layout), report)) return report;
   }
   for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
-  std::vector<double>& values = x_bar;
-  for (size_t s = 0; s < state.size(); ++s)
-    copy_out(setup_.layout, state[s], std::span(values).subspan(s * cells, cells));
+  const std::vector<double> values = values_of(state);
   for (size_t i = 0; i < size; ++i) report.scale += std::abs(lambda[i] * values[i]);
   write(lambda);
   return report;
@@ -214,7 +257,9 @@ std::optional<Steady> SteadyRun::find_rates() {
     for (size_t i = 0; i < image.size(); ++i) image[i] -= of_params[i];
   };
   SteadyAdjoint report;
-  if (norm(of_params) > 0 && !solve_fixed_point(linear, of_params, solution, false, report)) return std::nullopt;
+  const LinearAccuracy accuracy = accuracy_of(setup_.layout);
+  if (norm(of_params) > 0 && !solve_fixed_point(linear, of_params, solution, false, accuracy, report))
+    return std::nullopt;
   write(solution);
   states_.go_to(1);
   return steady;

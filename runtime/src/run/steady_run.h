@@ -8,6 +8,7 @@
 // v = S_x*v + S_p*p_dot, by the same method. Inside the runtime only.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,6 +21,17 @@
 #include "solve/krylov.h"
 
 namespace dpde {
+
+/// How well a linear system is solved, relative to its right side: to `tolerance`, or to what rounding leaves, where
+/// that is at most `most_by_rounding`.
+struct LinearAccuracy {
+  double tolerance, rounding, most_by_rounding;
+  /// Of derivatives that are central differences: two thirds of the digits are left, with a step of length().
+  LinearAccuracy of_differences() const {
+    return {std::pow(tolerance, 2.0 / 3), std::pow(rounding, 2.0 / 3), std::pow(most_by_rounding, 2.0 / 3)};
+  }
+  double length() const { return std::cbrt(rounding); }
+};
 
 class SteadyRun {
  public:
@@ -36,6 +48,8 @@ class SteadyRun {
   /// finite.
   /// @throws Unsolved where the steps are not enough.
   std::optional<Steady> run();
+  /// Whether runs go on from there to the state x = S(x), by Newton's method, in place of more steps.
+  void end_at_rest(bool ends_at_rest) { ends_at_rest_ = ends_at_rest; }
   /// Whether somebody wanted no more, in the last of these calls.
   bool was_stopped() const { return was_stopped_; }
   /// S(x) - x of the current state, all states one behind the other.
@@ -46,9 +60,12 @@ class SteadyRun {
 
  private:
   bool goes_on(int state, bool is_back);
+  std::vector<double> values_of(const StateBuffer& state) const;
+  void set(std::span<const double> values);
+  bool move_to_rest();
   std::optional<Steady> find_rates();
   bool solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x, bool is_back,
-                         SteadyAdjoint& report);
+                         const LinearAccuracy& accuracy, SteadyAdjoint& report);
 
   const RolloutSetup& setup_;
   const StepInputs& inputs_;
@@ -56,7 +73,7 @@ class SteadyRun {
   Stepper& stepper_;
   RunWatch& watch_;
   std::vector<char> is_rate_;  // of each state: see RolloutSetup::rates
-  bool was_stopped_ = false;
+  bool was_stopped_ = false, ends_at_rest_ = false;
 };
 
 }  // namespace dpde

@@ -140,6 +140,8 @@ class Engine {
   double gradient(std::span<double> to);
   /// The first of dpde_scene::watched that jumps in the run, where one does.
   std::optional<Unsolved> jump_in_run();
+  /// See Rollout::end_at_rest.
+  void end_at_rest(bool ends_at_rest);
   const GradientResult& last_gradient() const { return *last_gradient_; }
   bool was_stopped() const { return was_stopped_; }
   /// "", or why there are no products.

@@ -354,6 +354,9 @@ class Rollout {
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.
   const GradientResult& gradient();
+  /// Of runs until steady: loss() and gradient() are those of the state x = S(x) that the step S leaves as it is, which
+  /// Newton's method finds from where the run ends. How far they are from those of that end says how good these are.
+  void end_at_rest(bool ends_at_rest);
   /// Of the last loss(): by each parameter of its losses of averages, averages among them.
   std::vector<std::pair<std::string, double>> derivatives_of_averages();
   /// Of a term that is no loss of averages, from the next loss() on.
