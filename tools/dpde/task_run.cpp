@@ -188,6 +188,8 @@ void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double sca
   Eigen::VectorXd at_rest(gradient.size());
   const double loss_at_rest = run.inverse->value_and_gradient_at_rest(x, at_rest);
   const double difference = (at_rest - gradient).stableNorm();
+  if (!std::isfinite(difference))
+    return job.say("  not compared with the state at rest: Newton's method finds none from here\n");
   if (difference <= told * std::max(scale, gradient.stableNorm()) || interrupt_flag().load()) return;
   const model::Problem& problem = run.session->problem();
   job.sink().report("gradient-not-at-rest", problem.time_origin.range,

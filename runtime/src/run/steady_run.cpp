@@ -192,7 +192,8 @@ bool SteadyRun::move_to_rest() {
     };
     SteadyAdjoint report;
     std::ranges::fill(change, 0);
-    if (!solve_fixed_point(derivative, left, change, false, accuracy.of_differences(), report)) return false;
+    if (!solve_fixed_point(derivative, left, change, false, accuracy.of_differences(0.1 * at_rest), report))
+      return false;
     add_multiple(1, change, x);
     set(x);
     left = unrest();

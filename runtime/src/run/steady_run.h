@@ -26,9 +26,9 @@ namespace dpde {
 /// that is at most `most_by_rounding`.
 struct LinearAccuracy {
   double tolerance, rounding, most_by_rounding;
-  /// Of derivatives that are central differences: two thirds of the digits are left, with a step of length().
-  LinearAccuracy of_differences() const {
-    return {std::pow(tolerance, 2.0 / 3), std::pow(rounding, 2.0 / 3), std::pow(most_by_rounding, 2.0 / 3)};
+  /// Where derivatives are central differences: two thirds of the digits are left, with a step of length().
+  LinearAccuracy of_differences(double enough) const {
+    return {enough, std::pow(rounding, 2.0 / 3), std::pow(most_by_rounding, 2.0 / 3)};
   }
   double length() const { return std::cbrt(rounding); }
 };
