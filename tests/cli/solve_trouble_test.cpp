@@ -113,12 +113,17 @@ TEST_F(SolveTrouble, WhatIsSolvedInDoublesAfterAllIsSaidSo) {
   }
 }
 
-/// Equations of the text, and stages of implicit schemes, linear or not.
+/// Equations of the text, in the step or in what is observed or written alone, and stages of implicit schemes, linear
+/// or not.
 TEST_F(SolveTrouble, ChecksSayWhatTheFirstStepOfTheRunSays) {
   struct Row {
-    std::string model, scheme, code;
+    std::string model, scheme, code, shown = "";
   };
-  for (const auto& [model, scheme, code] : std::vector<Row>{
+  const std::string apart = "dt(u) = lap(u)\n  solve lap(psi) - psi = -u for psi",
+                    loose = "euler; solve = cg(1e-10, 2)";
+  for (const auto& [model, scheme, code, shown] : std::vector<Row>{
+           {apart, loose, "E0814", "observe e = integral(psi)"},
+           {apart, loose, "E0814", "output psi every 1"},
            {"dt(u) = lap(u) + 30*u^2", "backward_euler; implicit = all", "E0815"},
            {"dt(u) = lap(u)", "backward_euler; solve = cg(1e-10, 2)", "E0814"},
            {"dt(u) = div(k*grad(u))", "crank_nicolson; solve = cg(1e-10, 2)", "E0814"},
@@ -127,14 +132,16 @@ TEST_F(SolveTrouble, ChecksSayWhatTheFirstStepOfTheRunSays) {
     write("s.dpde", "model m {\n  field u; coefficient k\n  " + model + "\n}\nscheme c { time = " + scheme +
                         " }\nscene s : m with c {\n  grid x = 0 .. 1, cells 24; grid y = 0 .. 1, cells 20\n" +
                         (has_psi ? "  boundary psi: all = 0\n" : "") +
-                        "  boundary u: all = 0\n  k = 1 + x\n  initial u = 1 + x*y; time 0 .. 4, step 1\n}\n");
-    const Outcome run = dpde("run s.dpde s --force --json"), check = dpde("check s.dpde s --json");
+                        "  boundary u: all = 0\n  k = 1 + x\n  initial u = 1 + x*y; time 0 .. 4, step 1\n  " + shown +
+                        "\n}\n");
+    const Outcome run = dpde("run s.dpde s --force --json --out o"), check = dpde("check s.dpde s --json");
     EXPECT_NE(run.status, 0) << model;
     EXPECT_EQ(check.status, run.status) << model << check.err;
     ASSERT_FALSE(run.codes().empty() || check.codes().empty()) << model;
     EXPECT_EQ(run.codes().back(), code) << model << run.err;
     EXPECT_EQ(check.codes().back(), code) << model << check.err;
-    EXPECT_EQ(check.json()["diagnostics"].back()["line"], run.json()["diagnostics"].back()["line"]) << model;
+    for (const char* const what : {"line", "message"})
+      EXPECT_EQ(check.json()["diagnostics"].back()[what], run.json()["diagnostics"].back()[what]) << model;
   }
 }
 

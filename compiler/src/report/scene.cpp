@@ -213,18 +213,19 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   return text;
 }
 
-/// As the run, whose first step it is, will say it.
+/// As the run, whose first step it is, will say it. What is observed has no step.
 void report_first_step(const Unsolved& error, const driver::Session& session, DiagnosticSink& sink) {
   UnsolvedFacts facts = error.facts();
+  const bool is_of_step = !std::isnan(facts.t);
   facts.t = NAN;
   Unsolved of_run(std::move(facts));
-  of_run.set_place(1, session.steps(), session.problem().t_begin);
+  if (is_of_step) of_run.set_place(1, session.steps(), session.problem().t_begin);
   driver::report_error(of_run, sink, driver::place_of_solve(session.compiled(), error.solve_for()));
 }
 
-/// By one step from where the scene begins: the operators are known then. On a large grid that would take what a run
-/// takes, and one with longer cells shows the same methods. Of implicit schemes alone no more than what fails is told,
-/// which longer cells do not show.
+/// By what is observed where the scene begins and one step from there: the operators are known then. On a large grid
+/// that would take what a run takes, and one with longer cells shows the same methods. Of implicit schemes alone no
+/// more than what fails is told, which longer cells do not show.
 Report first_solves_report(driver::Session* session, const SourceFile& source, DiagnosticSink& sink) {
   Report report;
   if (session == nullptr) return report;
@@ -255,8 +256,13 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
   setup.steady = 0;
   Rollout one(std::move(setup));
   session->engine().begin_other(one);
+  const auto observe_start = [&](const Snapshot& snapshot) {
+    if (snapshot.step > 0) return;
+    session->observe(snapshot.t, snapshot.states);
+    session->shown(snapshot.t, snapshot.states);
+  };
   try {
-    one.run();
+    one.run({1, observe_start});
   } catch (const Unsolved& error) {
     report_first_step(error, *session, sink);
     return report;
