@@ -73,7 +73,7 @@ TEST(Sketch, BurgersRecover) {
   EXPECT_EQ(task.optimiser->rate, 5);
   EXPECT_EQ(task.optimiser->iterations, 50);
   EXPECT_EQ(p.scheme.transport.advect, Advection::semi_lagrangian);
-  EXPECT_EQ(p.scheme.time, TimeScheme::euler);
+  EXPECT_EQ(p.scheme.time, time_method("euler"));
   EXPECT_EQ(print(*p.states[0].initial.formula), "-sin(pi*x)");  // the scene's own stays, for data of the same scene
 }
 

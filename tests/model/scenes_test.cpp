@@ -48,7 +48,7 @@ TEST(Scenes, AreMadeFromOthersWithChanges) {
   EXPECT_EQ(b.axes[1].cells, 16);
   EXPECT_EQ(b.axes[1].high, 2);
   EXPECT_EQ(b.steps, 32);
-  EXPECT_EQ(b.scheme.time, TimeScheme::rk2);
+  EXPECT_EQ(b.scheme.time, time_method("rk2"));
   EXPECT_EQ(lines_with(b, "initial"), (std::vector<std::string>{"initial u = cos(2*pi*k*x) - sin(2*pi*k*x)",
                                                                 "initial v = 2*(cos(2*pi*k*x) - sin(2*pi*k*x))"}));
   const Problem c = changed("scene c = b { cells 5, 3; let q = 1; initial v = 0 }\nscene b = a { k = 3 }", "c");

@@ -71,14 +71,14 @@ TEST(Selection, WhichScheme) {
 TEST(Selection, WhatSchemesSay) {
   const Scheme second = overridden("b", {}).scheme, third = overridden("t", {}).scheme,
                built_in = problem_of(text_with("u*w*k*c")).scheme;
-  EXPECT_EQ(second.time, TimeScheme::rk2);
+  EXPECT_EQ(second.time, time_method("rk2"));
   EXPECT_EQ(second.transport.advect, Advection::upwind);
   EXPECT_EQ(second.transport.order, 1);
   EXPECT_EQ(third.derivative_order, 4);
   EXPECT_EQ(third.laplacian_order, 4);
   EXPECT_EQ(third.transport.advect, Advection::central);
   EXPECT_EQ(third.transport.order, 4);
-  EXPECT_EQ(built_in.time, TimeScheme::rk4);
+  EXPECT_EQ(built_in.time, time_method("rk4"));
   EXPECT_EQ(built_in.transport.advect, Advection::central);
   EXPECT_EQ(built_in.transport.order, 2);
 }
@@ -102,7 +102,7 @@ TEST(Settings, Cells) {
 }
 
 TEST(Settings, SchemeKeys) {
-  EXPECT_EQ(overridden("a", {{"time", "rk2"}}).scheme.time, TimeScheme::rk2);
+  EXPECT_EQ(overridden("a", {{"time", "rk2"}}).scheme.time, time_method("rk2"));
   EXPECT_EQ(overridden("a", {{"advect", "semi_lagrangian"}}).scheme.transport.advect, Advection::semi_lagrangian);
   EXPECT_EQ(overridden("a", {{"advect", "maccormack"}}).scheme.transport.advect, Advection::maccormack);
   EXPECT_EQ(overridden("a", {{"advect", "central4"}}).scheme.transport.order, 4);

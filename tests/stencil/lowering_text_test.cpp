@@ -66,7 +66,7 @@ loop n in 0 .. 10 { s_step }
 
 TEST(LoweringText, RungeKutta4KeepsStates) {
   model::Problem p = problem({state("u", nu * lap(u) + param("t"))});
-  p.scheme.time = model::TimeScheme::rk4;
+  p.scheme.time = model::time_method("rk4");
   EXPECT_EQ(print(lower(p)), R"(kernel s_stage1(u: field halo 1, out u_1: field, hx, dt, nu, t: param) {
   let u_xx = (u[-1] - 2*u + u[+1])/hx^2
   u_1 = u + dt/2*(nu*u_xx + t)
@@ -105,7 +105,7 @@ loop n in 0 .. 10 { s_step }
 
 TEST(LoweringText, MidpointMethodLeavesStatesAtRestAlone) {
   model::Problem p = problem({state("u", -d(v)), state("v", 0.0)});
-  p.scheme.time = model::TimeScheme::rk2;
+  p.scheme.time = model::time_method("rk2");
   EXPECT_EQ(print(lower(p)), R"(kernel s_stage1(v: field halo 1, u: field, out u_1: field, hx, dt: param) {
   let v_x = (v[+1] - v[-1])/(2*hx)
   u_1 = u - dt/2*v_x
@@ -132,7 +132,7 @@ loop n in 0 .. 10 { s_step }
 TEST(LoweringText, BoundaryValuesOfStagesAreTakenAtTheirTime) {
   model::Problem p = problem({state("u", lap(u))}, {8}, 1, Topology::bounded);
   p.states[0].boundary[0].low.value = param("t");
-  p.scheme.time = model::TimeScheme::rk2;
+  p.scheme.time = model::time_method("rk2");
   const dpde::stencil::Module module = lower(p);
   EXPECT_EQ(print(*module.find_program("s_step")), R"(program s_step {
   fill u x.low = t, x.high = 0

@@ -61,7 +61,7 @@ inline model::Problem problem(std::vector<model::State> states, std::vector<int>
   result.states = std::move(states);
   result.steps = 10;
   result.step = 0.1;
-  result.scheme.time = model::TimeScheme::euler;
+  result.scheme.time = model::time_method("euler");
   return result;
 }
 

@@ -226,7 +226,7 @@ void forget(driver::Session& session, Start& start) {
     if (state == nullptr || state->history_of.empty()) continue;
     std::vector<double>& values = start.states[static_cast<std::size_t>(s)];
     const int of = session.rollout().state_index(state->history_of);
-    if (model::keeps_rates(problem.scheme.time) || of < 0) {
+    if (model::is_adams_bashforth(problem.scheme.time) || of < 0) {
       std::ranges::fill(values, 0.0);
     } else {
       values = start.states[static_cast<std::size_t>(of)];

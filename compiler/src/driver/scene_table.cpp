@@ -262,8 +262,7 @@ void SceneTable::Storage::add_parts() {
   scene.courant = problem.courant;
   scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
   scene.trial = compiled->program(compiled->names.trial);
-  if (problem.step_control)
-    scene.control = {model::order_of_estimate(problem.scheme.time), problem.step_control->first};
+  if (problem.step_control) scene.control = {problem.scheme.time->order_of_estimate, problem.step_control->first};
 }
 
 void SceneTable::Storage::add_facts() {

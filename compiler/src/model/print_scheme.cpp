@@ -46,28 +46,7 @@ std::string print(const Transport& transport) {
   unreachable("advection");
 }
 
-std::string print(TimeScheme time) {
-  switch (time) {
-    case TimeScheme::euler: return "euler";
-    case TimeScheme::rk2: return "rk2";
-    case TimeScheme::rk4: return "rk4";
-    case TimeScheme::ssp_rk3: return "ssp_rk3";
-    case TimeScheme::bs32: return "bs32";
-    case TimeScheme::dopri5: return "dopri5";
-    case TimeScheme::verlet: return "verlet";
-    case TimeScheme::ab2: return "ab2";
-    case TimeScheme::ab3: return "ab3";
-    case TimeScheme::leapfrog: return "leapfrog";
-    case TimeScheme::etdrk2: return "etdrk2";
-    case TimeScheme::etdrk4: return "etdrk4";
-    case TimeScheme::backward_euler: return "backward_euler";
-    case TimeScheme::crank_nicolson: return "crank_nicolson";
-    case TimeScheme::imex_euler: return "imex_euler";
-    case TimeScheme::ars222: return "ars222";
-    case TimeScheme::ars443: return "ars443";
-  }
-  unreachable("time scheme");
-}
+std::string print(TimeScheme time) { return time->name; }
 
 std::string print(const SolveBy& by) {
   const std::string warning = by.warns ? ", warn" : "", name(name_of(by.method));

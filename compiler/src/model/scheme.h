@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/methods.h"
 #include "support/vocabulary.h"
 
 namespace dpde::model {
@@ -32,61 +33,6 @@ struct Transport {
 constexpr bool is_spectral(const Transport& transport) {
   return transport.advect == Advection::central && transport.order == spectral;
 }
-enum class TimeScheme {
-  euler,
-  rk2,
-  rk4,
-  ssp_rk3,
-  bs32,
-  dopri5,
-  verlet,
-  ab2,
-  ab3,
-  leapfrog,
-  etdrk2,
-  etdrk4,
-  backward_euler,
-  crank_nicolson,
-  imex_euler,
-  ars222,
-  ars443
-};
-/// An embedded pair: it also makes a result of one order less, and the difference is an estimate of its error.
-constexpr bool estimates_error(TimeScheme time) {
-  return time == TimeScheme::bs32 || time == TimeScheme::dopri5 || time == TimeScheme::ars443;
-}
-/// That difference is step^order for small steps.
-constexpr int order_of_estimate(TimeScheme time) { return time == TimeScheme::dopri5 ? 5 : 3; }
-/// Adams-Bashforth: it remembers the rates of the steps before.
-constexpr bool keeps_rates(TimeScheme time) { return time == TimeScheme::ab2 || time == TimeScheme::ab3; }
-constexpr bool has_memory(TimeScheme time) { return keeps_rates(time) || time == TimeScheme::leapfrog; }
-/// It treats the linear part exactly, as multipliers of waves.
-constexpr bool is_exponential(TimeScheme time) { return time == TimeScheme::etdrk2 || time == TimeScheme::etdrk4; }
-/// Several stages, each of which a projection can follow; a step of the others has one.
-constexpr bool has_several_stages(TimeScheme time) {
-  switch (time) {
-    case TimeScheme::rk2:
-    case TimeScheme::rk4:
-    case TimeScheme::ssp_rk3:
-    case TimeScheme::bs32:
-    case TimeScheme::dopri5:
-    case TimeScheme::ars222:
-    case TimeScheme::ars443: return true;
-    case TimeScheme::euler:
-    case TimeScheme::verlet:
-    case TimeScheme::ab2:
-    case TimeScheme::ab3:
-    case TimeScheme::leapfrog:
-    case TimeScheme::etdrk2:
-    case TimeScheme::etdrk4:
-    case TimeScheme::backward_euler:
-    case TimeScheme::crank_nicolson:
-    case TimeScheme::imex_euler: return false;
-  }
-  return false;
-}
-/// It solves for the terms of model/implicit_part.h.
-constexpr bool is_implicit(TimeScheme time) { return time >= TimeScheme::backward_euler; }
 /// What solves by steps begin with; automatic: with what is known from before where the method is one by steps.
 enum class Guess { automatic, none, last, extrapolate };
 inline bool is_asked_for(Guess guess) { return guess == Guess::last || guess == Guess::extrapolate; }
@@ -118,7 +64,7 @@ struct Scheme {
   std::map<std::string, Transport> transports;  // of states for which the scheme names another one
   int derivative_order = 2;                     // key dx: 2, 4, 6, 8 or spectral
   int laplacian_order = 2;                      // key lap: the same, for second derivatives
-  TimeScheme time = TimeScheme::rk4;
+  TimeScheme time = time_method("rk4");
   Precision real = Precision::f64;
   Precision networks = Precision::f32;  // what they compute in
   bool dealias = false;                 // states hold no waves of three cells or fewer

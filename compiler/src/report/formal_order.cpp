@@ -128,29 +128,6 @@ bool holds_advect(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Advect>(part->kind); });
 }
 
-int time_order(model::TimeScheme time) {
-  switch (time) {
-    case model::TimeScheme::backward_euler:
-    case model::TimeScheme::imex_euler:
-    case model::TimeScheme::euler: return 1;
-    case model::TimeScheme::crank_nicolson:
-    case model::TimeScheme::ars222:
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::etdrk2:
-    case model::TimeScheme::rk2: return 2;
-    case model::TimeScheme::etdrk4:
-    case model::TimeScheme::rk4: return 4;
-    case model::TimeScheme::ars443:
-    case model::TimeScheme::ab3:
-    case model::TimeScheme::bs32:
-    case model::TimeScheme::ssp_rk3: return 3;
-    case model::TimeScheme::dopri5: return 5;
-  }
-  unreachable("time scheme");
-}
-
 /// Of steps whose parts come one behind the other, in the order of time. `others`: some equation has more terms than
 /// transport.
 int order_of_parts(const model::Problem& problem, bool others) {
@@ -162,7 +139,7 @@ int order_of_parts(const model::Problem& problem, bool others) {
            (is_linear || transport.advect == model::Advection::maccormack_steady);
   });
   if (is_carried_to_first || !problem.projections.empty()) return 1;
-  if (scheme.is_split()) return scheme.split.kind == model::Split::Kind::lie ? 1 : std::min(2, time_order(scheme.time));
+  if (scheme.is_split()) return scheme.split.kind == model::Split::Kind::lie ? 1 : std::min(2, scheme.time->order);
   return others ? 1 : 2;
 }
 
@@ -203,7 +180,7 @@ Order order_inside(const model::Problem& problem) {
   Order order;
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
   order.is_spectral = space.empty() && uses_waves;
-  order.time = order_with_parts(problem, time_order(scheme.time));
+  order.time = order_with_parts(problem, scheme.time->order);
   if (scheme.is_split() || (scheme.follows_flow() && transports)) order.time = order_of_parts(problem, split);
   if (std::ranges::any_of(problem.projections, &model::Projection::is_each_step))
     order.time = std::min(order.time, order_of_pressure_before);

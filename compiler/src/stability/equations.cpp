@@ -143,7 +143,7 @@ model::Problem by_euler(model::Problem problem) {
   std::erase_if(problem.states, [](const model::State& state) { return !state.history_of.empty(); });
   for (model::State& state : problem.states) state.parts = 1;
   problem.events.clear();
-  problem.scheme.time = model::TimeScheme::euler;
+  problem.scheme.time = model::time_method("euler");
   problem.scheme.split = {};
   return problem;
 }

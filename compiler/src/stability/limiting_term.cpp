@@ -85,12 +85,10 @@ std::optional<SourceRange> limiting_term(const model::Problem& problem, const Ve
 std::optional<OtherScheme> stable_scheme(driver::Session& session) {
   const model::Problem& problem = session.problem();
   if (!problem.program.empty()) return std::nullopt;
-  constexpr std::pair<model::TimeScheme, const char*> others[] = {{model::TimeScheme::ssp_rk3, "ssp_rk3"},
-                                                                  {model::TimeScheme::rk4, "rk4"}};
-  for (const auto& [time, name] : others) {
+  for (const char* const name : {"ssp_rk3", "rk4"}) {
     model::Problem other = problem;
     std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
-    other.scheme.time = time;
+    other.scheme.time = model::time_method(name);
     try {
       if (const std::optional<double> limit = limit_by_other_scheme(session, other)) return OtherScheme{name, *limit};
     } catch (const NoSolution&) {  // of a solve in its steps: it is none to name

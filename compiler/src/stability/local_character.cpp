@@ -287,10 +287,9 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
 /// such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
 Positivity positivity_with_limiter(driver::Session& session, double step, const StateGroup& group) {
   const model::Problem& problem = session.problem();
-  const model::TimeScheme time = problem.scheme.time;
   Positivity found;
   found.why = "its limiter is not linear";
-  const bool is_of_euler = time == model::TimeScheme::euler || time == model::TimeScheme::ssp_rk3;
+  const bool is_of_euler = problem.scheme.time->is_made_of_euler;
   const std::optional<LinearStep> euler = linear_step(by_euler(problem), group);
   if (!is_of_euler || problem.scheme.is_split() || !euler) return found;
   double rate = 0;

@@ -72,7 +72,9 @@ PolynomialMatrix matrix_of(model::TimeScheme time) {
 }  // namespace
 
 StepOfRates::StepOfRates(model::TimeScheme time)
-    : matrix_(matrix_of(time)), keeps_rates_(model::keeps_rates(time)), characteristic_(characteristic_of(matrix_)) {}
+    : matrix_(matrix_of(time)),
+      is_adams_bashforth_(model::is_adams_bashforth(time)),
+      characteristic_(characteristic_of(matrix_)) {}
 
 Eigen::VectorXcd StepOfRates::factors(const Eigen::VectorXcd& rates) const {
   if (matrix_.size() == 1) return polynomial_of(matrix_.front().front(), rates);
@@ -100,7 +102,7 @@ StepOfRates::Image StepOfRates::image(const Eigen::MatrixXcd& z, const std::vect
                                       const Eigen::VectorXd& perturbation) const {
   const auto count = static_cast<Eigen::Index>(matrix_.size());
   Eigen::MatrixXcd power = Eigen::MatrixXcd::Zero(z.rows(), count);
-  const auto of_memory = [&](std::size_t memory) { return keeps_rates_ && memory > 0 ? step : 1; };
+  const auto of_memory = [&](std::size_t memory) { return is_adams_bashforth_ && memory > 0 ? step : 1; };
   for (std::size_t i = 0; i < places.size(); ++i)
     power(static_cast<Eigen::Index>(places[i].row), static_cast<Eigen::Index>(places[i].memory)) =
         perturbation[static_cast<Eigen::Index>(i)] * of_memory(places[i].memory);

@@ -49,7 +49,7 @@ class StepOfRates {
   std::size_t degree() const;
 
   std::vector<std::vector<Polynomial>> matrix_;
-  bool keeps_rates_ = false;                // what it remembers are these, not dt times them
+  bool is_adams_bashforth_ = false;         // what it remembers are these, not dt times them
   std::vector<Polynomial> characteristic_;  // by powers of the factor but the highest, whose coefficient is 1
 };
 

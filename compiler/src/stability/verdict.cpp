@@ -88,7 +88,7 @@ Verdict verdict_on(driver::Session& session, const GroupStep& step, double most,
   }
   const model::Problem& problem = session.problem();
   const model::Scheme& scheme = problem.scheme;
-  if (verdict.limit.kind == StepLimit::Kind::never && scheme.has_limiter() && scheme.time == model::TimeScheme::euler)
+  if (verdict.limit.kind == StepLimit::Kind::never && scheme.has_limiter() && model::is_euler(scheme.time))
     verdict.limiter_step = stability::positivity_of(session, verdict.step, group).largest_step;
   verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;
   verdict.group_growth_rate = verdict.growth_rate;

@@ -153,7 +153,7 @@ class Exponential {
 
 std::vector<Stage> exponential_stages(Lowering& lowering, const std::vector<Advance>& advances,
                                       const std::string& prefix) {
-  const bool is_second = lowering.problem().scheme.time == model::TimeScheme::etdrk2;
+  const bool is_second = lowering.problem().scheme.time->order == 2;
   return Exponential(lowering, advances, prefix).stages(is_second ? etdrk2 : etdrk4);
 }
 

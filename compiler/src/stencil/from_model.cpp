@@ -95,7 +95,7 @@ void check_size(const Lowering& lowering, const model::Use& use, Made as, Diagno
 
 void check_time_scheme(const model::Problem& problem, DiagnosticSink& sink) {
   const auto is_velocity = [](const model::State& state) { return !state.velocity_of.empty(); };
-  if (problem.scheme.time != model::TimeScheme::verlet || !problem.program.empty()) return;
+  if (!model::is_verlet(problem.scheme.time) || !problem.program.empty()) return;
   if (std::any_of(problem.states.begin(), problem.states.end(), is_velocity)) return;
   sink.report("needs-second-derivative", problem.states.front().origin.range, {"verlet", problem.model},
               "take time = rk2 or rk4 in the scheme");

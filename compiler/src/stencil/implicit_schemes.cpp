@@ -19,64 +19,15 @@ namespace dpde::stencil {
 
 namespace {
 
-constexpr std::size_t most_stages = 4;
-using Weight = long double;  // rounded once, when all is added up
-
-struct StageTerms {
-  Weight time;                                     // of the stage, in steps
-  std::array<Weight, most_stages> of_rest;         // a_ij, j = 0, 1, ..., i - 1
-  std::array<Weight, most_stages> of_solved = {};  // b_ij, j = 1, 2, ..., i - 1
-};
-struct AdditiveTableau {
-  Weight own;  // g
-  std::span<const StageTerms> rows;
-  const StageTerms* embedded = nullptr;  // of the pair's other result; b_ij of all stages
-};
-
-constexpr StageTerms ars111[] = {{1, {1}}};
-/// (2.6): L-stable of order 2 with g = 1 - 1/sqrt(2), and d = 1 - 1/(2*g) = -1/sqrt(2).
-constexpr Weight root = 0.707106781186547524400844L;
-constexpr StageTerms ars222[] = {{1 - root, {1 - root}}, {1, {-root, 1 + root}, {root}}};
-/// (2.8): L-stable of order 3.
-constexpr StageTerms ars443[] = {{1.L / 2, {1.L / 2}},
-                                 {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
-                                 {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
-                                 {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
-/// Ours, of order 2: u + h*(5/2*(N + L)(U_1) - 3/2*(N + L)(U_3)), both stages in the middle of the step. That these are
-/// the weights is the condition that a stiff L is damped as by the result, 1 = sum of w_j*(A^-1*(1, 1, 1, 1))_j: else
-/// the difference of both would be of the size of what is stiff, at any h. Of order 3 it misses sum of w_j*c_j^2 = 1/3
-/// by 1/12 and sum of w_j*(A*c)_j = 1/6 by 1/24, with the a_ij of N and of L.
-constexpr StageTerms ars443_embedded = {1, {0, 5.L / 2, 0, -3.L / 2}, {5.L / 2, 0, -3.L / 2, 0}};
-
-AdditiveTableau additive_tableau_of(model::TimeScheme time) {
-  switch (time) {
-    case model::TimeScheme::backward_euler:
-    case model::TimeScheme::imex_euler: return {1, ars111};
-    case model::TimeScheme::ars222: return {1 - root, ars222};
-    case model::TimeScheme::ars443: return {1.L / 2, ars443, &ars443_embedded};
-    case model::TimeScheme::euler:
-    case model::TimeScheme::rk2:
-    case model::TimeScheme::rk4:
-    case model::TimeScheme::ssp_rk3:
-    case model::TimeScheme::bs32:
-    case model::TimeScheme::dopri5:
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::ab3:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::etdrk2:
-    case model::TimeScheme::etdrk4:
-    case model::TimeScheme::crank_nicolson: break;
-  }
-  unreachable("implicit time scheme");
-}
+using model::AdditiveTableau;
+using Weight = model::AdditiveWeight;
 
 /// Weights of what stages keep: of R_k - u and of U_k - R_k, k = 1, 2, ...
 struct Changes {
-  std::array<Weight, most_stages> of_right{}, of_solution{};
+  model::AdditiveWeights of_right{}, of_solution{};
 
   void add(Weight weight, const Changes& other) {
-    for (std::size_t k = 0; k < most_stages; ++k) {
+    for (std::size_t k = 0; k < of_right.size(); ++k) {
       of_right[k] += weight * other.of_right[k];
       of_solution[k] += weight * other.of_solution[k];
     }
@@ -90,7 +41,7 @@ struct RightSide {
 };
 
 /// What a row takes of the stages whose h*N(U_j) are known.
-RightSide known_side(const AdditiveTableau& tableau, const StageTerms& row, const std::vector<Changes>& rests) {
+RightSide known_side(const AdditiveTableau& tableau, const model::AdditiveRow& row, const std::vector<Changes>& rests) {
   RightSide right{{}, {}, 0};
   for (std::size_t j = 0; j < rests.size(); ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
   right.known = right.of_solved;
@@ -382,8 +333,7 @@ std::vector<Stage> implicit_stages(Lowering& lowering, const std::vector<Advance
                                    bool is_projected, const FieldsOfStates& embedded) {
   ImplicitScheme scheme(lowering, advances, name, is_projected);
   const model::TimeScheme time = lowering.problem().scheme.time;
-  return time == model::TimeScheme::crank_nicolson ? scheme.trapezoidal()
-                                                   : scheme.by(additive_tableau_of(time), embedded);
+  return model::is_trapezoidal(time) ? scheme.trapezoidal() : scheme.by(time->additive, embedded);
 }
 
 }  // namespace dpde::stencil

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time schemes that remember, one kernel each:
-//  - ab2: u + dt (3 F(u) - F_before)/2, the rate F_before being a state; the first step is Euler's.
+//  - Adams-Bashforth (model/methods.h has the weights). ab2: u + dt (3 F(u) - F_before)/2, the rate F_before being a
+//    state; the first step is Euler's.
 //  - ab3: u + dt (23 F(u) - 16 F_before + 5 F_older)/12. The first step is Euler's, the second takes 2 F(u) - F_before:
 //    with the first one that is the midpoint rule over both, so that what is left of the start is an error of dt^3 and
 //    the order stays 3 from the second step on.

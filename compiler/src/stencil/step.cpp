@@ -119,7 +119,7 @@ std::vector<Stage> projected_once(Lowering& lowering, const std::vector<Advance>
 std::vector<Stage> step_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   const model::Scheme& scheme = lowering.problem().scheme;
   if (scheme.is_split() || scheme.follows_flow()) return projected_once(lowering, advances, name);
-  if (model::has_memory(scheme.time)) return multistep_stages(lowering, advances, name);
+  if (model::is_multistep(scheme.time)) return multistep_stages(lowering, advances, name);
   if (model::is_exponential(scheme.time)) return exponential_stages(lowering, advances, lowering.problem().scene);
   return subcycled_stages(lowering, advances, name);
 }

@@ -19,99 +19,8 @@ namespace dpde::stencil {
 
 namespace {
 
-/// One stage of an explicit Runge-Kutta method in stage-state form. With U_0 the state where the step begins,
-///   U = U_base + (sum of weight*(U_a - U_b))/divisor + dt*weight/over*F(U_from).
-/// A last stage takes what the others found out of their states, not of rates that would have to be stored. It adds up
-/// differences of states, which are small, and a third of the sum: a third of the states themselves,
-/// (U_1 + 2*U_2 + U_3 - U_0)/3, would be wrong in the last place in the same direction in each step, as 1/3 is no
-/// number of the machine.
-struct DifferenceOfStages {
-  int more = 0, less = 0;  // the same: none
-  double weight = 1;
-};
-struct StageRow {
-  double time;  // of U_from, in steps
-  int from, base;
-  double weight, over;
-  double divisor = 1;
-  std::array<DifferenceOfStages, 6> differences = {};
-};
+using model::StageRow;
 using Tableau = std::span<const StageRow>;
-
-constexpr StageRow euler[] = {{0, 0, 0, 1, 1}};
-constexpr StageRow midpoint_rule[] = {{0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 1}};
-/// Kutta 1901: U_4 = (U_1 + 2*U_2 + U_3 - U_0)/3 + dt/6*F(U_3).
-constexpr StageRow runge_kutta_4[] = {
-    {0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
-/// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
-constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
-
-/// Bogacki and Shampine 1989. The rates are taken out of the states: dt*F(U_0) = 2*(U_1 - U_0), and so on.
-constexpr StageRow bogacki_shampine[] = {
-    {0, 0, 0, 1, 2}, {0.5, 1, 0, 3, 4}, {0.75, 2, 0, 4, 9, 9, {{{1, 0, 4}, {2, 0, 4}}}}};
-/// Its result of order 2, where U_3 is the one of order 3.
-constexpr StageRow bogacki_shampine_embedded = {1, 3, 0, 1, 8, 4, {{{1, 0}, {3, 0, 3}}}};
-/// Dormand and Prince 1980, likewise; U_6 is the result of order 5.
-constexpr StageRow dormand_prince[] = {
-    {0, 0, 0, 1, 5},
-    {0.2, 1, 0, 9, 40, 8, {{{1, 0, 3}}}},
-    {0.3, 2, 0, 32, 9, 27, {{{1, 0, 300}, {2, 0, -448}}}},
-    {0.8, 3, 0, -212, 729, 6561, {{{1, 0, 22260}, {2, 0, -37376}, {3, 0, 18126}}}},
-    {8.0 / 9,
-     4,
-     0,
-     -5103,
-     18656,
-     1,
-     {{{1, 0, 424025.0 / 55968}, {2, 0, -61400.0 / 5247}, {3, 0, 96075.0 / 18656}, {4, 0, -35721.0 / 37312}}}},
-    {1,
-     5,
-     0,
-     11,
-     84,
-     1,
-     {{{1, 0, -575.0 / 252},
-       {2, 0, 31400.0 / 10017},
-       {3, 0, 325.0 / 1344},
-       {4, 0, -7533.0 / 6784},
-       {5, 0, 33.0 / 28}}}}};
-/// Of order 4.
-constexpr StageRow dormand_prince_embedded = {1,
-                                              6,
-                                              0,
-                                              1,
-                                              40,
-                                              1,
-                                              {{{1, 0, 41.0 / 180},
-                                                {2, 0, -4294.0 / 10017},
-                                                {3, 0, 263.0 / 384},
-                                                {4, 0, -137781.0 / 339200},
-                                                {5, 0, 803.0 / 4200},
-                                                {6, 0, 17.0 / 25}}}};
-
-/// Empty where a scheme is none of rows alone.
-Tableau tableau_of(model::TimeScheme time) {
-  switch (time) {
-    case model::TimeScheme::euler: return euler;
-    case model::TimeScheme::rk2: return midpoint_rule;
-    case model::TimeScheme::rk4: return runge_kutta_4;
-    case model::TimeScheme::ssp_rk3: return shu_osher_3;
-    case model::TimeScheme::bs32: return bogacki_shampine;
-    case model::TimeScheme::dopri5: return dormand_prince;
-    case model::TimeScheme::verlet:
-    case model::TimeScheme::ab2:
-    case model::TimeScheme::ab3:
-    case model::TimeScheme::leapfrog:
-    case model::TimeScheme::etdrk2:
-    case model::TimeScheme::etdrk4:
-    case model::TimeScheme::backward_euler:
-    case model::TimeScheme::crank_nicolson:
-    case model::TimeScheme::imex_euler:
-    case model::TimeScheme::ars222:
-    case model::TimeScheme::ars443: return {};
-  }
-  unreachable("time scheme");
-}
 
 /// The value a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
@@ -322,14 +231,14 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     return stages_of(lowering, tableau, Stages(lowering, advances, prefix, part), name, part, fields);
   };
   const model::TimeScheme time = lowering.problem().scheme.time;
-  if (const Tableau tableau = tableau_of(time); !tableau.empty()) return by(tableau);
-  if (time == model::TimeScheme::verlet) return velocity_verlet(lowering, advances, prefix, part);
+  if (!time->stages.empty()) return by(time->stages);
+  if (model::is_verlet(time)) return velocity_verlet(lowering, advances, prefix, part);
   require(model::is_implicit(time), "multi-step and exponential schemes have stages of their own");
   return implicit_stages(lowering, advances, name, part.is_projected);
 }
 
 std::vector<double> stability_polynomial(model::TimeScheme time) {
-  const Tableau tableau = tableau_of(time);
+  const Tableau tableau = time->stages;
   if (tableau.empty()) return {};
   std::vector<std::vector<double>> stages{std::vector<double>(tableau.size() + 1)};
   stages.front().front() = 1;
@@ -339,7 +248,7 @@ std::vector<double> stability_polynomial(model::TimeScheme time) {
       const std::vector<double>& from = stages[static_cast<std::size_t>(stage)];
       for (std::size_t i = 0; i + power < next.size(); ++i) next[i + power] += factor * from[i];
     };
-    for (const DifferenceOfStages& difference : row.differences) {
+    for (const model::DifferenceOfStages& difference : row.differences) {
       add(difference.weight / row.divisor, difference.more, 0);
       add(-difference.weight / row.divisor, difference.less, 0);
     }
@@ -351,7 +260,7 @@ std::vector<double> stability_polynomial(model::TimeScheme time) {
 
 std::vector<double> stage_times(model::TimeScheme time) {
   std::vector<double> times{0, 0.5, 1};
-  for (const StageRow& row : tableau_of(time)) {
+  for (const StageRow& row : time->stages) {
     if (std::ranges::find(times, row.time) == times.end()) times.push_back(row.time);
   }
   return times;
@@ -373,13 +282,12 @@ std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Ad
   if (model::is_implicit(time)) {
     result = implicit_stages(lowering, advances, name, part.is_projected, embedded);
   } else {
-    const StageRow& other = time == model::TimeScheme::bs32 ? bogacki_shampine_embedded : dormand_prince_embedded;
     FieldsOfStages fields;
-    result = stages_of(lowering, tableau_of(time), stages, name, part, fields);
+    result = stages_of(lowering, time->stages, stages, name, part, fields);
     fields.push_back(stages.results());
-    std::ranges::move(
-        stages_of_row(lowering, other, stages, fields, prefix + "_embedded", embedded, {1, part.is_projected}),
-        std::back_inserter(result));
+    std::ranges::move(stages_of_row(lowering, *time->embedded, stages, fields, prefix + "_embedded", embedded,
+                                    {1, part.is_projected}),
+                      std::back_inserter(result));
   }
   result.push_back({kernel_of_error(lowering, prefix + "_error", stages.results(), embedded), stages.end(), {}});
   return result;

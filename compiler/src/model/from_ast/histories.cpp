@@ -11,11 +11,11 @@ namespace dpde::model {
 
 namespace {
 
-bool is_leapfrog(const Draft& draft) { return draft.problem.scheme.time == TimeScheme::leapfrog; }
+bool is_leapfrog(const Draft& draft) { return model::is_leapfrog(draft.problem.scheme.time); }
 
 bool needs_history(const Draft& draft, const State& state) {
   if (!state.rhs || is_constant(*state.rhs, 0)) return false;
-  if (keeps_rates(draft.problem.scheme.time)) return true;
+  if (is_adams_bashforth(draft.problem.scheme.time)) return true;
   return is_leapfrog(draft) && state.velocity_of.empty() && !draft.problem.velocity_of(state.name);
 }
 
@@ -72,8 +72,8 @@ void add_histories(Draft& draft) {
   };
   for (const State& state : draft.problem.states) {
     if (!needs_history(draft, state)) continue;
-    const State history = add(state, keeps_rates(time) ? "_rate" : "_old", state.origin);
-    if (time == TimeScheme::ab3) add(history, "_old", state.origin);
+    State history = add(state, is_adams_bashforth(time) ? "_rate" : "_old", state.origin);
+    for (std::size_t step = 2; step < time->rates.size(); ++step) history = add(history, "_old", state.origin);
   }
   draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
   for (State& guess : draft.guesses) {
@@ -83,7 +83,7 @@ void add_histories(Draft& draft) {
 
 void check_histories(Draft& draft) {
   const Problem& problem = draft.problem;
-  if (!draft.model || !has_memory(problem.scheme.time)) return;
+  if (!draft.model || !is_multistep(problem.scheme.time)) return;
   const std::string time = print(problem.scheme.time);
   if (problem.scheme.follows_flow()) {
     draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {time, "advection along the flow"},

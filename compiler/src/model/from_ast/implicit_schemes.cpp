@@ -61,7 +61,7 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
         "with dx = central(2) lap(u) and div(k*grad(u)) of numbers end at poles; leave other terms explicit"};
   const bool is_carried = problem.scheme.is_split() && follows_flow(problem.scheme.transport_of(state.name).advect);
   const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
-  if (problem.scheme.time == TimeScheme::crank_nicolson && holds_state(problem, rest))
+  if (is_trapezoidal(problem.scheme.time) && holds_state(problem, rest))
     return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
                     "take time = ars222, which takes other terms explicitly"};
   return std::nullopt;

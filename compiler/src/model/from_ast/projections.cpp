@@ -49,8 +49,7 @@ Expr without_held(const State& state, const Expr& push) {
 /// Schemes whose stages do nothing behind them; in the words of a message.
 bool has_stages(Draft& draft, SourceRange range, const char* what) {
   const Scheme& scheme = draft.problem.scheme;
-  const bool by_time =
-      is_exponential(scheme.time) || scheme.time == TimeScheme::verlet || scheme.time == TimeScheme::leapfrog;
+  const bool by_time = is_exponential(scheme.time) || is_verlet(scheme.time) || is_leapfrog(scheme.time);
   if (by_time)
     draft.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
   const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);

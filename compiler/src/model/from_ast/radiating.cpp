@@ -43,7 +43,7 @@ class RadiatingSide {
   /// The rate of the same time has to be at hand wherever u is read.
   void check_scheme() {
     const Scheme& scheme = draft_.problem.scheme;
-    if (scheme.time == TimeScheme::leapfrog || is_implicit(scheme.time) || is_exponential(scheme.time))
+    if (is_leapfrog(scheme.time) || is_implicit(scheme.time) || is_exponential(scheme.time))
       draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "radiating"}, "take time = verlet or rk4");
     else if (scheme.is_split())
       refuse("a scene whose steps are split", "leave out split");

@@ -39,10 +39,6 @@ template <int order>
 void set_laplacian(Scheme& scheme) {
   scheme.laplacian_order = order;
 }
-template <TimeScheme time>
-void set_time(Scheme& scheme) {
-  scheme.time = time;
-}
 
 template <bool dealias>
 void set_dealias(Scheme& scheme) {
@@ -151,23 +147,6 @@ constexpr Choice choices[] = {
     {"project", "automatic", {}, set_project<Project::automatic>},
     {"project", "stage", {}, set_project<Project::stage>},
     {"project", "step", {}, set_project<Project::step>},
-    {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
-    {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
-    {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
-    {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
-    {"time", "bs32", {"bs32()"}, set_time<TimeScheme::bs32>},
-    {"time", "dopri5", {"dopri5()"}, set_time<TimeScheme::dopri5>},
-    {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
-    {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
-    {"time", "ab3", {"ab3()"}, set_time<TimeScheme::ab3>},
-    {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
-    {"time", "etdrk2", {"etdrk2()"}, set_time<TimeScheme::etdrk2>},
-    {"time", "etdrk4", {"etdrk4()"}, set_time<TimeScheme::etdrk4>},
-    {"time", "backward_euler", {"backward_euler()"}, set_time<TimeScheme::backward_euler>},
-    {"time", "crank_nicolson", {"crank_nicolson()"}, set_time<TimeScheme::crank_nicolson>},
-    {"time", "imex_euler", {"imex_euler()"}, set_time<TimeScheme::imex_euler>},
-    {"time", "ars222", {"ars222()"}, set_time<TimeScheme::ars222>},
-    {"time", "ars443", {"ars443()"}, set_time<TimeScheme::ars443>},
     {"real", "f64", {}, set_real<Precision::f64>},
     {"real", "f32", {}, set_real<Precision::f32>},
     {"networks", "f32", {}, set_networks<Precision::f32>},
@@ -255,6 +234,13 @@ std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& k
   }
   const std::string text = ast::print(value);
   SchemeRefusal refusal;
+  for (const TimeMethod& method : key == "time" ? time_methods() : std::span<const TimeMethod>()) {
+    if (text == method.name || text == fmt::format("{}()", method.name)) {
+      scheme.time = &method;
+      return std::nullopt;
+    }
+    refusal.choices.emplace_back(method.name);
+  }
   for (const Choice& choice : choices) {
     if (choice.key != key) continue;
     if (choice.is_written(text)) {

@@ -87,7 +87,7 @@ class SplitReader {
 
 std::optional<Obstacle> obstacle_to_parts(const Problem& problem) {
   const TimeScheme time = problem.scheme.time;
-  if (has_memory(time) || is_exponential(time) || time == TimeScheme::verlet)
+  if (is_multistep(time) || is_exponential(time) || is_verlet(time))
     return Obstacle{fmt::format("time = {} takes all terms at once", print(time)),
                     "take time = rk2, rk4, ssp_rk3, euler or ars222"};
   const bool has_parts = std::ranges::any_of(problem.states, [](const State& state) { return state.parts > 1; });

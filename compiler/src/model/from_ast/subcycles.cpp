@@ -28,7 +28,7 @@ int parts_of(Draft& draft, const ast::Expr& written) {
 /// advection has no limit that parts would help.
 bool fits(Draft& draft, SourceRange range) {
   const Scheme& scheme = draft.problem.scheme;
-  if (has_memory(scheme.time) || is_implicit(scheme.time)) {
+  if (is_multistep(scheme.time) || is_implicit(scheme.time)) {
     draft.sink.report("schemes-do-not-fit", range,
                       {print(scheme.time), "equations that make several steps within each"}, "take time = rk2 or rk4");
   } else if (draft.program) {

@@ -39,7 +39,7 @@ class WallFormula {
 
   void check_scheme() {
     const Scheme& scheme = draft_.problem.scheme;
-    if (scheme.time == TimeScheme::leapfrog || is_implicit(scheme.time) || is_exponential(scheme.time))
+    if (is_leapfrog(scheme.time) || is_implicit(scheme.time) || is_exponential(scheme.time))
       draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a formula of fields at a wall"},
                          "take time = rk4 or ssp_rk3");
     else if (scheme.is_split())

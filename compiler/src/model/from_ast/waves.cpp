@@ -12,7 +12,7 @@ namespace {
 
 /// The row of the scheme that asks for waves; "" where none does.
 std::string row_of_waves(const Scheme& scheme) {
-  if (is_exponential(scheme.time)) return scheme.time == TimeScheme::etdrk2 ? "time = etdrk2" : "time = etdrk4";
+  if (is_exponential(scheme.time)) return fmt::format("time = {}", scheme.time->name);
   if (scheme.dealias) return "dealias = two_thirds";
   if (is_spectral(scheme.transport)) return "advect = spectral";
   for (const auto& [state, own] : scheme.transports) {
