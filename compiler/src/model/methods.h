@@ -45,8 +45,9 @@ struct AdditiveTableau {
   const AdditiveRow* embedded = nullptr;  // of a pair's other result; b_ij of all stages
 };
 
-/// Weights of the rates of one step of an Adams-Bashforth method: of its own, of the step before, and so on.
-using AdamsRow = std::array<double, 4>;
+/// Weights of the rates of one step of an Adams-Bashforth method: of its own, of the step before, and of that before.
+/// Methods of order 4 would need another start: that of a step of Euler's leaves an error of dt^3.
+using AdamsRow = std::array<double, 3>;
 
 struct TimeMethod {
   enum class Family : unsigned char {
