@@ -403,6 +403,9 @@ TEST_F(SolveTrouble, GradientsOfWavesThatHardlyMoveAreTold) {
   EXPECT_EQ(codes, std::vector<std::string>{"W0820"});
   gradient_at("0.27168", "optimize", &codes);
   EXPECT_NE(std::ranges::find(codes, "W0820"), codes.end());
+  const Outcome verify = dpde("verify s.dpde t");
+  EXPECT_NE(verify.err.find("E0804"), std::string::npos) << verify.out;
+  EXPECT_NE(verify.err.find("(until steady 1e-09)"), std::string::npos) << verify.err;
 }
 
 }  // namespace

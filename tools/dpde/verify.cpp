@@ -34,6 +34,21 @@ Json told(Job& job, const report::Report& report) {
   return report.json;
 }
 
+/// Why a certificate may fail where no derivative is wrong.
+std::string help_of(const std::optional<analysis::ToleranceEffect>& effect, double steady) {
+  if (effect && effect->left > 0)
+    return fmt::format(
+        "solves were stopped early, as warn says, with up to {:.3g} of the right side left: allow more iterations, or "
+        "leave warn out",
+        effect->left);
+  if (steady > 0)
+    return fmt::format(
+        "runs end where a state still changes by {:g} a unit of time, and derivatives are those of states at rest: a "
+        "smaller tolerance may be enough (until steady {:g})",
+        steady, steady * 1e-3);
+  return "";
+}
+
 Json verify_one(Job& job) {
   Json result = Json::object();
   const std::optional<bool> learns = learns_from_trajectories(job);
@@ -83,11 +98,7 @@ Json verify_one(Job& job) {
     job.sink().report("nothing-tested", {}, {target}, "let the task begin where its loss depends on its unknowns");
   if (!certificate->passed())
     job.sink().report("verification-failed", {}, {target, report::reason_of(*certificate)},
-                      effect && effect->left > 0
-                          ? fmt::format("solves were stopped early, as warn says, with up to {:.3g} of the right side "
-                                        "left: allow more iterations, or leave warn out",
-                                        effect->left)
-                          : "");
+                      help_of(effect, shared->problem ? shared->problem->steady : 0));
   return result;
 }
 
