@@ -148,7 +148,8 @@ void Rollout::Impl::allocate() {
   result.tape_bytes = trajectory.tapes().bytes();
   if (!back) return;
   back->adjoint.allocate(memory);
-  back->bars.allocate(memory);
+  const std::vector<char> apart(states.count(), 0);
+  back->bars.allocate(memory, back->legs.block_steps() == 1 ? back->adjoint.bound().is_over : apart);
   sums.allocate(memory);
   result.state_bars.assign(states.count(), {});
 }

@@ -66,6 +66,10 @@ class Runner {
       : executor_(program, layout, 1), fields_(make_fields(layout, program.field_count)) {
     for (int f = 0; f < program.field_count; ++f) executor_.bind(f, fields_[f].as<double>());
     for (int p = 0; p < program.param_count; ++p) executor_.set_param(p, program.params[p][0] == 'h' ? 1.0 : 1e-2);
+    for (int s = 0; s < program.swap_count; ++s) {
+      const dpde_swap& swap = program.swaps[s];
+      if (swap.is_over != 0) executor_.bind(swap.next, executor_.bound(swap.state));
+    }
     executor_.update_uniforms();
     executor_.prepare();
     while (executor_.is_tuning()) run();
@@ -74,6 +78,7 @@ class Runner {
     executor_.run();
     for (int s = 0; s < executor_.program().swap_count; ++s) {
       const dpde_swap& swap = executor_.program().swaps[s];
+      if (swap.is_over != 0) continue;
       void* state = executor_.bound(swap.state);
       executor_.bind(swap.state, executor_.bound(swap.next));
       executor_.bind(swap.next, state);

@@ -97,6 +97,11 @@ void expect_same_results(const testing::ProgramCase& c, Precision real, const Co
       expect_close(one, wanted, real == Precision::f64 ? 1e-11 : 1e-5);
       EXPECT_EQ(one.fields, two.fields);
       EXPECT_EQ(one.sums, two.sums);
+      if (testing::writes_over_states(*code->find(name))) {
+        const Outcome over = testing::run_executed(*code->find(name), program, inputs, 2, true);
+        EXPECT_EQ(over.fields, one.fields);
+        EXPECT_EQ(over.sums, one.sums);
+      }
       if (::testing::Test::HasFailure()) return;
     }
   }

@@ -45,9 +45,13 @@ void for_each_cell(const dpde_layout& layout, const F& f) {
   }
 }
 
+std::span<const dpde_swap> swaps_of(const dpde_program& compiled) {
+  return {compiled.swaps, static_cast<std::size_t>(compiled.swap_count)};
+}
+
 /// Fields of `outcome` are there, of the whole grid.
 void run_on(const dpde_layout& layout, Executor executor, const Program& program, const RunInputs& inputs,
-            Outcome& outcome) {
+            Outcome& outcome, bool is_over = false) {
   const dpde_program& compiled = executor.program();
   std::vector<Field> memory;
   for (int i = 0; i < compiled.field_count; ++i) {
@@ -63,6 +67,9 @@ void run_on(const dpde_layout& layout, Executor executor, const Program& program
       fill_coordinate(memory.back(), static_cast<int>(axis), 0, 0.3, program.axes[axis] == Topology::periodic);
   }
   for (int i = 0; i < compiled.field_count; ++i) executor.bind(i, memory[i].base());
+  for (const dpde_swap& swap : swaps_of(compiled)) {
+    if (is_over && swap.is_over != 0) executor.bind(swap.next, executor.bound(swap.state));
+  }
   for (const auto& [name, value] : inputs.params) {
     if (executor.param_index(name) >= 0) executor.set_param(executor.param_index(name), value);
   }
@@ -105,11 +112,16 @@ bool adds_up(std::span<const dpde_operation> operations) {
 
 }  // namespace
 
-Outcome run_executed(const dpde_program& compiled, const Program& program, const RunInputs& inputs, int threads) {
+bool writes_over_states(const dpde_program& compiled) {
+  return std::ranges::any_of(swaps_of(compiled), [](const dpde_swap& swap) { return swap.is_over != 0; });
+}
+
+Outcome run_executed(const dpde_program& compiled, const Program& program, const RunInputs& inputs, int threads,
+                     bool is_over) {
   const std::vector<int64_t> cells(inputs.grid.cells.begin(), inputs.grid.cells.begin() + inputs.grid.rank);
   const dpde_layout layout = make_layout(cells, {compiled.halo[0], compiled.halo[1], compiled.halo[2]}, compiled.real);
   Outcome outcome = empty_outcome(program, inputs);
-  run_on(layout, Executor(compiled, layout, threads), program, inputs, outcome);
+  run_on(layout, Executor(compiled, layout, threads), program, inputs, outcome, is_over);
   return outcome;
 }
 

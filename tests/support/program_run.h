@@ -31,9 +31,11 @@ struct RunInputs {
 };
 
 Outcome run_interpreted(const stencil::Module& module, const stencil::Program& program, const RunInputs& inputs);
-/// `compiled` is `program` in machine code.
+/// `compiled` is `program` in machine code. `is_over`: states and their next values that may have the same memory do.
 Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
-                     int threads);
+                     int threads, bool is_over = false);
+/// Whether there are such.
+bool writes_over_states(const dpde_program& compiled);
 /// The same where the grid is divided among ranks in threads, so many along each axis.
 /// @throws Error where they cannot run it.
 Outcome run_divided(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,

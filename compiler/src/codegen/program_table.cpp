@@ -421,7 +421,8 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
     : name(source.name), fields(source.fields), sums(source.sums) {
   for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes, shared));
   for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code, shared));
-  for (const loop::Swap& s : source.swaps) swaps.push_back({fields.index_of(s.state), fields.index_of(s.next)});
+  for (const loop::Swap& s : source.swaps)
+    swaps.push_back({fields.index_of(s.state), fields.index_of(s.next), s.is_over ? 1 : 0});
 
   program.version = DPDE_ABI_VERSION;
   program.name = name.c_str();

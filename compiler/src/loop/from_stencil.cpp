@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "loop/expressions.h"
+#include "loop/overwrites.h"
 #include "loop/rows.h"
 #include "loop/schedule.h"
 #include "loop/share_rows.h"
@@ -445,7 +446,7 @@ Module from_stencil(const stencil::Module& module, const std::vector<std::string
   Module result = builder.take();
   result.real = real;
   result.networks = module.networks;
-  return share_rows(std::move(result));
+  return find_overwrites(share_rows(std::move(result)));
 }
 
 }  // namespace dpde::loop

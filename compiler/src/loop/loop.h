@@ -118,6 +118,7 @@ struct Stream {
   Offset offset{};
   enum class Mode { in, out, inout } mode = Mode::in;
   bool is_even = false;  // the same in all cells of a row: a coordinate across it, read once
+  int over = -1;         // of one that is written: the one read at the same cells whose memory it may have; -1: none
   bool operator==(const Stream&) const = default;
 };
 struct Let {
@@ -163,6 +164,7 @@ struct Row {
 /// After the program `next` becomes `state`.
 struct Swap {
   std::string state, next;
+  bool is_over = false;  // both may have the same memory
   bool operator==(const Swap&) const = default;
 };
 

@@ -112,7 +112,9 @@ class ExprPrinter {
 std::string stream_list(const Row& row, Stream::Mode mode, bool is_even) {
   std::vector<std::string> parts;
   for (const Stream& stream : row.streams) {
-    if (stream.mode == mode && stream.is_even == is_even) parts.push_back(stream_text(stream, row.rank));
+    if (stream.mode != mode || stream.is_even != is_even) continue;
+    const std::string over = stream.over < 0 ? "" : " over " + row.streams[stream.over].field;
+    parts.push_back(stream_text(stream, row.rank) + over);
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -311,7 +313,8 @@ std::string program_text(const Module& module, const Program& program) {
   if (!program.stacks.empty()) out += fmt::format("  stacks {}\n", fmt::join(program.stacks, ", "));
   for (const Fill& fill : program.prepare) out += fmt::format("  prepare {}\n", fill_text(module, fill));
   for (const Operation& operation : program.body) out += fmt::format("  {}\n", operation_text(module, operation, "  "));
-  for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
+  for (const Swap& swap : program.swaps)
+    out += fmt::format("  swap {}, {}{}\n", swap.state, swap.next, swap.is_over ? " over it" : "");
   if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
   return out + "}\n";
 }

@@ -33,6 +33,7 @@ class Verifier {
   void check(bool holds, std::string_view where, std::string_view what) {
     if (!holds) errors_.push_back(fmt::format("{}: {}", where, what));
   }
+  static bool is_own_cell(const Stream& stream) { return stream.mode == Stream::Mode::in && stream.offset == Offset{}; }
   static bool is_index(int index, std::size_t size) { return index >= 0 && index < static_cast<int>(size); }
 
   template <class Named>
@@ -114,6 +115,9 @@ void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets)
 void Verifier::check_streams(const Row& row) {
   for (std::size_t s = 0; s < row.streams.size(); ++s) {
     const Stream& stream = row.streams[s];
+    const bool is_over = stream.over >= 0 && stream.over < static_cast<int>(row.streams.size());
+    check(stream.over == -1 || (is_over && stream.mode == Stream::Mode::out && is_own_cell(row.streams[stream.over])),
+          row.name, fmt::format("writes {} over what it does not read at the same cell alone", stream.field));
     if (stream.mode == Stream::Mode::in) continue;
     check(stream.offset == Offset{}, row.name, fmt::format("writes {} at an offset", stream.field));
     for (std::size_t other = 0; other < row.streams.size(); ++other) {

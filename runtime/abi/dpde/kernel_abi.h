@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 27
+#define DPDE_ABI_VERSION 28
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -308,6 +308,7 @@ typedef struct dpde_operation {
 
 typedef struct dpde_swap {
   int32_t state, next; /* field indices: after a step `next` becomes `state` */
+  int32_t is_over;     /* 1: both may have the same memory, so that the step is written over the state */
 } dpde_swap;
 
 enum { DPDE_LINK_FIELD = 0, DPDE_LINK_PARAM = 1, DPDE_LINK_SUM = 2 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/adjoint_states.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -9,12 +10,14 @@
 
 namespace dpde {
 
-void AdjointStates::allocate(RunMemory& memory) {
+void AdjointStates::allocate(RunMemory& memory, const std::vector<char>& over) {
   const auto count = static_cast<int64_t>(states_);
-  pool_ = memory.pool(setup_.layout, std::ssize(buffers_) * count);
+  pool_ = memory.pool(setup_.layout, std::ssize(buffers_) * count - std::ranges::count(over, char{1}));
   if (memory.is_plan()) return;
+  int64_t next = 0;
   for (size_t b = 0; b < buffers_.size(); ++b) {
-    for (size_t s = 0; s < states_; ++s) buffers_[b].push_back(pool_.base(static_cast<int64_t>(b * states_ + s)));
+    for (size_t s = 0; s < states_; ++s)
+      buffers_[b].push_back(b == 1 && over[s] != 0 ? buffers_[0][s] : pool_.base(next++));
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "dpde/runtime/rollout.h"
 #include "reversal.h"
@@ -13,7 +14,8 @@ namespace dpde {
 class AdjointStates {
  public:
   AdjointStates(const RolloutSetup& setup, size_t states) : setup_(setup), states_(states) {}
-  void allocate(RunMemory& memory);
+  /// Of states that are `over` results have the memory of seeds.
+  void allocate(RunMemory& memory, const std::vector<char>& over);
 
   void begin() { seeds_ = 0; }
   /// Where the adjoint of a step reads, and where it writes.

@@ -14,6 +14,11 @@ namespace {
 
 bool contains(const std::vector<ValueId>& ids, ValueId id) { return std::ranges::find(ids, id) != ids.end(); }
 
+/// An interpreter reads fields after it has written others.
+char may_be_over(const dpde_program& program, const dpde_swap& swap) {
+  return swap.is_over != 0 && program.interpret == nullptr ? 1 : 0;
+}
+
 /// Whether it is what a loss weighs, which the rollout sets.
 bool is_seed(const dpde_program& program, int param) {
   return std::ranges::any_of(links_of(program), [&](const dpde_link& link) {
@@ -93,11 +98,13 @@ BoundProgram Binder::bind(const dpde_program& program, std::vector<ValueId> own,
 
 BoundStep Binder::bind_step(const dpde_program& program, std::vector<ValueId> own) {
   std::vector<int> next;
+  std::vector<char> is_over;
   for (const dpde_swap& swap : std::span(program.swaps, static_cast<size_t>(program.swap_count))) {
     next.push_back(swap.next);
+    is_over.push_back(may_be_over(program, swap));
     own.push_back(setup_.ids(program).fields[static_cast<size_t>(swap.next)]);
   }
-  BoundStep step{bind(program, std::move(own), true), std::move(next)};
+  BoundStep step{bind(program, std::move(own), true), std::move(next), std::move(is_over)};
   for (size_t s = filled_.size(); s < states_.now.size(); ++s)
     filled_.push_back(step.program.executor.prepares(step.program.states[s]) ? 1 : 0);
   return step;
@@ -117,6 +124,7 @@ BoundAdjoint Binder::bind_adjoint(const dpde_program& program, std::vector<Value
   const ProgramIds& ids = setup_.ids(program);
   const int64_t bytes_before = memory_.bytes();
   std::vector<int> seeds, results;
+  std::vector<char> is_over;
   for (const ValueId next : states_.next) {
     const int seed = ids.derived(DPDE_LINK_FIELD, next);
     const auto swaps = std::span(program.swaps, static_cast<size_t>(program.swap_count));
@@ -126,6 +134,7 @@ BoundAdjoint Binder::bind_adjoint(const dpde_program& program, std::vector<Value
                   fmt::format("program {}: no swap of the adjoint of {}", program.name, setup_.values().name(next)));
     seeds.push_back(found->state);
     results.push_back(found->next);
+    is_over.push_back(may_be_over(program, *found));
     own.push_back(ids.fields[static_cast<size_t>(seed)]);
     own.push_back(ids.fields[static_cast<size_t>(found->next)]);
   }
@@ -139,6 +148,7 @@ BoundAdjoint Binder::bind_adjoint(const dpde_program& program, std::vector<Value
   BoundAdjoint adjoint{bind(program, std::move(own)),
                        std::move(seeds),
                        std::move(results),
+                       std::move(is_over),
                        sums_.bind_params(program),
                        {},
                        std::move(totals),

@@ -63,7 +63,8 @@ struct FieldBar {
 
 struct BoundStep {
   BoundProgram program;
-  std::vector<int> next;  // field of each state's next value
+  std::vector<int> next;      // field of each state's next value
+  std::vector<char> is_over;  // of each state: whether that may have the state's memory
 
   void bind(const StateBuffer& from, const StateBuffer& to) {
     program.bind_states(from);
@@ -78,6 +79,7 @@ struct BoundRate {
 struct BoundAdjoint {
   BoundProgram program;
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
+  std::vector<char> is_over;        // whether these may have the same memory
   std::vector<ParamBar> params;
   std::vector<FieldBar> fields, totals;  // whose values are to be added to what is kept; which the program adds to
   int64_t bytes = 0;                     // of its pools

@@ -14,6 +14,7 @@ constexpr int check_interval = 64;  // a check reads the states once: under 1 % 
 
 int ForwardRun::make_steps(int n, int until, int kept) {
   const int next = states_.free_buffer(kept), count = stepper_.steps_at_once(n, until);
+  states_.place(next, kept, stepper_.may_be_over(), count == 1 && !has_parts(setup_) && !compares_);
   stepper_.steps(n, count, states_.now(), states_.buffer(next));
   states_.go_to(next);
   return count;
@@ -25,6 +26,7 @@ BlowUp ForwardRun::locate_blow_up(int from, int safe, const BlowUp& found) {
   states_.go_to(safe);
   for (int n = from; n < found.step; ++n) {
     const int next = states_.free_buffer();
+    states_.place(next, 0, stepper_.may_be_over(), false);
     stepper_.step(n, states_.now(), states_.buffer(next));
     if (const std::optional<BlowUp> first = find_blow_up(n + 1, states_.buffer(next))) return *first;
     states_.go_to(next);
@@ -36,7 +38,8 @@ RunResult ForwardRun::run(const Observer& observer, int first, FloatMode of_host
   RunResult done;
   stepper_.count_parts_anew();
   PartsSeen seen(stepper_, observer, of_host);
-  states_.go_to(0);
+  compares_ = setup_.steady > 0;
+  states_.go_to_first();
   int safe = 0, safe_step = first, k = first, until = first, end = setup_.steps;  // end: may become earlier
   const bool observes = observer.every > 0 && observer.call;
   const auto finish = [&](int at) {
@@ -95,10 +98,11 @@ RunResult ForwardRun::advance(int count, bool until_steady) {
   RunResult done;
   if (reached_ > 0) stepper_.control().begin(reached_);
   stepper_.prepare(reached_, states_.now());
+  compares_ = until_steady;
   bool is_still = false;
   for (const int until = reached_ + count; reached_ < until && !is_still && !(done.stopped = watch_.stopping());) {
     const StateBuffer& from = states_.now();
-    reached_ += make_steps(reached_, until, states_.current());
+    reached_ += make_steps(reached_, until, 0);
     if (!until_steady) continue;
     const StateBuffer& to = states_.now();
     is_still = steady_.is_still(from, to);
@@ -111,7 +115,8 @@ RunResult ForwardRun::advance(int count, bool until_steady) {
 }
 
 bool ForwardRun::add_losses() {
-  states_.go_to(0);
+  compares_ = false;
+  states_.go_to_first();
   if (setup_.steady > 0) {
     const std::optional<Steady> steady = steady_.run();
     if (steady) losses_.add(losses_.at(setup_.steps), steady->step, states_.now());
@@ -121,7 +126,7 @@ bool ForwardRun::add_losses() {
   for (int n = 0, until = 0; n < losses_.last();) {  // until: where the next loss is
     if (watch_.stopping()) return false;
     if (n == until) until = losses_.events().next_after(n);
-    const int count = make_steps(n, until, states_.current());
+    const int count = make_steps(n, until, 0);
     n += count;
     if (n == until) losses_.add(n, states_.now());
     if (!watch_.go_on(inputs_.time(n), count, false)) return false;

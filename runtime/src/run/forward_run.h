@@ -54,7 +54,8 @@ class ForwardRun {
   SteadyRun& steady_;
   RunWatch& watch_;
   StateBuffer final_;
-  int reached_ = 0;  // steps of advance() since restart()
+  int reached_ = 0;        // steps of advance() since restart()
+  bool compares_ = false;  // each state is looked at beside the one before
 };
 
 }  // namespace dpde

@@ -24,7 +24,7 @@ Gradient::Gradient(const RolloutSetup& setup, const StepInputs& inputs, States& 
 bool Gradient::run(GradientResult& result, std::chrono::steady_clock::time_point start) {
   start_ = start;
   front_ = 0;
-  states_.go_to(0);
+  states_.go_to_first();
   back_.bars.begin();
   back_.adjoint.begin(std::max(losses_.last() - 1, 0));
   bool complete = false;
@@ -54,6 +54,7 @@ bool Gradient::run_without_trajectory() {
   for (int leg = 0; leg < legs.count(); ++leg) {
     if (watch_.stopping()) return false;
     const int next = states_.free_buffer(), end = legs.mark(leg + 1);
+    states_.place(next, 0, stepper_.may_be_over(), legs.steps_of(leg) == 1 && !has_parts(setup_));
     back_.legs.run(leg, states_.now(), states_.buffer(next));
     states_.go_to(next);
     losses_.add(end, states_.now());

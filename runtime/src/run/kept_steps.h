@@ -25,6 +25,8 @@ class KeptSteps {
   /// Of all steps.
   int64_t fields() const { return int64_t{steps_} * std::ssize(kept_); }
   BoundProgram& program() { return step_.program; }
+  /// As of Stepper.
+  const std::vector<char>& may_be_over() const { return step_.is_over; }
 
   /// Step n.
   void step(int n, const StateBuffer& from, const StateBuffer& to);

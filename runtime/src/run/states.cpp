@@ -37,9 +37,28 @@ void States::allocate(const BufferPlan& plan, RunMemory& memory, const std::stri
   int64_t next = 0;
   for (int64_t b = 0; b < plan.count; ++b) {
     StateBuffer buffer;
-    for (size_t s = 0; s < count(); ++s)
-      buffer.push_back(b < plan.of_state[s] ? pool_.base(next++) : buffers_[static_cast<size_t>(b - 2)][s]);
+    for (size_t s = 0; s < count(); ++s) {
+      const size_t same = static_cast<size_t>(plan.over[s] != 0 ? b : b - 2);
+      buffer.push_back(b < plan.of_state[s] ? pool_.base(next++) : buffers_[same][s]);
+    }
     buffers_.push_back(std::move(buffer));
+  }
+  given_.assign(buffers_.begin(), buffers_.begin() + std::min<std::ptrdiff_t>(std::ssize(buffers_), 4));
+}
+
+void States::go_to_first() {
+  current_ = 0;
+  std::ranges::copy(given_, buffers_.begin());
+}
+
+void States::place(int number, int kept, const std::vector<char>& may_be_over, bool is_over) {
+  const bool is_here = is_over && current_ != 0 && current_ != kept;
+  for (size_t s = 0; s < count(); ++s) {
+    if (may_be_over[s] == 0) continue;
+    void*& place = buffers_[static_cast<size_t>(number)][s];
+    place = now()[s];
+    for (size_t b = 1; b < given_.size() && !is_here && (place == now()[s] || place == buffer(kept)[s]); ++b)
+      place = given_[b][s];
   }
 }
 
@@ -55,6 +74,7 @@ int States::free_buffer(int kept) const {
 }
 
 void States::copy_first() {
+  go_to_first();
   current_ = 1;
   for (size_t s = 0; s < count(); ++s) copy_all(layout_, now()[s], first()[s]);
 }

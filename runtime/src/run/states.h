@@ -15,10 +15,11 @@
 namespace dpde {
 
 /// How many buffers there are beside that of the initial state, and of each state in fewer of them: from the third on
-/// the same ones again and again.
+/// the same ones again and again, or the third alone where steps are made over the state.
 struct BufferPlan {
   int64_t count = 0;
   std::vector<int64_t> of_state;
+  std::vector<char> over;
   int64_t fields() const;
 };
 
@@ -40,6 +41,11 @@ class States {
   const StateBuffer& now() const { return buffer(current_); }
   int current() const { return current_; }
   void go_to(int number) { current_ = number; }
+  /// To the initial state, all buffers with the memory that they were given.
+  void go_to_first();
+  /// Chooses the memory in which a step from the current state writes buffer `number`: for states that are `over`
+  /// that of the current one, unless this is the initial state or `kept`; else another one than that of both.
+  void place(int number, int kept, const std::vector<char>& may_be_over, bool is_over);
   /// A buffer to work in that is neither that of the current state nor `kept`.
   int free_buffer(int kept) const;
   int free_buffer() const { return free_buffer(current_); }
@@ -58,6 +64,7 @@ class States {
   std::vector<Field> initial_;
   FieldPool pool_;
   std::vector<StateBuffer> buffers_;
+  std::vector<StateBuffer> given_;  // the first ones as they were allocated: place() changes no others
   int current_ = 0;
 };
 

@@ -37,6 +37,8 @@ class Stepper {
   /// Fills the halos of all that the caller may have changed: steps go on with step n, from `state`.
   void prepare(int n, const StateBuffer& state);
   void bind(const StateBuffer& from, const StateBuffer& to) { step_.bind(from, to); }
+  /// Of each state whether a step in one part may be made over it; `to` has the memory of `from` then.
+  const std::vector<char>& may_be_over() const { return step_.is_over; }
   /// Step n, in its parts.
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   /// `count` steps, as steps_at_once() said.

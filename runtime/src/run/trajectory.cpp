@@ -121,6 +121,8 @@ void Trajectory::plan(Stepper& stepper, Losses& losses, WayBack* back, Binder& b
   const bool goes_back = back != nullptr && setup_.steady == 0;
   if (goes_back) plan_way_back(stepper.rate_program(), *back, read, binder, memory);
   plan_buffers(slots_, read, goes_back ? &back->legs : nullptr);
+  KeptSteps* const kept = back != nullptr ? back->adjoint.kept() : nullptr;
+  buffers_.over = kept != nullptr ? kept->may_be_over() : stepper.may_be_over();
   if (back == nullptr) return;
   bytes_ = bytes_of_states(back->adjoint.kept_fields());
   // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two

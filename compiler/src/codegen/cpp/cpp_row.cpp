@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict; reads of a field
-// that differ only along the row share one), so that g++ and clang turn it into vector instructions.
+// The loop has no calls through pointers, no remainders and no aliases between cells (pointers are __restrict, but
+// where a value may be written over the one that it replaces; reads of a field that differ only along the row share
+// one), so that g++ and clang turn it into vector instructions.
 #include "codegen/cpp/cpp_row.h"
 
 #include <fmt/format.h>
@@ -92,6 +93,7 @@ class RowEmitter {
   std::string taps(const loop::Interp& i, const std::vector<std::string>& displacement) const;
   std::string strides() const;
 
+  bool is_over(std::size_t stream) const;
   std::string head() const;
   std::string places() const;
   std::string masks_of_row() const;
@@ -223,7 +225,8 @@ std::string RowEmitter::head() const {
   if (uses_place()) parameters.push_back("const dpde_row* row");
   for (const std::size_t s : pointers_) {
     const bool is_read = row_.streams[s].mode == loop::Stream::Mode::in;
-    parameters.push_back(fmt::format("{}{}* __restrict {}", is_read ? "const " : "", real_, names_.streams[s]));
+    parameters.push_back(
+        fmt::format("{}{}*{} {}", is_read ? "const " : "", real_, is_over(s) ? "" : " __restrict", names_.streams[s]));
   }
   std::set<int> targets;
   for (const loop::Scatter& scatter : row_.scatters) targets.insert(scatter.target.grid);
@@ -235,6 +238,13 @@ std::string RowEmitter::head() const {
     parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
   if (!row_.sums.empty()) parameters.push_back("double* __restrict sums");
   return wrapped(fmt::format("static void {}(", function_name()), parameters, ") {");
+}
+
+/// Whether the stream may have the memory of another one; `omp simd` says that cells are apart.
+bool RowEmitter::is_over(std::size_t stream) const {
+  return row_.streams[stream].over >= 0 || std::ranges::any_of(row_.streams, [&](const loop::Stream& other) {
+           return other.over == static_cast<int>(stream);
+         });
 }
 
 std::string RowEmitter::line_of(const loop::Store& store) const {

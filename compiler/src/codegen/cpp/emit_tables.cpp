@@ -238,7 +238,7 @@ std::string Tables::program(const dpde_program* source) {
   if (found != programs_.end()) return found->second;
   const dpde_program& p = *source;
   out_ += fmt::format("\n// program {}\n", p.name);
-  const auto swap = [](const dpde_swap& s) { return fmt::format("{{{}, {}}}", s.state, s.next); };
+  const auto swap = [](const dpde_swap& s) { return fmt::format("{{{}, {}, {}}}", s.state, s.next, s.is_over); };
   const std::string fields = names(p.fields, p.field_count), params = names(p.params, p.param_count),
                     sums = names(p.sums, p.sum_count);
   const std::string kernels = array("dpde_kernel", "kernels",

@@ -16,6 +16,16 @@ std::string uniforms_symbol() { return "dpde_compute_uniforms"; }
 
 std::string counted_symbol() { return "dpde_compute_counted"; }
 
+std::string line_name(const loop::Stream& stream) {
+  std::string name = stream.field;
+  for (int axis = 1; axis < loop::max_rank; ++axis) {
+    const int offset = stream.offset.at(axis);
+    if (offset == 0) continue;
+    name += std::string("_") + "xyz"[axis] + (offset < 0 ? "m" : "p") + std::to_string(std::abs(offset));
+  }
+  return name;
+}
+
 namespace {
 
 void emit_uniforms(const loop::Module& module, llvm::Module& out, bool only_counted) {

@@ -19,6 +19,9 @@ std::string uniforms_symbol();
 /// Computes those uniforms only that depend on the number of a pass; where the module has such.
 std::string counted_symbol();
 
+/// Of the argument that points to a stream's line: u, u_yp1 (the row above), u_ym1_zp2 ...
+std::string line_name(const loop::Stream& stream);
+
 /// Other code for the same row.
 struct RowVariant {
   std::string suffix;    // of its symbol; "": the row itself

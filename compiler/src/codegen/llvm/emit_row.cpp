@@ -36,6 +36,7 @@ constexpr int most_places = 8;
 struct Line {
   int stream;  // the first of them, whose pointer is passed
   bool is_read = false, is_written = false;
+  bool is_over = false;  // may have the memory of another one, at the same cells
 };
 
 class RowEmitter {
@@ -124,6 +125,11 @@ void RowEmitter::find_lines() {
     lines_[entry->second].is_written |= stream.mode != loop::Stream::Mode::in;
     line_of_stream_.push_back(entry->second);
   }
+  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+    if (row_.streams[s].over < 0) continue;
+    for (const std::size_t one : {s, static_cast<std::size_t>(row_.streams[s].over)})
+      lines_[line_of_stream_[one]].is_over = true;
+  }
 }
 
 void RowEmitter::find_uses() {
@@ -141,17 +147,6 @@ void RowEmitter::note_uses(const loop::Expr& expr, std::set<const loop::Node*>& 
   needs_place_ |= std::holds_alternative<loop::Inside>(expr->kind);
   needs_place_ |= std::holds_alternative<loop::Interp>(expr->kind);
   loop::for_each_child(expr, [&](const loop::Expr& child) { note_uses(child, seen); });
-}
-
-/// u, u_yp1 (the row above), u_ym1_zp2 ...
-std::string line_name(const loop::Stream& stream) {
-  std::string name = stream.field;
-  for (int axis = 1; axis < loop::max_rank; ++axis) {
-    const int offset = stream.offset.at(axis);
-    if (offset == 0) continue;
-    name += std::string("_") + "xyz"[axis] + (offset < 0 ? "m" : "p") + std::to_string(std::abs(offset));
-  }
-  return name;
 }
 
 std::vector<RowEmitter::Argument> RowEmitter::arguments() const {
@@ -196,23 +191,24 @@ bool RowEmitter::is_leading(int stream) const {
       row_.streams, [&](const loop::Stream& other) { return other.field == line.field && place(other) > place(line); });
 }
 
-/// No two pointers of one row reach the same value unless both only read it.
+/// No two pointers of one row reach the same value unless both only read it, or one is written over the other.
 void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument) {
   target->setName(argument.name);
   if (!target->getType()->isPointerTy()) return;
-  bool is_read = true, is_written = false;
+  bool is_read = true, is_written = false, is_over = false;
   if (argument.source == Source::sums) is_written = true;
   if (argument.source == Source::grid) is_written = scattered_grids_.at(argument.index);
   if (argument.source == Source::line) {
     is_read = lines_.at(argument.index).is_read;
     is_written = lines_.at(argument.index).is_written;
+    is_over = lines_.at(argument.index).is_over;
     const int stream = lines_.at(argument.index).stream;
     const std::string start = std::to_string(row_.streams.at(stream).offset[0]);
     if (!is_written) target->addAttr(llvm::Attribute::get(out_.getContext(), line_start_attribute, start));
     if (variant_.ahead && is_read && is_leading(stream))
       target->addAttr(llvm::Attribute::get(out_.getContext(), leading_attribute));
   }
-  target->addAttr(llvm::Attribute::NoAlias);
+  if (!is_over) target->addAttr(llvm::Attribute::NoAlias);
   target->addAttr(llvm::Attribute::NoCapture);
   if (!is_written) target->addAttr(llvm::Attribute::ReadOnly);
   if (!is_read) target->addAttr(llvm::Attribute::WriteOnly);
@@ -340,7 +336,8 @@ void RowEmitter::emit_each_cell(llvm::Value* count) {
   }
   llvm::Value* next = body_.CreateAdd(i, body_.getInt64(1), "next", true, true);
   i->addIncoming(next, cell);
-  body_.CreateCondBr(body_.CreateICmpEQ(next, count), exit, cell);
+  llvm::BranchInst* again = body_.CreateCondBr(body_.CreateICmpEQ(next, count), exit, cell);
+  if (std::ranges::any_of(lines_, &Line::is_over)) say_rounds_are_apart(*cell, *again);
   before_.CreateBr(cell);
   body_.SetInsertPoint(exit);
   emit_totals(cell);

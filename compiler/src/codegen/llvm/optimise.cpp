@@ -46,6 +46,7 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
       if (store == nullptr || !is_number_vector(store->getValueOperand()->getType())) continue;
       const auto* line = llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(store->getPointerOperand()));
       if (line == nullptr || !line->hasAttribute(llvm::Attribute::WriteOnly)) continue;
+      if (!line->hasNoAliasAttr()) continue;  // written over what is read, and so is in the caches
       store->setAlignment(llvm::Align(std::min<uint64_t>(
           cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
       store->setMetadata(llvm::LLVMContext::MD_nontemporal, wish);
@@ -101,6 +102,19 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort) 
   builder.crossRegisterProxies(loops, functions, components, modules);
   pipeline(effort).run(module, modules);
   define_vector_functions(module);
+}
+
+void say_rounds_are_apart(llvm::BasicBlock& body, llvm::BranchInst& again) {
+  llvm::LLVMContext& context = body.getContext();
+  llvm::MDNode* group = llvm::MDNode::getDistinct(context, {});
+  for (llvm::Instruction& instruction : body) {
+    if (instruction.mayReadOrWriteMemory()) instruction.setMetadata(llvm::LLVMContext::MD_access_group, group);
+  }
+  llvm::MDNode* apart =
+      llvm::MDNode::get(context, {llvm::MDString::get(context, "llvm.loop.parallel_accesses"), group});
+  llvm::MDNode* loop = llvm::MDNode::getDistinct(context, {nullptr, apart});
+  loop->replaceOperandWith(0, loop);
+  again.setMetadata(llvm::LLVMContext::MD_loop, loop);
 }
 
 bool is_vectorised(const llvm::Function& function) {

@@ -4,6 +4,7 @@
 // chain from cell to cell that cannot be vectorised (speed.md 3), and loop unswitching doubles the code for each mask.
 #pragma once
 
+#include <llvm/IR/Instructions.h>
 #include <llvm/IR/Module.h>
 #include <llvm/Target/TargetMachine.h>
 
@@ -15,6 +16,10 @@ inline constexpr int cache_line = 64;  // bytes
 
 /// `module` has been bound to `target`.
 void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort = Effort::full);
+
+/// Tells the vectoriser of a loop, `body`, that ends with `again` and whose pointers may be of the same memory: no
+/// round reads what another one writes.
+void say_rounds_are_apart(llvm::BasicBlock& body, llvm::BranchInst& again);
 
 /// Whether the function computes with vectors of numbers.
 bool is_vectorised(const llvm::Function& function);
