@@ -115,6 +115,7 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
   const std::vector<RowVariant> variants = variants_for_host(options);
   const std::unique_ptr<llvm::Module> ir = emit_module(module, context, variants);
   bind_to_target(*ir, *target, options);
+  if (options.reciprocals) allow_reciprocals(*ir);
   result.key = cache == nullptr ? "" : key_of(*ir, options.effort);
   result.emit_s = watch.lap();
   if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(result.key)) {

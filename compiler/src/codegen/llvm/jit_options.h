@@ -14,6 +14,9 @@ struct JitOptions {
   int vector_width = 0;   // bits: 128, 256 or 512; 0 = chosen for the host
   bool variants = false;  // rows get the other code of dpde_kernel.variants, to choose from by measurement
   Effort effort = Effort::full;
+  /// Quotients may be products by reciprocals, which several share: they change by rounding, and a vector of them takes
+  /// as long as twenty products.
+  bool reciprocals = false;
 };
 
 }  // namespace dpde::codegen

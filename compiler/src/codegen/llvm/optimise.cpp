@@ -117,6 +117,14 @@ void say_rounds_are_apart(llvm::BasicBlock& body, llvm::BranchInst& again) {
   again.setMetadata(llvm::LLVMContext::MD_loop, loop);
 }
 
+void allow_reciprocals(llvm::Module& module) {
+  for (llvm::Function& function : module) {
+    for (llvm::Instruction& instruction : llvm::instructions(function)) {
+      if (instruction.getOpcode() == llvm::Instruction::FDiv) instruction.setHasAllowReciprocal(true);
+    }
+  }
+}
+
 bool is_vectorised(const llvm::Function& function) {
   for (const llvm::Instruction& instruction : llvm::instructions(function)) {
     if (const auto* store = llvm::dyn_cast<llvm::StoreInst>(&instruction)) {

@@ -21,6 +21,9 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort =
 /// round reads what another one writes.
 void say_rounds_are_apart(llvm::BasicBlock& body, llvm::BranchInst& again);
 
+/// See JitOptions::reciprocals.
+void allow_reciprocals(llvm::Module& module);
+
 /// Whether the function computes with vectors of numbers.
 bool is_vectorised(const llvm::Function& function);
 
