@@ -13,6 +13,7 @@
 #include "stability/amplification.h"
 #include "stability/eigenvalues.h"
 #include "stability/folded_products.h"
+#include "stability/ritz_pairs.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/contains.h"
@@ -28,9 +29,8 @@ constexpr double ln_hundred = 4.605170185988092, much = 4 * ln_hundred;  // ln o
 constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;          // times steps
 constexpr double most_cells_folded = 1.5e5;  // 2 runs of 60 steps and their references are some 10 s of 2026
 constexpr double numbers_of_space = 2e7;
-constexpr int fewest_of_space = 8, largest_space = 40;
+constexpr int largest_space = 40;
 constexpr double settled = 1e-5, told_where_settled = 3e-5;  // of ln |g|
-constexpr double least_told = 1e-9;                          // likewise
 constexpr double rounding_of_space = 1e-11;
 constexpr int fewest_of_run = 60, most_of_run = 400, parts_where_folded = 2;
 
@@ -167,10 +167,14 @@ bool CoupledRuns::are_too_long(driver::Session& session, const LinearStep& linea
   return static_cast<double>(session.workspace().cell_count()) > most_cells_folded;
 }
 
-TangentRuns::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
+Params CoupledRuns::params_of(double step) const {
   Params params = params_;
   params["dt"] = step;
-  TangentRuns::Repeated result = runs_.repeated(params, steps, enough, kept_steps);
+  return params;
+}
+
+TangentRuns::Repeated CoupledRuns::repeated(double step, int steps, double enough, int kept_steps) const {
+  TangentRuns::Repeated result = runs_.repeated(params_of(step), steps, enough, kept_steps);
   constexpr double alike = 1e-9;
   if (!result.unsolved.empty() && std::abs(step - own_step_) <= alike * own_step_) throw NoSolution(result.unsolved);
   return result;
@@ -230,13 +234,10 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& sp
   return result;
 }
 
-std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in_space(const TangentRuns& runs, double step,
-                                                                 const Eigen::MatrixXd& start) const {
+KrylovSpace CoupledRuns::space_of(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const {
   const int most = most_of_space(start);
-  if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return std::nullopt;
-  Params params = params_;
-  params["dt"] = step;
-  return growth_in(runs.on_krylov_space(params, start, most), most);
+  if (!tells_eigenvalues_ || most < fewest_of_space || !start.allFinite()) return {};
+  return runs.on_krylov_space(params_of(step), start, most);
 }
 
 /// In the space of what has grown in a step the equations show what they do with it by right, or that nothing of it
@@ -260,17 +261,21 @@ std::optional<double> CoupledRuns::growth_midway(double step, const Eigen::Matri
 }
 
 CoupledRuns::OfSpace CoupledRuns::eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const {
-  const std::optional<OfSpace> found = growth_in_space(runs_, step, perturbation);
+  const KrylovSpace space = space_of(runs_, step, perturbation);
+  const std::optional<OfSpace> found = growth_in(space, most_of_space(perturbation));
   if (!found || !(found->growth - by_events_ > found->told)) return {};
   const auto beyond = [&](double right) {
     return OfSpace{found->growth - by_events_ - 2 * std::max(0.0, right), found->told};
   };
   std::optional<double> by_right = growth_by_right(step, perturbation);
   if (flow_ || (by_right && !beyond(*by_right).is_told())) return by_right ? beyond(*by_right) : OfSpace{};
-  const Eigen::MatrixXd vector = largest_vector(step, perturbation);
+  const std::optional<RitzPair> largest = largest_pair(space, perturbation);
+  const Eigen::MatrixXd& vector = largest ? largest->vector : perturbation;
   if (!by_right) by_right = growth_of_vector(runs_, step, vector);
   if (!by_right) return {};
-  return beyond(std::max(*by_right, growth_midway(step, vector).value_or(*by_right)));
+  by_right = std::max(*by_right, growth_midway(step, vector).value_or(*by_right));
+  if (beyond(*by_right).is_told()) told_ = {step, std::max(0.0, *by_right), vector};
+  return beyond(*by_right);
 }
 
 /// Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
@@ -278,8 +283,9 @@ double CoupledRuns::power_of_growth(double limit) const {
   constexpr double farther = 1.1, least_power = 1, most_power = 5;
   const double step = farther * limit;
   const TangentRuns::Repeated run = repeated(step, steps_, much + by_events_ * steps_);
-  const double excess = run.growths.back() - by_events_ * steps_ - much;
-  if (excess > 0 && excess > 2 * growth_by_equations(step, steps_ * step)) return 0;
+  const int steps = std::min(steps_, TangentRuns::steps_between_growths * static_cast<int>(run.growths.size()));
+  const double excess = run.growths.back() - by_events_ * steps - much;
+  if (excess > 0 && excess > 2 * growth_by_equations(step, steps * step)) return 0;
   const OfSpace beyond = eigenvalue_beyond_equations(step, run.last);
   const double power = beyond.is_told() ? std::log(beyond.growth / beyond.told) / std::log(farther) : 0;
   return power > least_power && power < most_power ? power : 0;

@@ -62,6 +62,9 @@ class CoupledRuns {
   /// steps may not show. What has grown in a longer step that was asked about is looked at, too: in noise a few steps
   /// do not tell it near its limit.
   bool is_stable(double step) const;
+  /// Where what has grown in an unstable step begins to grow beyond events and twice what the equations let grow, up to
+  /// `precision` of it: a guess of the limit, as others may grow in shorter steps. 0: none.
+  double begins_to_grow(double unstable, double precision) const;
   /// ln |g| of what grows most.
   double growth(double step) const;
   /// Of growth that rises as a power of the step, so that it is no limit up to which nothing is told of it; else 0.
@@ -96,6 +99,8 @@ class CoupledRuns {
         params_(std::move(params)),
         steps_(steps),
         own_step_(own_step) {}
+  static constexpr int fewest_of_space = 8;
+  static constexpr double least_told = 1e-9;  // ln |g|
   /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
   struct OfSpace {
     double growth = 0;
@@ -103,17 +108,19 @@ class CoupledRuns {
     bool is_told() const { return growth > told; }
   };
   bool grows_nothing_in(double step) const;
+  stencil::Params params_of(double step) const;
   std::optional<OfSpace> growth_in(const KrylovSpace& space, Eigen::Index most) const;
-  /// Of what steps make of a perturbation.
-  std::optional<OfSpace> growth_in_space(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const;
+  /// Of what steps make of a perturbation; 0 x 0 where that tells nothing.
+  KrylovSpace space_of(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const;
+  std::optional<OfSpace> growth_in_space(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const {
+    return growth_in(space_of(runs, step, start), most_of_space(start));
+  }
   /// ln of what the equations multiply by in a step, of what there is in the perturbation; nullopt: not known.
   std::optional<double> growth_by_right(double step, const Eigen::MatrixXd& perturbation) const;
   /// The same of a vector of the step, by its share of short steps: about the states of `runs`.
   std::optional<double> growth_of_vector(const TangentRuns& runs, double step, const Eigen::MatrixXd& vector) const;
   /// By short steps about the state in the middle of the step.
   std::optional<double> growth_midway(double step, const Eigen::MatrixXd& vector) const;
-  /// Of the largest eigenvalue that is found; of two that are one another's conjugates one in their plane.
-  Eigen::MatrixXd largest_vector(double step, const Eigen::MatrixXd& start) const;
   int most_of_space(const Eigen::MatrixXd& start) const;
   /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
@@ -144,7 +151,13 @@ class CoupledRuns {
   double rate_ = 0;                              // 1/time: what grows most in the flow
   mutable std::map<double, bool> are_stable_;    // steps that were asked about: searches come back to them, a cache
   mutable Eigen::MatrixXd grown_;                // in a step that was found to be too long; empty: none
-  mutable Reference reference_;                  // of the longest run so far: a cache
+  /// Of the last step with an eigenvalue that is told.
+  struct Told {
+    double step = 0, by_right = 0;  // ln of what the equations multiply by in it
+    Eigen::MatrixXd vector;
+  };
+  mutable Told told_;
+  mutable Reference reference_;  // of the longest run so far: a cache
 };
 
 }  // namespace dpde::stability

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <functional>
 #include <limits>
 
@@ -15,7 +14,8 @@
 #include "stability/folded_products.h"
 #include "stability/frozen_points.h"
 #include "stability/own_grid.h"
-#include "stability/wall_spectrum.h"
+#include "stability/step_search.h"
+#include "stability/wall_rates.h"
 
 namespace dpde::stability {
 
@@ -26,6 +26,7 @@ constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
 constexpr double shortest = 1e-3, farthest = 4096;                    // of the scene's step, that are looked at
 constexpr double precision_of_grid = 1e-3, precision_of_runs = 1e-3;  // of a limit
+constexpr double precision_of_guess = 2.5e-4;                         // likewise
 constexpr double precision_with_folding = 2e-2;                       // which falls as waves spread
 constexpr double safely = 0.9;                                        // below it
 
@@ -48,6 +49,13 @@ bool has_walls(const model::Problem& problem) {
   return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
 }
 
+/// Along the axis that has the most.
+int most_cells(const std::vector<model::Axis>& axes) {
+  int most = 1;
+  for (const model::Axis& axis : axes) most = std::max(most, axis.cells);
+  return most;
+}
+
 /// In curved coordinates walls with frozen coefficients are none, see coupled_means.h.
 bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) && !problem.metric; }
 
@@ -64,8 +72,7 @@ class Examination {
         verdict_(verdict),
         rank_(static_cast<int>(session.axes().size())),
         equations_(problem, linear.group()),
-        walls_(linear_, session.axes()),
-        plain_walls_(equations_.without_events() == nullptr ? linear_ : *equations_.without_events(), session.axes()) {
+        walls_(linear_, equations_.without_events(), session.axes()) {
     verdict_.parts = parts_of(session);
     verdict_.step = session.problem().step / verdict_.parts;
   }
@@ -87,6 +94,7 @@ class Examination {
     }
     const std::vector<FrozenPoint> moments = moments_of_means(points);
     if (const auto runs = coupled_runs(moments.front())) {
+      leave_to_runs();
       look_at_runs(*runs);
       for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
       return true;
@@ -125,8 +133,8 @@ class Examination {
     }
     if (!are_walls_alike(problem_)) return true;
     return std::ranges::all_of(places_between_walls(points), [&](const ScenePoint& point) {
-      const double rate = rate_between_walls(point, verdict_.step) - 2 * verdict_.growth_rate;
-      return rate * verdict_.step - events_between_walls(point) <= wall_tolerance;
+      const double rate = walls_.rate(point, verdict_.step) - 2 * verdict_.growth_rate;
+      return rate * verdict_.step - walls_.growth_by_events(point) <= wall_tolerance;
     });
   }
 
@@ -322,36 +330,12 @@ class Examination {
     return {StepLimit::Kind::limit, low};
   }
 
-  /// ln |g| / step of what grows most between the walls.
-  double rate_between_walls(const ScenePoint& at, double step) const {
-    double largest = 0;
-    for (const std::complex<double> g : walls_.eigenvalues(at.point, step))
-      largest = std::max(largest, std::log(std::abs(g)) / step);
-    return largest;
-  }
-  /// Of the equations' own, those that a short step leaves near 1: schemes with a memory have others, which walls may
-  /// let grow at every step.
-  double own_rate_between_walls(const ScenePoint& at, double short_step) const {
-    double largest = 0;
-    for (const std::complex<double> g : plain_walls_.eigenvalues(at.point, short_step)) {
-      if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / short_step);
-    }
-    return largest;
-  }
-  double events_between_walls(const ScenePoint& at) const {
-    double largest = 0;
-    if (equations_.without_events() == nullptr) return largest;
-    for (const std::complex<double> g : walls_.eigenvalues(at.point, 0))
-      largest = std::max(largest, std::log(std::abs(g)));
-    return largest;
-  }
-
   /// The first limit is then the last in most cases, and others are only looked at there.
   std::vector<ScenePoint> worst_first(std::vector<ScenePoint> places) const {
     const double step = verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step;
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < places.size() && places.size() > 1; ++i)
-      order.emplace_back(-rate_between_walls(places[i], step), i);
+      order.emplace_back(-walls_.rate(places[i], step), i);
     if (order.empty()) return places;
     std::ranges::sort(order);
     std::vector<ScenePoint> result;
@@ -360,8 +344,9 @@ class Examination {
   }
 
   /// To what `is_stable` allows, where that is less at the limit of waves or in the scene's own, shorter step.
-  /// `unstable`: a step that is not stable; 0: none is known.
-  bool lower_limit(const std::function<bool(double)>& is_stable, double precision, double unstable = 0) {
+  /// `unstable`: a step that is not stable; 0: none is known. `begins_to_grow`: as in StepSearch.
+  bool lower_limit(const std::function<bool(double)>& is_stable, double precision, double unstable = 0,
+                   const std::function<double(double)>& begins_to_grow = {}) {
     double low = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
     if (unstable > 0) low = unstable;
     const double short_step = shortest * std::min(low, verdict_.step);
@@ -369,41 +354,25 @@ class Examination {
       if (!(verdict_.step < low) || is_stable(verdict_.step)) return false;
       low = verdict_.step;
     }
-    double high = low;
-    while (low > short_step && !is_stable(low)) high = low, low /= 2;
-    const bool is_never = low <= short_step;
-    while (!is_never && high - low > precision * high) {
-      const double middle = 0.5 * (low + high);
-      (is_stable(middle) ? low : high) = middle;
-    }
+    low = largest_stable({is_stable, precision, short_step, begins_to_grow}, low);
+    const bool is_never = !(low > 0);
     verdict_.limit.kind = is_never ? StepLimit::Kind::never : StepLimit::Kind::limit;
     verdict_.limit.step = is_never ? 0 : low;
     verdict_.limit.order = 1;
     return true;
   }
 
-  /// A step that is not stable, near the largest one that is: what folds back lowers a limit by about as much as there
-  /// are cells along an axis. 0 where nothing does.
-  double limit_with_folding(const std::function<bool(double)>& is_stable) const {
-    constexpr double usual = 12, factor = 1.5;
-    int cells = 1;
-    for (const model::Axis& axis : problem_.axes) cells = std::max(cells, axis.cells);
-    const double most = verdict_.limit.step;
-    for (double step = most * std::min(1.0, usual / cells); step < most; step *= factor) {
-      if (!is_stable(step)) return step;
-    }
-    return 0;
-  }
-
-  /// Upwards to the limit so far: far beyond one steps may be stable again. 0 where all are, or none is looked at.
-  double first_unstable(const std::function<bool(double)>& is_stable, double shortest_step) const {
-    for (double step = shortest_step; step > 0 && step < verdict_.limit.step; step *= 2) {
-      if (!is_stable(step)) return step;
-    }
-    return 0;
-  }
-
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
+
+  /// Where cells are few lengths change so much from one to the next that waves which see them frozen may grow at every
+  /// step, where none does on the grid.
+  void leave_to_runs() {
+    if (!problem_.metric || verdict_.limit.kind != StepLimit::Kind::never) return;
+    verdict_.limit.kind = StepLimit::Kind::none;
+    verdict_.limit.step = 0;
+    verdict_.growth = 1;
+    verdict_.beyond = 0;
+  }
 
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
@@ -421,8 +390,12 @@ class Examination {
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
     const bool folds = folds_products(problem_, linear_.group());
-    const double guess = folds ? limit_with_folding(is_stable) : first_unstable(is_stable, runs.surely_short());
-    const bool is_lower = lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, guess);
+    const double most = verdict_.limit.step;
+    const double unstable = folds ? unstable_by_folding(is_stable, most, most_cells(problem_.axes))
+                                  : first_unstable(is_stable, runs.surely_short(), most);
+    const auto begins_to_grow = [&](double step) { return runs.begins_to_grow(step, precision_of_guess); };
+    const bool is_lower =
+        lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, unstable, begins_to_grow);
     const bool has_limit = is_lower && verdict_.limit.kind == StepLimit::Kind::limit;
     if (is_lower && !has_limit) verdict_.limit.order = std::max(1.0, runs.order_of_growth(verdict_.step));
     if (const double power = has_limit ? runs.power_of_growth(verdict_.limit.step) : 0; power > 0)
@@ -449,15 +422,15 @@ class Examination {
   void look_at_walls(const ScenePoint& at) {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     const double short_step = shortest * std::min(has_limit ? verdict_.limit.step : verdict_.step, verdict_.step);
-    const double allowed = 2 * std::max(own_rate_between_walls(at, short_step), verdict_.growth_rate);
-    const double by_events = events_between_walls(at);
-    const auto beyond = [&](double step) { return (rate_between_walls(at, step) - allowed) * step - by_events; };
+    const double allowed = 2 * std::max(walls_.own_rate(at, short_step), verdict_.growth_rate);
+    const double by_events = walls_.growth_by_events(at);
+    const auto beyond = [&](double step) { return (walls_.rate(at, step) - allowed) * step - by_events; };
     if (!lower_limit([&](double step) { return beyond(step) <= wall_tolerance; }, 1e-3)) return;
     verdict_.is_of_walls = true;
     verdict_.place = at.place;
     verdict_.worst = at.point;
     verdict_.beyond = std::max(verdict_.beyond, beyond(verdict_.step));
-    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(at, verdict_.step) * verdict_.step));
+    verdict_.growth = std::max(verdict_.growth, std::exp(walls_.rate(at, verdict_.step) * verdict_.step));
   }
 
   driver::Session& session_;
@@ -467,7 +440,7 @@ class Examination {
   Verdict& verdict_;
   int rank_;
   Equations equations_;
-  WallSpectrum walls_, plain_walls_;          // the second without events
+  WallRates walls_;
   std::optional<LinearStep> without_clamps_;  // of runs
   ScenePoint worst_;
   bool is_any_ = false;
