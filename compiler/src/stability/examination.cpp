@@ -393,7 +393,8 @@ class Examination {
     const double most = verdict_.limit.step;
     const double unstable = folds ? unstable_by_folding(is_stable, most, most_cells(problem_.axes))
                                   : first_unstable(is_stable, runs.surely_short(), most);
-    const auto begins_to_grow = [&](double step) { return runs.begins_to_grow(step, precision_of_guess); };
+    std::function<double(double)> begins_to_grow;  // elsewhere what is followed may grow in a window below the limit
+    if (is_curved) begins_to_grow = [&](double step) { return runs.begins_to_grow(step, precision_of_guess); };
     const bool is_lower =
         lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, unstable, begins_to_grow);
     const bool has_limit = is_lower && verdict_.limit.kind == StepLimit::Kind::limit;
