@@ -182,7 +182,7 @@ TangentRuns::Repeated CoupledRuns::repeated(double step, int steps, double enoug
 
 bool CoupledRuns::is_stable(double step) const {
   const auto known = are_stable_.find(step);
-  return known != are_stable_.end() ? known->second : are_stable_[step] = grows_nothing_in(step);
+  return known != are_stable_.end() ? known->second : (are_stable_[step] = grows_nothing_in(step));
 }
 
 /// Most steps beyond a limit show it soon, and the equations need not be followed for long.
