@@ -70,7 +70,8 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   json[part.name] = std::move(entry);
 }
 
-void report_steady(Job& job, TaskRun& run, const SteadyAdjoint& adjoint, Json& result) {
+void report_steady(Job& job, TaskRun& run, double loss, const Eigen::VectorXd& gradient, Json& result) {
+  const SteadyAdjoint adjoint = *run.inverse->last().steady;
   const Steady& state = adjoint.state;
   job.say(
       fmt::format("steady at t = {:.6g} (step {}); its adjoint after {} products with that of a step: {:.2g} of "
@@ -85,7 +86,7 @@ void report_steady(Job& job, TaskRun& run, const SteadyAdjoint& adjoint, Json& r
                       {"unrest", json_number(adjoint.unrest())},
                       {"loss_change", json_number(adjoint.unsteady)},
                       {"bytes", adjoint.bytes}};
-  warn_of_unrest(job, run, run.inverse->start());
+  warn_of_unrest(job, run, run.inverse->start(), loss, {gradient});
 }
 
 /// There and back.
@@ -167,7 +168,7 @@ Json gradient(Job& job, const TaskOptions& options) {
       "loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
       last.recomputed_steps));
-  if (last.steady) report_steady(job, run, *last.steady, result);
+  if (last.steady) report_steady(job, run, loss, gradient, result);
   report_solves(job, run, solves, result);
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);

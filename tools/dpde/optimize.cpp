@@ -118,7 +118,8 @@ bool is_shown(int iteration, int iterations) {
 struct Outcome {
   OptimiseResult result;
   std::vector<double> scales;  // of unknowns, where the method takes such
-  double seconds = 0, first_gradient = 0;
+  double seconds = 0;
+  Eigen::VectorXd first_gradient;
   std::optional<analysis::GradientGrowth> growth;  // of the first gradient
   std::string grown;                               // what to say where that is not finite
 };
@@ -137,7 +138,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
       watch.reset();
       const bool is_finite = std::isfinite(loss) && gradient.allFinite();
       if (is_finite) say_certificate(job, run);
-      outcome.first_gradient = gradient.stableNorm();
+      outcome.first_gradient = gradient;
       if (is_finite) {
         outcome.growth = report::gradient_growth(*run.session, *run.inverse, looks, x, gradient);
         report::warn_of_growth(run.session->problem(), outcome.growth, job.sink());
@@ -173,6 +174,13 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   if (limit && !interrupt_flag().load()) limit->look(outcome.result.iterations, outcome.result.x, true);
   job.say(lines);
   return outcome;
+}
+
+/// Whether the steady state where it ends is one, for its gradient.
+void warn_of_end(Job& job, TaskRun& run, const Outcome& outcome) {
+  Eigen::VectorXd gradient(outcome.result.x.size());
+  const double loss = run.inverse->value_and_gradient(outcome.result.x, gradient);
+  if (gradient.allFinite()) warn_of_unrest(job, run, outcome.result.x, loss, {gradient, outcome.first_gradient});
 }
 
 void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int iterations) {
@@ -270,7 +278,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name,
                       shown(result.loss), result.iterations, human_seconds(outcome.seconds), describe(result.reason),
                       human_seconds(run.compiled->seconds)));
-  if (run.session->problem().steady > 0) warn_of_unrest(job, run, result.x, outcome.first_gradient);
+  if (run.session->problem().steady > 0 && !interrupt_flag().load()) warn_of_end(job, run, outcome);
   json["iterations"] = result.iterations;
   json["loss"] = json_numbers(result.losses);
   json["wall_s"] = outcome.seconds;

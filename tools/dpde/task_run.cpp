@@ -179,21 +179,49 @@ bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint
   return true;
 }
 
-void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double scale) {
-  constexpr double told = 1e-3;
-  Eigen::VectorXd gradient(x.size());
-  const double loss = run.inverse->value_and_gradient(x, gradient);
+namespace {
+
+/// The unknown whose gradient differs most between both states, where that is more than a thousandth of itself and of
+/// `first`, and more than rounding leaves of a loss of this scale.
+const driver::Inverse::Part* most_moved(const TaskRun& run, const Eigen::VectorXd& x, const SteadyGradients& gradients,
+                                        double loss_scale) {
+  constexpr double told = 1e-3, rounding = 1e-9;
+  const driver::Inverse::Part* most = nullptr;
+  double most_share = told;
+  for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    const double difference = norm_of(gradients.at_rest - gradients.own, part);
+    const double size = std::max(norm_of(gradients.own, part), norm_of(gradients.first, part));
+    const bool is_rounding = difference * norm_of(x, part) <= rounding * loss_scale;
+    if (is_rounding || difference <= most_share * size) continue;
+    most = &part;
+    most_share = difference / size;
+  }
+  return most;
+}
+
+}  // namespace
+
+void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double loss, SteadyGradients gradients) {
   const std::optional<SteadyAdjoint> steady = run.inverse->last().steady;
-  if (!steady || interrupt_flag().load() || warn_of_unrest(job, run.session->problem(), *steady)) return;
-  Eigen::VectorXd at_rest(gradient.size());
-  const double loss_at_rest = run.inverse->value_and_gradient_at_rest(x, at_rest);
-  const double difference = (at_rest - gradient).stableNorm();
-  if (!std::isfinite(difference))
-    return job.say("  not compared with the state at rest: Newton's method finds none from here\n");
-  if (difference <= told * std::max(scale, gradient.stableNorm()) || interrupt_flag().load()) return;
+  if (!steady) return;
+  if (gradients.first.size() == 0) gradients.first = Eigen::VectorXd::Zero(x.size());
+  gradients.at_rest.resize(x.size());
+  const double loss_at_rest = run.inverse->value_and_gradient_at_rest(x, gradients.at_rest);
+  if (interrupt_flag().load()) return;
   const model::Problem& problem = run.session->problem();
+  if (!gradients.at_rest.allFinite()) {
+    if (!warn_of_unrest(job, problem, *steady))
+      job.say("  not compared with the state at rest: Newton's method finds none from here\n");
+    return;
+  }
+  const driver::Inverse::Part* part = most_moved(run, x, gradients, steady->scale);
+  if (part == nullptr) {
+    warn_of_unrest(job, problem, *steady);
+    return;
+  }
   job.sink().report("gradient-not-at-rest", problem.time_origin.range,
-                    {fmt::format("{:.2g}", gradient.stableNorm()), fmt::format("{:.2g}", difference),
+                    {part->name, fmt::format("{:.2g}", norm_of(gradients.own, *part)),
+                     fmt::format("{:.2g}", norm_of(gradients.at_rest - gradients.own, *part)),
                      fmt::format("{:.6g}", loss_at_rest), fmt::format("{:.6g}", loss)},
                     fmt::format("take a smaller tolerance: until steady {:.1g}; where no run ends then, the step is as "
                                 "long as is just stable: take a shorter one",

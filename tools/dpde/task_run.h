@@ -44,9 +44,15 @@ Json certificate_json(const TaskRun& run);
 void say_certificate(Job& job, const TaskRun& run);
 /// A warning where a run until steady ends too far from rest for its loss; false where it does not.
 bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
-/// The same, or one where it does for its gradient, which differs from that of the state at rest: compared with its own
-/// norm, or `scale` where that is more. Two gradients more.
-void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double scale = 0);
+/// Of a task of a steady state, by all unknowns.
+struct SteadyGradients {
+  Eigen::VectorXd own;           // the last that was computed
+  Eigen::VectorXd first = {};    // where an optimiser began; none: of size 0
+  Eigen::VectorXd at_rest = {};  // see driver::Inverse::value_and_gradient_at_rest
+};
+/// The same, or one where it does for its gradient, which differs from that of the state at rest: of each unknown
+/// compared with its own, or the first where that is larger. One gradient more.
+void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double loss, SteadyGradients gradients);
 /// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open
 /// ends, constraints that are missed at the end.
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);

@@ -194,15 +194,16 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
 }
 
 double Inverse::value_and_gradient_at_rest(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
-  session_.engine().end_at_rest(true);
-  double value = NAN;
+  Engine& engine = session_.engine();
+  const auto back = [&engine](Engine*) { engine.end_at_rest(false); };
+  const std::unique_ptr<Engine, decltype(back)> guard(&engine, back);
+  engine.end_at_rest(true);
   try {
-    value = value_and_gradient(x, gradient);
+    return value_and_gradient(x, gradient);
   } catch (const NoSolution&) {
     gradient.setConstant(NAN);
+    return NAN;
   }
-  session_.engine().end_at_rest(false);
-  return value;
 }
 
 double Inverse::rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction) {

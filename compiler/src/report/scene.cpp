@@ -213,7 +213,7 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   return text;
 }
 
-/// As the run, whose first step it is, will say it. What is observed has no step.
+/// As the run, whose first step it is, will say it. Errors of what is observed before it have no time, and no step.
 void report_first_step(const Unsolved& error, const driver::Session& session, DiagnosticSink& sink) {
   UnsolvedFacts facts = error.facts();
   const bool is_of_step = !std::isnan(facts.t);
@@ -259,7 +259,11 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
   const auto observe_start = [&](const Snapshot& snapshot) {
     if (snapshot.step > 0) return;
     session->observe(snapshot.t, snapshot.states);
-    session->shown(snapshot.t, snapshot.states);
+    try {
+      session->shown(snapshot.t, snapshot.states);
+    } catch (const Unsolved& error) {
+      report.say(fmt::format("with --out: {}\n", error.what()));
+    }
   };
   try {
     one.run({1, observe_start});

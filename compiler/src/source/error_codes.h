@@ -258,7 +258,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "state "
      "at rest"},
     {"W0820", "gradient-not-at-rest", Severity::warning,
-     "the state still moves: its gradient, of norm {}, is off by {}; at rest the loss is {} rather than {}"},
+     "the state still moves: the gradient by {}, of norm {}, is off by {}; at rest the loss is {} rather than {}"},
     {"W0806", "gradient-lost-digits", Severity::warning,
      "the gradient has lost its digits: a perturbation of the run grows at a rate of {} (1/time), the adjoint of {}, "
      "and rounding becomes {} of the {}"},

@@ -82,6 +82,9 @@ class CoupledRuns {
   /// `longest`, as long as it takes to see the most of a run that takes `time`.
   std::optional<ShortWaves> short_waves(double shortest, double longest, double time) const;
 
+  /// Whether weak growth is seen, by eigenvalues; else by what grows in some hundred steps alone.
+  bool tells_eigenvalues() const { return tells_eigenvalues_; }
+
  private:
   /// What the equations make of disturbances.
   struct Reference {

@@ -94,7 +94,7 @@ class Examination {
     }
     const std::vector<FrozenPoint> moments = moments_of_means(points);
     if (const auto runs = coupled_runs(moments.front())) {
-      leave_to_runs();
+      if (runs->tells_eigenvalues()) leave_to_runs();
       look_at_runs(*runs);
       for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
       return true;
@@ -365,9 +365,11 @@ class Examination {
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
   /// Where cells are few lengths change so much from one to the next that waves which see them frozen may grow at every
-  /// step, where none does on the grid.
+  /// step, where none does on the grid. On more cells frozen waves are right, and runs take long.
   void leave_to_runs() {
-    if (!problem_.metric || verdict_.limit.kind != StepLimit::Kind::never) return;
+    constexpr std::size_t few_cells = 1024;
+    const bool is_curved = problem_.metric && session_.workspace().cell_count() <= few_cells;
+    if (!is_curved || verdict_.limit.kind != StepLimit::Kind::never) return;
     verdict_.limit.kind = StepLimit::Kind::none;
     verdict_.limit.step = 0;
     verdict_.growth = 1;

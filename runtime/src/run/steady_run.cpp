@@ -23,6 +23,10 @@ constexpr double at_rest = 1e-3;  // of what moved before
 /// Somebody wants no more while a linear system is solved.
 struct StoppedBetweenProducts {};
 
+Unsolved no_rest() {
+  return Unsolved({.what = UnsolvedFacts::What::steady, .text = "no state at rest is found nearby"});
+}
+
 LinearAccuracy accuracy_of(const dpde_layout& layout) {
   return layout.real == DPDE_F32 ? LinearAccuracy{1e-5, 0x1p-23, 1e-3} : LinearAccuracy{1e-12, 0x1p-52, 1e-8};
 }
@@ -171,32 +175,63 @@ std::vector<double> SteadyRun::unrest() {
   return unrest;
 }
 
-/// Newton's method for S(x) = x; S_x*v is a central difference of steps (Knoll and Keyes 2004). False when stopped.
+/// The size of each state's values: they have units of their own.
+std::vector<double> SteadyRun::sizes_of(std::span<const double> values, std::span<const double> otherwise) const {
+  const auto cells = static_cast<size_t>(cell_count(setup_.layout));
+  const auto largest = [&](std::span<const double> all, size_t s) {
+    double most = 0;
+    for (const double value : all.subspan(s * cells, cells)) most = std::max(most, std::abs(value));
+    return most;
+  };
+  std::vector<double> sizes(values.size(), 1);
+  for (size_t s = 0; s < states_.now().size(); ++s) {
+    double size = largest(values, s);
+    if (size == 0) size = largest(otherwise, s);
+    if (size > 0) std::fill_n(sizes.begin() + static_cast<std::ptrdiff_t>(s * cells), cells, size);
+  }
+  return sizes;
+}
+
+/// Newton's method for S(x) = x, each state in units of its size; S_x*v is a central difference of steps (Knoll and
+/// Keyes 2004). It may take as many products as the adjoint of the steady state did. False when stopped.
 bool SteadyRun::move_to_rest() {
   const LinearAccuracy accuracy = accuracy_of(setup_.layout);
   std::vector<double> x = values_of(states_.now()), left = unrest(), change(x.size()), beside(x.size());
-  const auto unrest_beside = [&](double distance, std::span<const double> v) {
-    copy_vector(x, beside);
-    add_multiple(distance, v, beside);
-    set(beside);
-    return unrest();
+  const std::vector<double> sizes = sizes_of(x, left);
+  const auto divide = [&](std::span<double> values) {
+    for (size_t i = 0; i < values.size(); ++i) values[i] /= sizes[i];
   };
+  const auto unrest_at = [&](std::span<const double> scaled) {
+    for (size_t i = 0; i < scaled.size(); ++i) beside[i] = scaled[i] * sizes[i];
+    set(beside);
+    std::vector<double> found = unrest();
+    divide(found);
+    return found;
+  };
+  const auto unrest_beside = [&](double distance, std::span<const double> v) {
+    std::vector<double> place = x;
+    add_multiple(distance, v, place);
+    return unrest_at(place);
+  };
+  divide(x);
+  divide(left);
+  const int most_products = products_of_adjoint_ + most_vectors;
   const double enough = at_rest * norm(left);
+  SteadyAdjoint report;
   for (int n = 0; norm(left) > std::max(enough, 16 * accuracy.rounding * norm(x)); ++n) {
-    if (n == most_newton) throw Unsolved({.what = UnsolvedFacts::What::steady, .text = "no state at rest is near"});
+    if (n == most_newton) throw no_rest();
     const double length = accuracy.length() * (norm(x) + norm(left));
     const auto derivative = [&](std::span<const double> v, std::span<double> image) {
+      if (report.products > most_products) throw no_rest();
       const double distance = norm(v) == 0 ? 1 : length / norm(v);
       const std::vector<double> above = unrest_beside(distance, v), below = unrest_beside(-distance, v);
       for (size_t i = 0; i < image.size(); ++i) image[i] = v[i] + (above[i] - below[i]) / (2 * distance);
     };
-    SteadyAdjoint report;
     std::ranges::fill(change, 0);
     if (!solve_fixed_point(derivative, left, change, false, accuracy.of_differences(0.1 * at_rest), report))
       return false;
     add_multiple(1, change, x);
-    set(x);
-    left = unrest();
+    left = unrest_at(x);
   }
   return true;
 }
@@ -215,6 +250,8 @@ SteadyAdjoint SteadyRun::solve_adjoint(WayBack& back, std::span<const double> un
   read(x_bar);
   SteadyAdjoint report;
   if (norm(x_bar) == 0) return report;
+  const std::vector<double> values = values_of(state);
+  for (size_t i = 0; i < size; ++i) report.scale += std::abs(x_bar[i] * values[i]);
   {
     const WithoutSums products_alone(back.adjoint);
     const auto step_back = [&](std::span<const double> v, std::span<double> image) {
@@ -225,8 +262,7 @@ SteadyAdjoint SteadyRun::solve_adjoint(WayBack& back, std::span<const double> un
     if (!solve_fixed_point(step_back, x_bar, lambda, true, accuracy_of(setup_.layout), report)) return report;
   }
   for (size_t i = 0; i < size; ++i) report.unsteady += lambda[i] * unrest[i];
-  const std::vector<double> values = values_of(state);
-  for (size_t i = 0; i < size; ++i) report.scale += std::abs(lambda[i] * values[i]);
+  products_of_adjoint_ = report.products;
   write(lambda);
   return report;
 }

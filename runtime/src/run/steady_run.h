@@ -62,6 +62,7 @@ class SteadyRun {
   bool goes_on(int state, bool is_back);
   std::vector<double> values_of(const StateBuffer& state) const;
   void set(std::span<const double> values);
+  std::vector<double> sizes_of(std::span<const double> values, std::span<const double> otherwise) const;
   bool move_to_rest();
   std::optional<Steady> find_rates();
   bool solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x, bool is_back,
@@ -74,6 +75,7 @@ class SteadyRun {
   RunWatch& watch_;
   std::vector<char> is_rate_;  // of each state: see RolloutSetup::rates
   bool was_stopped_ = false, ends_at_rest_ = false;
+  int products_of_adjoint_ = 0;  // of the last solve_adjoint()
 };
 
 }  // namespace dpde

@@ -235,8 +235,8 @@ struct SteadyAdjoint {
   double bound = 0;     // to which it came: the tolerance, or rounding
   int64_t bytes = 0;    // of the vectors of the solve
   double unsteady = 0;  // by how much the loss would change to where the state comes to rest, to first order
-  double scale = 0;     // by how much it would where each value changed as much as it is
-  double unrest() const { return unsteady == 0 ? 0 : std::abs(unsteady) / scale; }
+  double scale = 0;     // sum of |x_bar*x|: by how much it would at most if each value changed by itself
+  double unrest() const { return scale == 0 ? 0 : std::abs(unsteady) / scale; }
 };
 
 struct GradientResult {
