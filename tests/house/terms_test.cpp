@@ -33,7 +33,7 @@ const std::vector<std::pair<std::string, std::string>> private_words{
     {"courses?", "time series"},
 };
 
-/// Without code, links' addresses and names in quotes.
+/// Without code and the addresses of links.
 std::string prose_of(const std::string& line) {
   static const std::regex other("`[^`]*`|\\]\\([^)]*\\)");
   return std::regex_replace(line, other, " ");
