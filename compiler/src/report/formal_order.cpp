@@ -117,11 +117,13 @@ void limit_at_walls(const model::Problem& problem, Order& order) {
   });
 }
 
-/// What an exponential time scheme does without error.
-bool is_exact_part(const model::Scheme& scheme, const model::Expr& term) {
+/// What an exponential time scheme does without error: derivatives of the state itself, in its own equation.
+bool is_exact_part(const model::Scheme& scheme, const model::Expr& term, const std::string& state) {
   const stencil::WaveReading all{[](const model::Expr&) { return true; },
                                  [](const model::Expr&) { return stencil::Expr(1.0); }};
-  return model::is_exponential(scheme.time) && stencil::is_of_waves(term, all);
+  if (!model::is_exponential(scheme.time) || !stencil::is_of_waves(term, all)) return false;
+  const std::vector<stencil::WavePart> parts = stencil::wave_parts(term, all);
+  return parts.size() == 1 && parts[0].operand == model::field(state);
 }
 
 bool holds_advect(const model::Expr& e) {
@@ -169,7 +171,7 @@ Order order_inside(const model::Problem& problem) {
       return false;
     };
     for (const model::Term& term : model::terms_of(use.formula)) {
-      const bool is_exact = is_rate && is_exact_part(scheme, term.value);
+      const bool is_exact = is_rate && is_exact_part(scheme, term.value, use.owner);
       uses_waves = uses_waves || is_exact;
       if (!is_exact) model::any_part(term.value, look);
     }
