@@ -170,12 +170,12 @@ void say_certificate(Job& job, const TaskRun& run) {
 }
 
 bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint) {
-  constexpr double told = 1e-4;
+  constexpr double most_unrest = 1e-4;
   const double unrest = adjoint.unrest();
-  if (unrest <= told) return false;
+  if (unrest <= most_unrest) return false;
   job.sink().report(
       "not-at-rest", problem.time_origin.range, {fmt::format("{:.2g}", std::abs(adjoint.unsteady))},
-      fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * told / unrest));
+      fmt::format("take a smaller tolerance: until steady {:.1g}", problem.steady * 0.01 * most_unrest / unrest));
   return true;
 }
 
@@ -185,9 +185,9 @@ namespace {
 /// `first`, and more than rounding leaves of a loss of this scale.
 const driver::Inverse::Part* most_moved(const TaskRun& run, const Eigen::VectorXd& x, const SteadyGradients& gradients,
                                         double loss_scale) {
-  constexpr double told = 1e-3, rounding = 1e-9;
+  constexpr double least_share = 1e-3, rounding = 1e-9;
   const driver::Inverse::Part* most = nullptr;
-  double most_share = told;
+  double most_share = least_share;
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     const double difference = norm_of(gradients.at_rest - gradients.own, part);
     const double size = std::max(norm_of(gradients.own, part), norm_of(gradients.first, part));

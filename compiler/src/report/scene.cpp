@@ -224,8 +224,8 @@ void report_first_step(const Unsolved& error, const driver::Session& session, Di
 }
 
 /// By what is observed where the scene begins and one step from there: the operators are known then. On a large grid
-/// that would take what a run takes, and one with longer cells shows the same methods. Of implicit schemes alone no
-/// more than what fails is told, which longer cells do not show.
+/// that would take as long as a run, and a grid with longer cells shows the same methods. Implicit schemes without
+/// other solves report failures alone, which longer cells do not show.
 Report first_solves_report(driver::Session* session, const SourceFile& source, DiagnosticSink& sink) {
   Report report;
   if (session == nullptr) return report;

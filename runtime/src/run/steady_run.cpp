@@ -193,7 +193,8 @@ std::vector<double> SteadyRun::sizes_of(std::span<const double> values, std::spa
 }
 
 /// Newton's method for S(x) = x, each state in units of its size; S_x*v is a central difference of steps (Knoll and
-/// Keyes 2004). It may take as many products as the adjoint of the steady state did. False when stopped.
+/// Keyes 2004). It may take as many products as the adjoint of the steady state did, and those of one space of
+/// GMRES more. False when stopped.
 bool SteadyRun::move_to_rest() {
   const LinearAccuracy accuracy = accuracy_of(setup_.layout);
   std::vector<double> x = values_of(states_.now()), left = unrest(), change(x.size()), beside(x.size());
