@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 
@@ -216,7 +216,7 @@ std::string code_of_error(const std::string& text, const Activity& wrt) {
   return reverse.has_errors() ? std::string(reverse.all()[0].kind->code) : "";
 }
 
-/// As sign has it: what jumps is refused where a task is known (driver/switches.h). x - floor(x) is fraction(x).
+/// As sign has it: what jumps is refused where a task is known (driver/compile/switches.h). x - floor(x) is fraction(x).
 TEST(Adjoint, FloorHasTheDerivativeZero) {
   const auto text_of = [](const std::string& value) {
     const stencil::Module module =

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lets that stand in several branches of selections: taken apart once, with the derivatives of the branches.
-#include "adjoint/guards.h"
+#include "adjoint/check/guards.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "adjoint/adjoint.h"
-#include "stencil/interpret.h"
-#include "stencil/print_stencil.h"
+#include "stencil/interpret/interpret.h"
+#include "stencil/text/print_stencil.h"
 #include "support/derivative_check.h"
 
 namespace dpde {

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "adjoint/adjoint.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 #include "support/split_mix.h"

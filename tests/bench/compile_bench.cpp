@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::bench {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::bench {
 

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <string>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "generated.h"
 #include "handwritten.h"
 

@@ -12,7 +12,7 @@
 
 #include "blas_product.h"
 #include "dpde/runtime/field.h"
-#include "network/convolve.h"
+#include "network/kernels/convolve.h"
 #include "network/padding.h"
 #include "onednn.h"
 #include "runtime/network_cases.h"

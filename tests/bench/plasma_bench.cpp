@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "bare_transform.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "generated.h"
 #include "handwritten.h"
 

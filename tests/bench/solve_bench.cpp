@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "bare_transform.h"
-#include "solve/fourier.h"
-#include "solve/linear_solver.h"
-#include "solve/multigrid.h"
+#include "solve/fourier/fourier.h"
+#include "solve/solver/linear_solver.h"
+#include "solve/multigrid/multigrid.h"
 
 namespace dpde {
 namespace {

@@ -3,8 +3,8 @@
 // the same.
 #include <cmath>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "generated.h"
 #include "handwritten.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The 3-D wave of 25 points, 128^3 cells, 40 steps: forward, and the gradient of a loss by the velocity. What
 // tests/bench/devito_wave.py times with Devito.
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "generated.h"
 
 namespace dpde::bench {

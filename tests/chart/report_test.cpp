@@ -9,10 +9,10 @@
 #include "plot/curve.h"
 #include "plot/scene_panels.h"
 #include "plot/text_plot.h"
-#include "report/formal_order.h"
-#include "report/scene.h"
-#include "report/step_character.h"
-#include "report/verdict.h"
+#include "report/scene/formal_order.h"
+#include "report/scene/scene.h"
+#include "report/scene/step_character.h"
+#include "report/scene/verdict.h"
 #include "support/opened_scene.h"
 
 namespace dpde::report {

@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "chart/finer_runs.h"
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 #include "model/from_ast.h"
 #include "support/setting.h"
 

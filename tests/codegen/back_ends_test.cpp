@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "adjoint/newton_steps.h"
+#include "adjoint/reverse/newton_steps.h"
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "loop/from_stencil.h"

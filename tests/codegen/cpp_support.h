@@ -19,7 +19,7 @@
 #include "loop/from_stencil.h"
 #include "loop/verify_loop.h"
 #include "stencil/build.h"
-#include "stencil/interpret.h"
+#include "stencil/interpret/interpret.h"
 
 namespace dpde::codegen::testing {
 

@@ -11,7 +11,7 @@
 #include <memory>
 #include <regex>
 
-#include "adjoint/newton_steps.h"
+#include "adjoint/reverse/newton_steps.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/executor.h"

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "adjoint/newton_steps.h"
+#include "adjoint/reverse/newton_steps.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "codegen/llvm/jit.h"
 #include "loop/from_stencil.h"

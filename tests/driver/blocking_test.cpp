@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 
 namespace dpde::driver {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cache of compiled code: what was stored is found or nothing is, whatever happens to the files and whoever else
 // writes.
-#include "driver/cache_folder.h"
+#include "driver/memory/cache_folder.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "codegen/llvm/jit.h"
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::driver {
 namespace {

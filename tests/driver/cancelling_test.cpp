@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
-#include "adjoint/rounding_between.h"
-#include "analysis/quick_certificate.h"
+#include "adjoint/check/rounding_between.h"
+#include "analysis/certificate/quick_certificate.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certification must pass what is right and, above all, fail what is wrong.
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 
 #include <cmath>
 
 #include "analysis/kinks.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 #include "stencil/build.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Equal error and equal cost, read off the lines between plain schemes.
-#include "analysis/comparison.h"
+#include "analysis/certificate/comparison.h"
 
 #include <gtest/gtest.h>
 

@@ -8,14 +8,14 @@
 #include <cmath>
 #include <regex>
 
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 #include "codegen/cpp/emit_cpp.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "dpde/runtime/optimise.h"
-#include "driver/scene_text.h"
+#include "driver/scene/scene_text.h"
 #include "loop/print_loop.h"
 #include "stability/verdict.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/opened_scene.h"
 #include "support/scene_run.h"
 #include "support/setting.h"

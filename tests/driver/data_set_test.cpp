@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Making data sets: what goes wrong where runs are taken is said, on any number of threads, and ends nothing but the
 // making.
-#include "training/data_set.h"
+#include "training/data/data_set.h"
 
 #include <fmt/format.h>
 

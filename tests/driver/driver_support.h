@@ -8,10 +8,10 @@
 #include <memory>
 #include <string>
 
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 #include "codegen/llvm/jit.h"
-#include "driver/links.h"
-#include "driver/pipeline.h"
+#include "driver/compile/links.h"
+#include "driver/compile/pipeline.h"
 #include "loop/from_stencil.h"
 #include "source/render.h"
 

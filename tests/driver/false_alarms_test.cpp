@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Right derivatives that certificates refused, and a certificate of nothing.
-#include "analysis/quick_certificate.h"
+#include "analysis/certificate/quick_certificate.h"
 #include "driver/driver_support.h"
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 
 namespace dpde::testing {
 namespace {

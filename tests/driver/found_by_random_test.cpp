@@ -2,10 +2,10 @@
 // What random models (tests/random) found, each with the smallest text that showed it.
 #include <cmath>
 
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 #include "driver_support.h"
-#include "stencil/from_ast.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "support/scene_run.h"
 #include "syntax/parser.h"
 

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "codegen/llvm/emit_llvm.h"
-#include "driver/lone_models.h"
+#include "driver/compile/lone_models.h"
 #include "driver_support.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 
 namespace dpde::testing {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The machine is measured once, in an undisturbed moment.
-#include "driver/machine_speed.h"
+#include "driver/memory/machine_speed.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 #include "network/evaluate.h"
 #include "support/opened_scene.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 #include "support/setting.h"
 

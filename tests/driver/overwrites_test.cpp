@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 #include "support/setting.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ratios over runs and seeds, with intervals.
-#include "analysis/paired_ratio.h"
+#include "analysis/certificate/paired_ratio.h"
 
 #include <gtest/gtest.h>
 

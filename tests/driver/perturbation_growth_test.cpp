@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Growth of perturbations where a tolerance chooses the parts of steps.
-#include "analysis/gradient_growth.h"
+#include "analysis/run/gradient_growth.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certificates of compiled derivatives: made, kept, made again, refused.
-#include "analysis/quick_certificate.h"
+#include "analysis/certificate/quick_certificate.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 #include "codegen/llvm/jit.h"
 #include "driver_support.h"
 #include "loop/from_stencil.h"
 #include "stencil/build.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::testing {
 namespace {

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <fstream>
 
-#include "driver/interpreter_backend.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/compile/interpreter_backend.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 #include "files/imports.h"
 #include "network/symmetrise.h"
-#include "stencil/from_ast.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "support/examples_by_day.h"
 #include "syntax/parser.h"
 

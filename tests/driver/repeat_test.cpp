@@ -3,10 +3,10 @@
 // save, and derivatives of both orders are certified.
 #include <regex>
 
-#include "analysis/quick_certificate.h"
+#include "analysis/certificate/quick_certificate.h"
 #include "codegen/cpp/emit_cpp.h"
-#include "driver/memory_plan.h"
-#include "driver/storage.h"
+#include "driver/memory/memory_plan.h"
+#include "driver/memory/storage.h"
 #include "driver_support.h"
 #include "loop/print_loop.h"
 #include "source/render.h"

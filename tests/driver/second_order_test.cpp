@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

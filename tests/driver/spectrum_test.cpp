@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spectra against sums written out, known modes and known spectra; correlations and when they are lost.
-#include "training/spectrum.h"
+#include "training/tests/spectrum.h"
 
 #include <gtest/gtest.h>
 

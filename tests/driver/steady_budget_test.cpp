@@ -3,7 +3,7 @@
 // point.
 #include <chrono>
 
-#include "analysis/run_check.h"
+#include "analysis/certificate/run_check.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

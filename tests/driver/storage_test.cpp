@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "driver/cost.h"
-#include "driver/data.h"
+#include "driver/memory/cost.h"
+#include "driver/scene/data.h"
 #include "driver_support.h"
 #include "files/evaluation_log.h"
 #include "files/files.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A gradient that stores all steps keeps of each state only what the way back reads.
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Unknowns that move switches: in each slot of a problem, of each kind, with branches that meet and that do not.
-#include "driver/switches.h"
+#include "driver/compile/switches.h"
 
 #include "driver/driver_support.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rule that tells a derivative from a wrong one, on functions whose derivatives are known.
-#include "analysis/taylor.h"
+#include "analysis/certificate/taylor.h"
 
 #include <gtest/gtest.h>
 

@@ -3,10 +3,10 @@
 // speeds are equal. Gradients against central differences of runs, of each back end, and the symmetry of the Hessian.
 #include <cmath>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/setting.h"
 
 namespace dpde::testing {

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "dpde/runtime/netcdf.h"
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::files {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run finds out about the fastest way to sweep is kept in the cache, used by the next one, and changes no
 // result.
-#include "driver/tuning.h"
+#include "driver/memory/tuning.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
-#include "driver/cache_folder.h"
-#include "driver/session.h"
+#include "driver/memory/cache_folder.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 
 namespace dpde::driver {

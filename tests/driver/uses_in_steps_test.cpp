@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "analysis/unused.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "driver_support.h"
 #include "support/kept_code.h"
 

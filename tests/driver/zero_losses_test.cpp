@@ -3,8 +3,8 @@
 // that is wrong is found beside them all the same.
 #include <regex>
 
-#include "analysis/certificate.h"
-#include "analysis/quick_certificate.h"
+#include "analysis/certificate/certificate.h"
+#include "analysis/certificate/quick_certificate.h"
 #include "driver/driver_support.h"
 #include "stencil/build.h"
 

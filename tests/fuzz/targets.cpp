@@ -4,12 +4,12 @@
 #include "model/from_ast.h"
 #include "model/verify_model.h"
 #include "source/render.h"
-#include "stencil/from_ast.h"
-#include "stencil/from_model.h"
-#include "stencil/print_stencil.h"
-#include "stencil/verify_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/lower/from_model.h"
+#include "stencil/text/print_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "syntax/parser.h"
-#include "syntax/print_ast.h"
+#include "syntax/print/print_ast.h"
 
 namespace dpde::testing {
 

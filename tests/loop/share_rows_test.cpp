@@ -12,9 +12,9 @@
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
 #include "model/from_ast.h"
-#include "stencil/from_ast.h"
-#include "stencil/from_model.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/lower/from_model.h"
+#include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 
 namespace dpde {

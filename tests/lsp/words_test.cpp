@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hover and completion, and that texts and the grammars of editors have the words that the parser goes by.
-#include "model/words.h"
+#include "model/print/words.h"
 
 #include <algorithm>
 #include <fstream>
@@ -11,7 +11,7 @@
 #include "lsp/client.h"
 #include "lsp/word_texts.h"
 #include "support/side_conditions.h"
-#include "support/units.h"
+#include "support/names/units.h"
 #include "syntax/words.h"
 
 namespace dpde::lsp {

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "model/model_support.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 
 namespace dpde::model {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "model/model_support.h"
-#include "support/bound_names.h"
+#include "support/names/bound_names.h"
 
 namespace dpde::model {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What implicit time schemes solve for, and what they do not go with.
-#include "model/implicit_part.h"
+#include "model/analyse/implicit_part.h"
 #include "model/model_support.h"
 
 namespace dpde::model {

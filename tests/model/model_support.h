@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "model/from_ast.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 #include "model/verify_model.h"
 #include "source/diagnostic.h"
 #include "source/source_file.h"

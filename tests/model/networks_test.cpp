@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "model/model_support.h"
-#include "model/network_from_ast.h"
+#include "model/from_ast/network_from_ast.h"
 #include "network/print_network.h"
 
 namespace dpde::model {

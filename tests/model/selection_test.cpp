@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What --set, --scheme and a name on the command line do.
 #include "model/model_support.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 
 namespace dpde::model {
 namespace {

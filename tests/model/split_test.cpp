@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "model/model_support.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 
 namespace dpde::model {
 namespace {

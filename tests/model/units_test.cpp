@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Units of formulas: what fits, what does not, and what is said of it.
-#include "support/units.h"
+#include "support/names/units.h"
 
 #include <fmt/format.h>
 

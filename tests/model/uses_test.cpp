@@ -9,7 +9,7 @@
 #include <set>
 
 #include "model/build.h"
-#include "model/solves.h"
+#include "model/analyse/solves.h"
 #include "model_support.h"
 #include "support/assert.h"
 

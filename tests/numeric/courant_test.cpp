@@ -8,7 +8,7 @@
 
 #include "../driver/driver_support.h"
 #include "dpde/runtime/error.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

@@ -11,8 +11,8 @@
 #include <random>
 
 #include "../driver/driver_support.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "support/setting.h"
 
 namespace dpde::testing {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "../driver/driver_support.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

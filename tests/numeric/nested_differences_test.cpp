@@ -8,11 +8,11 @@
 #include <regex>
 
 #include "../driver/driver_support.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "stencil/passes/displaced_values.h"
 #include "stencil/passes/work.h"
-#include "stencil/print_stencil.h"
-#include "stencil/verify_stencil.h"
+#include "stencil/text/print_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "support/scene_run.h"
 #include "support/setting.h"
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "analysis/certificate.h"
-#include "driver/blow_up.h"
-#include "driver/cost.h"
+#include "analysis/certificate/certificate.h"
+#include "driver/report/blow_up.h"
+#include "driver/memory/cost.h"
 #include "driver/driver_support.h"
-#include "driver/inverse.h"
-#include "driver/storage.h"
+#include "driver/scene/inverse.h"
+#include "driver/memory/storage.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

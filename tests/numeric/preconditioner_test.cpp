@@ -8,8 +8,8 @@
 
 #include "../driver/driver_support.h"
 #include "source/render.h"
-#include "stencil/from_ast.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "support/opened_scene.h"
 #include "support/setting.h"
 #include "syntax/parser.h"

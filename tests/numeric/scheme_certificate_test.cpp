@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "../driver/driver_support.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/scene_run.h"
 #include "support/setting.h"
 

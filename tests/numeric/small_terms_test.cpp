@@ -11,7 +11,7 @@
 
 #include "../driver/driver_support.h"
 #include "dpde/runtime/error.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "support/scene_run.h"
 #include "support/setting.h"
 

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "../driver/driver_support.h"
-#include "analysis/solve_tolerance.h"
-#include "driver/session.h"
+#include "analysis/certificate/solve_tolerance.h"
+#include "driver/scene/session.h"
 #include "support/scene_run.h"
 
 namespace dpde {

@@ -7,7 +7,7 @@
 
 #include "../driver/driver_support.h"
 #include "dpde/runtime/error.h"
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients by fields that the adjoint of a step adds to itself (adjoint/totals.h), against those that are added up
+// Gradients by fields that the adjoint of a step adds to itself (adjoint/reverse/totals.h), against those that are added up
 // outside: by the interpreter, which has no such programs.
 #include <gtest/gtest.h>
 

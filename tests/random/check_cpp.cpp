@@ -5,7 +5,7 @@
 #include "loop/from_stencil.h"
 #include "random/check_program.h"
 #include "random/variants.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 
 namespace dpde::testing {
 

@@ -18,12 +18,12 @@
 #include "random/written_out.h"
 #include "source/render.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
-#include "stencil/from_ast.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/text/from_ast.h"
 #include "stencil/passes/passes.h"
-#include "stencil/print_stencil.h"
-#include "stencil/verify_stencil.h"
-#include "stencil/with_rounding.h"
+#include "stencil/text/print_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
+#include "stencil/interpret/with_rounding.h"
 #include "syntax/parser.h"
 
 namespace dpde::testing {

@@ -8,7 +8,7 @@
 #include "adjoint/adjoint.h"
 #include "random/random_expression.h"
 #include "stencil/build.h"
-#include "stencil/custom_adjoint.h"
+#include "stencil/lower/custom_adjoint.h"
 
 namespace dpde::testing {
 

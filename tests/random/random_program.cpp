@@ -13,7 +13,7 @@
 #include "random/random_repeat.h"
 #include "random/random_ties.h"
 #include "stencil/build.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::testing {
 

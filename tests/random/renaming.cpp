@@ -6,11 +6,11 @@
 #include <string_view>
 #include <vector>
 
-#include "model/from_ast/names.h"
+#include "model/from_ast/names/names.h"
 #include "support/match.h"
 #include "support/split_mix.h"
-#include "support/units.h"
-#include "syntax/lexer.h"
+#include "support/names/units.h"
+#include "syntax/parse/lexer.h"
 #include "syntax/parser.h"
 
 namespace dpde::testing {

@@ -11,17 +11,17 @@
 #include <iostream>
 #include <set>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "files/imports.h"
 #include "network/symmetrise.h"
 #include "random/random_model.h"
 #include "random/random_program.h"
 #include "source/render.h"
 #include "stencil/build.h"
-#include "stencil/from_ast.h"
+#include "stencil/text/from_ast.h"
 #include "stencil/passes/passes.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/program_run.h"
 #include "support/scene_run.h"
 #include "support/setting.h"

@@ -7,9 +7,9 @@
 
 #include "random/random_expression.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
-#include "stencil/print_stencil.h"
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/text/print_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 
 namespace dpde::testing {
 

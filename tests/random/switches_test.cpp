@@ -8,9 +8,9 @@
 #include <iostream>
 #include <map>
 
-#include "analysis/certificate.h"
+#include "analysis/certificate/certificate.h"
 #include "analysis/generic_point.h"
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 #include "random/random_switches.h"
 #include "source/render.h"
 #include "support/setting.h"

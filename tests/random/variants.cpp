@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "adjoint/newton_steps.h"
+#include "adjoint/reverse/newton_steps.h"
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
-#include "stencil/with_rounding.h"
+#include "stencil/interpret/with_rounding.h"
 #include "support/split_mix.h"
 
 namespace dpde::testing {

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 #include "support/match.h"
 
 namespace dpde::testing {

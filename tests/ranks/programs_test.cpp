@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-#include "adjoint/newton_steps.h"
+#include "adjoint/reverse/newton_steps.h"
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/error.h"
 #include "loop/from_stencil.h"

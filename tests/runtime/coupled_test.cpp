@@ -11,8 +11,8 @@
 #include "allocations.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
-#include "newton_solve.h"
-#include "solve/coupled_matrix.h"
+#include "exec/newton_solve.h"
+#include "solve/operator/coupled_matrix.h"
 #include "support/dense.h"
 
 namespace dpde {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Passes over right sides, at lengths around those of their strands.
-#include "solve/finite.h"
+#include "solve/operator/finite.h"
 
 #include <gtest/gtest.h>
 

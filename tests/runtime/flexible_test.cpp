@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cycles in floats, as scenes in f32 take them: they come to the tolerances of f64.
-#include "solve/float_cycles.h"
+#include "solve/multigrid/float_cycles.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 #include "support/setting.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourier solvers against dense pseudo-inverses, with all pairs of sides on grids of small and odd extents.
-#include "solve/fourier.h"
+#include "solve/fourier/fourier.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "allocations.h"
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde {

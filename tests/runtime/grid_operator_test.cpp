@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of operators that are found: the same in all cells, of a stencil, of boxes; and what solvers take of them.
-#include "solve/grid_operator.h"
+#include "solve/operator/grid_operator.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "dpde/runtime/error.h"
-#include "solve/linear_solver.h"
-#include "solve/multigrid.h"
-#include "solve/operator_probe.h"
+#include "solve/solver/linear_solver.h"
+#include "solve/multigrid/multigrid.h"
+#include "solve/operator/operator_probe.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Multigrid in half rows against the matrix it was made of, on grids with several levels.
-#include "solve/multigrid.h"
+#include "solve/multigrid/multigrid.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde {

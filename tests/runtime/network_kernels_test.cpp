@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "network/kernel_sets.h"
+#include "network/kernels/kernel_sets.h"
 #include "network_run.h"
 
 namespace dpde {

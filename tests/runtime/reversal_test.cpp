@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "reversal.h"
+#include "base/reversal.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourier series along periodic axes with elimination along the one other axis.
-#include "solve/separable.h"
+#include "solve/fourier/separable.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

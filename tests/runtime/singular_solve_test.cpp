@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
-#include "solve/linear_solver.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solve/solve_advice.h"
+#include "solve/solver/solve_advice.h"
 
 #include <gtest/gtest.h>
 

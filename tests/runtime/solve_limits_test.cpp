@@ -9,8 +9,8 @@
 
 #include "allocations.h"
 #include "dpde/runtime/error.h"
-#include "solve/linear_solver.h"
-#include "solve/solver_shelf.h"
+#include "solve/solver/linear_solver.h"
+#include "solve/solver/solver_shelf.h"
 #include "solve_operators.h"
 
 namespace dpde {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "solve/stencil_matrix.h"
+#include "solve/matrix/stencil_matrix.h"
 #include "support/dense.h"
 
 namespace dpde::test {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "allocations.h"
-#include "solve/operator_probe.h"
-#include "solve/solver_shelf.h"
+#include "solve/operator/operator_probe.h"
+#include "solve/solver/solver_shelf.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The choice among equal ways to sweep: made by the times that are reported, remembered as text.
-#include "sweep_tuner.h"
+#include "exec/sweep_tuner.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives by Fourier series against sums over all waves, along all sets of axes.
-#include "transform.h"
+#include "transform/transform.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "support/least_squares.h"
+#include "support/maths/least_squares.h"
 
 namespace dpde {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fewer cells for what depends on all places: what means, values between them and verdicts are there, and which scenes
 // keep all of theirs.
-#include "stability/coarse_grid.h"
+#include "stability/step/coarse_grid.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "stability/consistent_start.h"
+#include "stability/frozen/consistent_start.h"
 #include "stability/verdict.h"
-#include "stability/verdict_cache.h"
-#include "stability/zero_step.h"
+#include "stability/report/verdict_cache.h"
+#include "stability/frozen/zero_step.h"
 #include "stability_support.h"
 
 namespace dpde::stability {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tangents as machine code have the columns of those that are interpreted.
-#include "stability/compiled_tangent.h"
+#include "stability/step/compiled_tangent.h"
 
 #include <gtest/gtest.h>
 
@@ -10,13 +10,13 @@
 #include <set>
 #include <utility>
 
-#include "stability/eigenvalues.h"
+#include "stability/eigenvalues/eigenvalues.h"
 #include "stability/equations.h"
-#include "stability/fixed_part.h"
+#include "stability/frozen/fixed_part.h"
 #include "stability/stability_support.h"
-#include "stability/tangent_runs.h"
+#include "stability/step/tangent_runs.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 
 namespace dpde::stability {
 namespace {

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "stability/compiled_tangent.h"
-#include "stability/eigenvalues.h"
-#include "stability/frozen_points.h"
+#include "stability/step/compiled_tangent.h"
+#include "stability/eigenvalues/eigenvalues.h"
+#include "stability/frozen/frozen_points.h"
 #include "stability/stability_support.h"
 #include "stability/verdict.h"
 #include "support/setting.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Eigenvalues that are known in closed form: circulants, companions of polynomials, and similar matrices.
-#include "stability/eigenvalues.h"
+#include "stability/eigenvalues/eigenvalues.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Products by Fourier series without dealiasing: limits against runs below and above them.
-#include "stability/folded_products.h"
+#include "stability/step/folded_products.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

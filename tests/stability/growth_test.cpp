@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 #include "stability/step_limit.h"
 
 namespace dpde::stability {

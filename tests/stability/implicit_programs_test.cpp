@@ -5,10 +5,10 @@
 #include <variant>
 
 #include "driver/driver_support.h"
-#include "driver/scene_text.h"
-#include "driver/session.h"
+#include "driver/scene/scene_text.h"
+#include "driver/scene/session.h"
 #include "stability/verdict.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::stability {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cell numbers, positivity and waves of a frozen step, against closed forms and section 1 of the table of references.
-#include "stability/local_character.h"
+#include "stability/report/local_character.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits by all disturbances of a scene's own grid: against eigenvalues in closed form, dense matrices and runs; and
 // those by waves against them, for models that are drawn by lot.
-#include "stability/own_grid.h"
+#include "stability/step/own_grid.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

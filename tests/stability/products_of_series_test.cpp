@@ -12,7 +12,7 @@
 
 #include "stability/stability_support.h"
 #include "stability/verdict.h"
-#include "stability/wave_sum.h"
+#include "stability/waves/wave_sum.h"
 #include "support/setting.h"
 
 namespace dpde::stability {

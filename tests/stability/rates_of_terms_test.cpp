@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the terms of coupled equations have of the limit: one look at the rates of all says of nearly every term that
 // the step grows without it, too, and what it says is what an analysis of the problem without the term says.
-#include "stability/rates_of_terms.h"
+#include "stability/waves/rates_of_terms.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wave by wave along a ring: the eigenvalues of the whole matrix, and none where cells of the ring differ.
-#include "stability/ring_spectrum.h"
+#include "stability/waves/ring_spectrum.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "stability/eigenvalues.h"
+#include "stability/eigenvalues/eigenvalues.h"
 
 namespace dpde::stability {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "support/kept_code.h"
 
 namespace dpde::stability {

@@ -8,8 +8,8 @@
 
 #include <cmath>
 
-#include "driver/pipeline.h"
-#include "stability/one_moment.h"
+#include "driver/compile/pipeline.h"
+#include "stability/frozen/one_moment.h"
 
 namespace dpde::stability {
 namespace {

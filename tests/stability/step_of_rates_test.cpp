@@ -10,13 +10,13 @@
 #include <random>
 #include <tuple>
 
-#include "driver/pipeline.h"
-#include "stability/eigenvalues.h"
+#include "driver/compile/pipeline.h"
+#include "stability/eigenvalues/eigenvalues.h"
 #include "stability/equations.h"
-#include "stability/one_moment.h"
-#include "stability/roots.h"
+#include "stability/frozen/one_moment.h"
+#include "stability/waves/roots.h"
 #include "stability/step_limit.h"
-#include "stencil/time_schemes.h"
+#include "stencil/time/time_schemes.h"
 
 namespace dpde::stability {
 namespace {

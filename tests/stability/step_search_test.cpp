@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability/step_search.h"
+#include "stability/step/step_search.h"
 
 #include <gtest/gtest.h>
 

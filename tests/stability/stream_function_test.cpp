@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "stability/equations.h"
-#include "stability/local_character.h"
+#include "stability/report/local_character.h"
 #include "stability/trial.h"
 #include "stability/verdict.h"
-#include "stability/wall_spectrum.h"
+#include "stability/waves/wall_spectrum.h"
 #include "stability_support.h"
 #include "support/setting.h"
 

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "stability/frozen_points.h"
+#include "stability/frozen/frozen_points.h"
 #include "stability/stability_support.h"
 #include "stability/verdict.h"
 

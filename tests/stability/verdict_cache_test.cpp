@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verdicts as text and back: nothing is lost, and what is not whole is none.
-#include "stability/verdict_cache.h"
+#include "stability/report/verdict_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::stability {
 namespace {

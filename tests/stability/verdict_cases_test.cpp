@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "stability/ill_posed.h"
+#include "stability/report/ill_posed.h"
 #include "stability/trial.h"
 #include "stability/verdict.h"
 #include "stability_support.h"

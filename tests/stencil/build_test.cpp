@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "stencil/print_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "stencil_text.h"
 
 namespace dpde::stencil {

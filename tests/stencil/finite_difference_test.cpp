@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weights against the tables of text books, and their exactness on polynomials.
-#include "stencil/finite_difference.h"
+#include "stencil/space/finite_difference.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 
 #include "stencil/build.h"
-#include "stencil/discretise.h"
+#include "stencil/space/discretise.h"
 #include "stencil/model_builder.h"
 
 namespace dpde::stencil {

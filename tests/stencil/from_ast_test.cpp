@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is said about wrong kernels, programs and loops: code, message, the words it points at, and the hint.
-#include "stencil/from_ast.h"
+#include "stencil/text/from_ast.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reference semantics against hand-computed values and against the identities that define transposes.
-#include "stencil/interpret.h"
+#include "stencil/interpret/interpret.h"
 
 #include <cmath>
 

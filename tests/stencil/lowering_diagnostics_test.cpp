@@ -2,7 +2,7 @@
 // What no scheme can discretise is reported at its place, with a way out, and nothing is lowered.
 #include <gtest/gtest.h>
 
-#include "stencil/from_model.h"
+#include "stencil/lower/from_model.h"
 #include "stencil/model_builder.h"
 
 namespace lowering_diagnostics {

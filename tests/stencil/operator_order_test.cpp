@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The order that an operator states against the one it has. References: orders of published formulas.
-#include "stencil/operator_order.h"
+#include "stencil/analyse/operator_order.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "model/from_ast.h"
-#include "stencil/from_model.h"
-#include "stencil/laurent.h"
+#include "stencil/lower/from_model.h"
+#include "stencil/analyse/laurent.h"
 #include "syntax/parser.h"
 
 namespace dpde::stencil {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is known of the operators of solves whatever their coefficients are. References: each by the sums of its rows
 // and columns, on paper.
-#include "stencil/operator_traits.h"
+#include "stencil/analyse/operator_traits.h"
 
 #include <gtest/gtest.h>
 

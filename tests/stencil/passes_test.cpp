@@ -9,7 +9,7 @@
 #include <fstream>
 #include <optional>
 
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil_text.h"
 
 namespace dpde::stencil {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where fills are placed: a program in which each stands where it has to be, and no other does, comes back from its
 // rules letter by letter.
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil_text.h"
 #include "support/halo_rules.h"
 

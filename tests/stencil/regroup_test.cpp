@@ -5,7 +5,7 @@
 #include <string>
 
 #include "model/from_ast.h"
-#include "stencil/from_model.h"
+#include "stencil/lower/from_model.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/work.h"
 #include "syntax/parser.h"

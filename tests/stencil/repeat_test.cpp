@@ -3,7 +3,7 @@
 // what is said about repeats that mean nothing.
 #include <cmath>
 
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil_text.h"
 
 namespace dpde::stencil {

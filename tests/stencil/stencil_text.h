@@ -9,9 +9,9 @@
 
 #include "source/render.h"
 #include "stencil/build.h"
-#include "stencil/from_ast.h"
-#include "stencil/interpret.h"
-#include "stencil/print_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/interpret/interpret.h"
+#include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 
 namespace dpde::stencil {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil_text.h"
 
 namespace dpde::stencil {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every fault planted into a correct module is named, and nothing else is.
-#include "stencil/verify_stencil.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil_text.h"
 
 namespace dpde::stencil {

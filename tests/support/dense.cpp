@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "support/least_squares.h"
+#include "support/maths/least_squares.h"
 
 namespace dpde::test {
 

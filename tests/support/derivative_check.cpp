@@ -8,8 +8,8 @@
 
 #include "source/render.h"
 #include "stencil/build.h"
-#include "stencil/from_ast.h"
-#include "stencil/verify_stencil.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "support/split_mix.h"
 #include "syntax/parser.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "adjoint/adjoint.h"
-#include "stencil/interpret.h"
+#include "stencil/interpret/interpret.h"
 #include "stencil/stencil.h"
 
 namespace dpde::testing {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
-#include "stencil/interpret.h"
+#include "stencil/interpret/interpret.h"
 #include "support/setting.h"
 
 namespace dpde::testing {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
-#include "stencil/interpret.h"
+#include "stencil/interpret/interpret.h"
 #include "stencil/stencil.h"
 
 namespace dpde::testing {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::testing {
 

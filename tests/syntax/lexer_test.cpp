@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tokens by their spelling.
-#include "syntax/lexer.h"
+#include "syntax/parse/lexer.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

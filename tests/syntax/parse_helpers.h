@@ -9,7 +9,7 @@
 #include "source/diagnostic.h"
 #include "source/source_file.h"
 #include "syntax/parser.h"
-#include "syntax/print_ast.h"
+#include "syntax/print/print_ast.h"
 
 namespace dpde::ast {
 

@@ -12,12 +12,12 @@
 #include <utility>
 
 #include "command.h"
-#include "driver/cost.h"
-#include "driver/machine_speed.h"
-#include "driver/session.h"
+#include "driver/memory/cost.h"
+#include "driver/memory/machine_speed.h"
+#include "driver/scene/session.h"
 #include "interrupt.h"
 #include "preparing.h"
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 #include "train.h"
 #include "training/trainer.h"
 #include "training/window_controls.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "command.h"
-#include "driver/library.h"
+#include "driver/compile/library.h"
 #include "verbs.h"
 
 namespace dpde::tools {

@@ -17,7 +17,7 @@
 #include "model/from_ast.h"
 #include "progress.h"
 #include "report/chart_of_scene.h"
-#include "report/formal_order.h"
+#include "report/scene/formal_order.h"
 #include "scene_output.h"
 #include "syntax/parser.h"
 #include "train.h"

@@ -13,7 +13,7 @@
 #include "chart/common_steps.h"
 #include "chart/finer_runs.h"
 #include "interrupt.h"
-#include "model/from_ast/names.h"
+#include "model/from_ast/names/names.h"
 #include "model/from_ast/parts.h"
 #include "preparing.h"
 #include "scene_session.h"

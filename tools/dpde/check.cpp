@@ -7,17 +7,17 @@
 #include <optional>
 
 #include "command.h"
-#include "driver/cost.h"
-#include "driver/data.h"
-#include "driver/switches.h"
+#include "driver/memory/cost.h"
+#include "driver/scene/data.h"
+#include "driver/compile/switches.h"
 #include "model/chart.h"
 #include "preparing.h"
 #include "progress.h"
-#include "report/scene.h"
+#include "report/scene/scene.h"
 #include "scene_output.h"
 #include "scene_session.h"
 #include "task_run.h"
-#include "training/beside.h"
+#include "training/tests/beside.h"
 #include "verbs.h"
 
 namespace dpde::tools {

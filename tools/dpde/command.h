@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 #include "source/diagnostic.h"
 #include "support/json.h"
 #include "support/version.h"

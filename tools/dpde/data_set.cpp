@@ -13,14 +13,14 @@
 #include "netcdf_output.h"
 #include "preparing.h"
 #include "progress.h"
-#include "report/data_set.h"
+#include "report/training/data_set.h"
 #include "report/finished.h"
 #include "scene_output.h"
 #include "stability/verdict.h"
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 #include "syntax/parser.h"
-#include "training/data_run_file.h"
-#include "training/data_set_content.h"
+#include "training/data/data_run_file.h"
+#include "training/data/data_set_content.h"
 
 namespace dpde::tools {
 

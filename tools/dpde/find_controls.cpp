@@ -10,14 +10,14 @@
 #include <functional>
 #include <set>
 
-#include "driver/run_description.h"
+#include "driver/report/run_description.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
 #include "report/finished.h"
 #include "scene_output.h"
-#include "support/evaluate.h"
-#include "support/number_text.h"
+#include "support/maths/evaluate.h"
+#include "support/names/number_text.h"
 #include "window_part.h"
 
 namespace dpde::tools {

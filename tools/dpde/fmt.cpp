@@ -9,7 +9,7 @@
 #include "command.h"
 #include "files/files.h"
 #include "syntax/parser.h"
-#include "syntax/print_ast.h"
+#include "syntax/print/print_ast.h"
 #include "verbs.h"
 
 namespace dpde::tools {

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "dpde/runtime/bytes.h"
-#include "driver/restart_file.h"
+#include "driver/report/restart_file.h"
 #include "files/files.h"
 #include "scene_output.h"
 

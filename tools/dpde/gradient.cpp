@@ -11,10 +11,10 @@
 #include "interrupt.h"
 #include "plot/scene_panels.h"
 #include "report/gradient_growth.h"
-#include "report/solves.h"
+#include "report/scene/solves.h"
 #include "scene_output.h"
-#include "support/evaluate.h"
-#include "support/number_text.h"
+#include "support/maths/evaluate.h"
+#include "support/names/number_text.h"
 #include "task_run.h"
 #include "verbs.h"
 

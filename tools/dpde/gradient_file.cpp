@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "driver/run_description.h"
+#include "driver/report/run_description.h"
 #include "netcdf_output.h"
 #include "scene_output.h"
 

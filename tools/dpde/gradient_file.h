@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "command.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 
 namespace dpde::tools {
 

@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-#include "stability/verdict_cache.h"
+#include "stability/report/verdict_cache.h"
 
 namespace dpde::tools {
 

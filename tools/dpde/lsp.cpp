@@ -7,7 +7,7 @@
 #include "command.h"
 #include "lsp/server.h"
 #include "lsp/wire.h"
-#include "report/formal_order.h"
+#include "report/scene/formal_order.h"
 #include "verbs.h"
 
 namespace dpde::tools {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "driver/centres.h"
+#include "driver/report/centres.h"
 #include "scene_output.h"
 
 namespace dpde::tools {

@@ -6,8 +6,8 @@
 
 #include "command.h"
 #include "dpde/runtime/run_file.h"
-#include "driver/run_description.h"
-#include "driver/session.h"
+#include "driver/report/run_description.h"
+#include "driver/scene/session.h"
 
 namespace dpde::tools {
 

@@ -10,7 +10,7 @@
 #include "interrupt.h"
 #include "plot/found_panels.h"
 #include "plot/text_plot.h"
-#include "report/losses.h"
+#include "report/training/losses.h"
 #include "scene_output.h"
 
 namespace dpde::tools {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "command.h"
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 
 namespace dpde::tools {
 

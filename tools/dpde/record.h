@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dpde/runtime/run_record.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 
 namespace dpde::tools {
 

@@ -8,14 +8,14 @@
 #include <memory>
 #include <numeric>
 
-#include "analysis/conserved_sums.h"
+#include "analysis/run/conserved_sums.h"
 #include "command.h"
 #include "data_set.h"
-#include "driver/back_flow.h"
-#include "driver/blow_up.h"
-#include "driver/chessboard.h"
-#include "driver/missed_constraints.h"
-#include "driver/run_description.h"
+#include "driver/report/back_flow.h"
+#include "driver/report/blow_up.h"
+#include "driver/report/chessboard.h"
+#include "driver/report/missed_constraints.h"
+#include "driver/report/run_description.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "plot/run_panels.h"
@@ -24,13 +24,13 @@
 #include "preparing.h"
 #include "progress.h"
 #include "record.h"
-#include "report/solves.h"
+#include "report/scene/solves.h"
 #include "run_checkpoint.h"
 #include "scene_output.h"
 #include "scene_session.h"
 #include "stability/verdict.h"
-#include "support/evaluate.h"
-#include "support/number_text.h"
+#include "support/maths/evaluate.h"
+#include "support/names/number_text.h"
 #include "verbs.h"
 
 namespace dpde::tools {

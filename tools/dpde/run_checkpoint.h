@@ -8,7 +8,7 @@
 #include <string>
 
 #include "command.h"
-#include "driver/restart_file.h"
+#include "driver/report/restart_file.h"
 #include "record.h"
 
 namespace dpde::tools {

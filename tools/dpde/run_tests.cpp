@@ -2,8 +2,8 @@
 // The tests of a task that learns, run and reported.
 #include <fmt/format.h>
 
-#include "report/tests.h"
-#include "report/training_chart.h"
+#include "report/training/tests.h"
+#include "report/training/training_chart.h"
 #include "scene_output.h"
 #include "train.h"
 

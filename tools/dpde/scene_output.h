@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "command.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "plot/picture.h"
 #include "report/report.h"
 

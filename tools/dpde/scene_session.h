@@ -7,7 +7,7 @@
 #include <string>
 
 #include "command.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 
 namespace dpde::tools {
 

@@ -15,10 +15,10 @@
 #include "plot/text_plot.h"
 #include "preparing.h"
 #include "progress.h"
-#include "report/verdict.h"
+#include "report/scene/verdict.h"
 #include "scene_output.h"
 #include "scene_session.h"
-#include "stability/frozen_points.h"
+#include "stability/frozen/frozen_points.h"
 #include "stability/trial.h"
 #include "verbs.h"
 

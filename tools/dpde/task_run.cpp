@@ -10,18 +10,18 @@
 #include <limits>
 #include <set>
 
-#include "analysis/instability.h"
-#include "driver/back_flow.h"
-#include "driver/blow_up.h"
-#include "driver/memory_plan.h"
-#include "driver/missed_constraints.h"
-#include "driver/switches.h"
+#include "analysis/run/instability.h"
+#include "driver/report/back_flow.h"
+#include "driver/report/blow_up.h"
+#include "driver/memory/memory_plan.h"
+#include "driver/report/missed_constraints.h"
+#include "driver/compile/switches.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
 #include "stability/verdict.h"
-#include "support/evaluate.h"
-#include "support/number_text.h"
+#include "support/maths/evaluate.h"
+#include "support/names/number_text.h"
 
 namespace dpde::tools {
 

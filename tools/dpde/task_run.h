@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "analysis/quick_certificate.h"
+#include "analysis/certificate/quick_certificate.h"
 #include "command.h"
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 
 namespace dpde::tools {
 

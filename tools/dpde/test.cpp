@@ -18,7 +18,7 @@
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
-#include "support/evaluate.h"
+#include "support/maths/evaluate.h"
 #include "train.h"
 #include "training/window_controls.h"
 #include "verbs.h"

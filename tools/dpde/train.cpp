@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "driver/solve_report.h"
+#include "driver/report/solve_report.h"
 #include "files/files.h"
 #include "find_controls.h"
 #include "interrupt.h"
@@ -17,9 +17,9 @@
 #include "progress.h"
 #include "run_checkpoint.h"
 #include "stability/verdict.h"
-#include "support/evaluate.h"
-#include "support/number_text.h"
-#include "training/plain_methods.h"
+#include "support/maths/evaluate.h"
+#include "support/names/number_text.h"
+#include "training/tests/plain_methods.h"
 
 namespace dpde::tools {
 

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "task_run.h"
-#include "training/all_tests.h"
-#include "training/trials.h"
+#include "training/tests/all_tests.h"
+#include "training/tests/trials.h"
 
 namespace dpde::tools {
 

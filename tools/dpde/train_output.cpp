@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "plot/text_plot.h"
-#include "report/losses.h"
+#include "report/training/losses.h"
 #include "scene_output.h"
 #include "train.h"
 

@@ -14,11 +14,11 @@
 #include "chart_scene.h"
 #include "command.h"
 #include "interrupt.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 #include "progress.h"
 #include "scene_output.h"
-#include "syntax/print_ast.h"
-#include "syntax/whole_scenes.h"
+#include "syntax/print/print_ast.h"
+#include "syntax/expand/whole_scenes.h"
 #include "verbs.h"
 
 namespace dpde::tools {

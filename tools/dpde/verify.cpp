@@ -5,11 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "analysis/certificate.h"
-#include "analysis/run_check.h"
-#include "analysis/solve_tolerance.h"
+#include "analysis/certificate/certificate.h"
+#include "analysis/certificate/run_check.h"
+#include "analysis/certificate/solve_tolerance.h"
 #include "command.h"
-#include "driver/switches.h"
+#include "driver/compile/switches.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "report/certificate.h"

@@ -6,7 +6,7 @@
 #include "command.h"
 #include "commit.h"  // made by the build
 #include "dpde/instruction_set.h"
-#include "driver/machine_speed.h"
+#include "driver/memory/machine_speed.h"
 
 namespace dpde::tools {
 

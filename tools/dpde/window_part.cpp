@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "dpde/runtime/bytes.h"
-#include "driver/restart_file.h"
+#include "driver/report/restart_file.h"
 #include "files/files.h"
 
 namespace dpde::tools {

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 
-#include "adjoint/custom_adjoint_check.h"
-#include "adjoint/plan.h"
-#include "adjoint/reversal.h"
-#include "stencil/as_written.h"
-#include "stencil/effects.h"
+#include "adjoint/check/custom_adjoint_check.h"
+#include "adjoint/reverse/plan.h"
+#include "adjoint/reverse/reversal.h"
+#include "stencil/text/as_written.h"
+#include "stencil/analyse/effects.h"
 #include "support/assert.h"
 
 namespace dpde::adjoint {

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 #include "stencil/rename.h"
 
 namespace dpde::adjoint {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "adjoint/extremes.h"
+#include "adjoint/check/extremes.h"
 #include "support/contains.h"
 
 namespace dpde::adjoint {

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "adjoint/adjoint.h"
-#include "adjoint/extremes.h"
-#include "adjoint/plan.h"
+#include "adjoint/check/extremes.h"
+#include "adjoint/reverse/plan.h"
 #include "adjoint/solves.h"
-#include "adjoint/transforms.h"
-#include "adjoint/weights.h"
-#include "stencil/effects.h"
+#include "adjoint/reverse/transforms.h"
+#include "adjoint/reverse/weights.h"
+#include "stencil/analyse/effects.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"

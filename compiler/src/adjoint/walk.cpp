@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "adjoint/guards.h"
+#include "adjoint/check/guards.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {

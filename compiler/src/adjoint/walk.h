@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "adjoint/adjoint_kernel.h"
+#include "adjoint/reverse/adjoint_kernel.h"
 #include "adjoint/shared_values.h"
 
 namespace dpde::adjoint {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <random>
 
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 
 namespace dpde::analysis {
 

@@ -7,7 +7,7 @@
 
 #include "analysis/unused.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 
 namespace dpde::analysis {
 

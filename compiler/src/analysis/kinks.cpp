@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "adjoint/plan.h"
+#include "adjoint/reverse/plan.h"
 #include "stencil/build.h"
 #include "support/match.h"
 

@@ -3,7 +3,7 @@
 // layers that bend.
 #pragma once
 
-#include "driver/pipeline.h"
+#include "driver/compile/pipeline.h"
 
 namespace dpde::analysis {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "analysis/taylor.h"
+#include "analysis/certificate/taylor.h"
 
 namespace dpde::analysis {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "driver/inverse.h"
+#include "driver/scene/inverse.h"
 
 namespace dpde::analysis {
 

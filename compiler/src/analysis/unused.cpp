@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
-#include "driver/savings.h"
+#include "driver/memory/savings.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 #include "stencil/passes/passes.h"
 
 namespace dpde::analysis {

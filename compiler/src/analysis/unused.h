@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 
 namespace dpde::analysis {
 

@@ -8,7 +8,7 @@
 #include <deque>
 #include <functional>
 
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 #include "stability/verdict.h"
 
 namespace dpde::chart {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "chart/sweep.h"
-#include "driver/data.h"
+#include "driver/scene/data.h"
 
 namespace dpde::chart {
 

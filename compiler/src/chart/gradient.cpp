@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driver/memory_plan.h"
-#include "model/placement.h"
+#include "driver/memory/memory_plan.h"
+#include "model/analyse/placement.h"
 #include "stability/verdict.h"
 
 namespace dpde::chart {

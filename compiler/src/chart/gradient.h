@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "chart/reference.h"
-#include "driver/inverse.h"
-#include "driver/session.h"
+#include "driver/scene/inverse.h"
+#include "driver/scene/session.h"
 
 namespace dpde::chart {
 

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <functional>
 
-#include "driver/memory_plan.h"
+#include "driver/memory/memory_plan.h"
 #include "stability/verdict.h"
 
 namespace dpde::chart {

@@ -12,8 +12,8 @@
 
 #include "chart/gradient.h"
 #include "chart/reference.h"
-#include "driver/cost.h"
-#include "driver/session.h"
+#include "driver/memory/cost.h"
+#include "driver/scene/session.h"
 
 namespace dpde::chart {
 

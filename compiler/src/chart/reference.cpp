@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "model/placement.h"
+#include "model/analyse/placement.h"
 #include "support/assert.h"
 
 namespace dpde::chart {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "model/error_norm.h"
 
 namespace dpde::chart {

@@ -8,7 +8,7 @@
 
 #include "model/build.h"
 #include "model/from_ast.h"
-#include "model/print_model.h"
+#include "model/print/print_model.h"
 #include "model/uses.h"
 
 namespace dpde::chart {

@@ -9,7 +9,7 @@
 #include "dpde/wave_functions.h"
 #include "support/assert.h"
 #include "support/match.h"
-#include "support/wave_names.h"
+#include "support/names/wave_names.h"
 
 namespace dpde::codegen {
 

@@ -13,8 +13,8 @@
 #include "dpde/runtime/netcdf.h"
 #include "dpde/runtime/npy.h"
 #include "files/files.h"
-#include "support/evaluate.h"
-#include "support/units.h"
+#include "support/maths/evaluate.h"
+#include "support/names/units.h"
 
 namespace dpde::files {
 

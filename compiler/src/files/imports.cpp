@@ -11,7 +11,7 @@
 
 #include "files/files.h"
 #include "syntax/parser.h"
-#include "syntax/print_ast.h"
+#include "syntax/print/print_ast.h"
 
 namespace dpde::files {
 namespace fs = std::filesystem;

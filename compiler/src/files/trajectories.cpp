@@ -13,8 +13,8 @@
 #include "files/array_file.h"
 #include "files/data_set_cost.h"
 #include "files/files.h"
-#include "model/placement.h"
-#include "support/evaluate.h"
+#include "model/analyse/placement.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::files {
 

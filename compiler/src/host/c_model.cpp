@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "driver/lone_models.h"
+#include "driver/compile/lone_models.h"
 #include "files/imports.h"
 #include "host/c_handles.h"
 #include "host/told.h"

@@ -7,13 +7,13 @@
 #include <functional>
 #include <optional>
 
-#include "analysis/quick_certificate.h"
-#include "driver/inverse.h"
-#include "driver/restart_file.h"
-#include "driver/run_description.h"
-#include "driver/scene_table.h"
-#include "driver/session.h"
-#include "driver/solve_report.h"
+#include "analysis/certificate/quick_certificate.h"
+#include "driver/scene/inverse.h"
+#include "driver/report/restart_file.h"
+#include "driver/report/run_description.h"
+#include "driver/scene/scene_table.h"
+#include "driver/scene/session.h"
+#include "driver/report/solve_report.h"
 #include "files/files.h"
 #include "files/imports.h"
 #include "host/input_task.h"

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "model/from_ast.h"
-#include "model/from_ast/names.h"
-#include "syntax/elements.h"
+#include "model/from_ast/names/names.h"
+#include "syntax/expand/elements.h"
 #include "syntax/parser.h"
 
 namespace dpde::host {

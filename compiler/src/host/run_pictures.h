@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "dpde/runtime/run_file.h"
-#include "driver/session.h"
+#include "driver/scene/session.h"
 
 namespace dpde::host {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "dpde/runtime/error.h"
-#include "driver/restart_file.h"
+#include "driver/report/restart_file.h"
 
 namespace dpde::host {
 

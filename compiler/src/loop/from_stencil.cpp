@@ -14,15 +14,15 @@
 #include "loop/share_rows.h"
 #include "loop/uniforms.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
-#include "stencil/operator_reach.h"
-#include "stencil/operator_traits.h"
-#include "stencil/symbol.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/analyse/operator_reach.h"
+#include "stencil/analyse/operator_traits.h"
+#include "stencil/analyse/symbol.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
-#include "support/name_supply.h"
-#include "support/wave_names.h"
+#include "support/names/name_supply.h"
+#include "support/names/wave_names.h"
 
 namespace dpde::loop {
 

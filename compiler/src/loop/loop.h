@@ -85,7 +85,7 @@ struct Neg {
   bool operator==(const Neg&) const = default;
 };
 /// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides
-/// between cases (stencil/decisions.h) then has the same value wherever it is computed.
+/// between cases (stencil/space/decisions.h) then has the same value wherever it is computed.
 struct Rounded {
   Expr operand;
   bool operator==(const Rounded&) const = default;

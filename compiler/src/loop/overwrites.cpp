@@ -9,7 +9,7 @@
 #include "loop/expressions.h"
 #include "support/contains.h"
 #include "support/match.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::loop {
 

@@ -11,7 +11,7 @@
 
 #include "support/assert.h"
 #include "support/match.h"
-#include "support/wave_names.h"
+#include "support/names/wave_names.h"
 
 namespace dpde::loop {
 

@@ -14,9 +14,9 @@
 
 #include "loop/expressions.h"
 #include "stencil/build.h"
-#include "stencil/decisions.h"
+#include "stencil/space/decisions.h"
 #include "support/assert.h"
-#include "support/bound_names.h"
+#include "support/names/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::loop {

@@ -14,7 +14,7 @@
 #include "loop/expressions.h"
 #include "support/assert.h"
 #include "support/match.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::loop {
 

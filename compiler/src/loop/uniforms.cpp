@@ -10,7 +10,7 @@
 
 #include "loop/expressions.h"
 #include "support/contains.h"
-#include "support/evaluate.h"
+#include "support/maths/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::loop {

@@ -10,7 +10,7 @@
 
 #include "loop/loop.h"
 #include "stencil/stencil.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::loop {
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "support/comparisons.h"
-#include "support/derivative_names.h"
+#include "support/maths/comparisons.h"
+#include "support/names/derivative_names.h"
 #include "support/match.h"
 
 namespace dpde::model {

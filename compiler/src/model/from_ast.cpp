@@ -2,14 +2,14 @@
 // The order of the parts. All of them run, so that one pass tells all mistakes of a file.
 #include "model/from_ast.h"
 
-#include "model/falling_axes.h"
+#include "model/boundary/falling_axes.h"
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
-#include "model/stretch.h"
-#include "syntax/arrays.h"
-#include "syntax/blocks.h"
-#include "syntax/repeats.h"
-#include "syntax/whole_scenes.h"
+#include "model/boundary/stretch.h"
+#include "syntax/expand/arrays.h"
+#include "syntax/expand/blocks.h"
+#include "syntax/expand/repeats.h"
+#include "syntax/expand/whole_scenes.h"
 
 namespace dpde::model {
 

@@ -52,12 +52,12 @@ using AdamsRow = std::array<double, 3>;
 struct TimeMethod {
   enum class Family : unsigned char {
     runge_kutta,      // explicit: `stages`
-    additive,         // `additive`: it solves for the terms of model/implicit_part.h
+    additive,         // `additive`: it solves for the terms of model/analyse/implicit_part.h
     trapezoidal,      // Crank-Nicolson: likewise, with all of the right side at both ends
     adams_bashforth,  // `rates`: of the first step, of the second, ..., of all behind these
     leapfrog,
     verlet,
-    exponential  // the linear part without error, as multipliers of waves; of order 2 or 4 (stencil/exponential.cpp)
+    exponential  // the linear part without error, as multipliers of waves; of order 2 or 4 (stencil/time/exponential.cpp)
   };
   const char* name;
   Family family;
@@ -89,7 +89,7 @@ constexpr bool is_verlet(TimeScheme time) { return time->family == TimeMethod::F
 constexpr bool is_exponential(TimeScheme time) { return time->family == TimeMethod::Family::exponential; }
 constexpr bool is_trapezoidal(TimeScheme time) { return time->family == TimeMethod::Family::trapezoidal; }
 constexpr bool is_euler(TimeScheme time) { return time->stages.size() == 1; }
-/// It solves for the terms of model/implicit_part.h.
+/// It solves for the terms of model/analyse/implicit_part.h.
 constexpr bool is_implicit(TimeScheme time) {
   return time->family == TimeMethod::Family::additive || is_trapezoidal(time);
 }

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "model/build.h"
-#include "model/formula.h"
+#include "model/analyse/formula.h"
 #include "model/uses.h"
 
 namespace dpde::model {

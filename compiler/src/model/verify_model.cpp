@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "model/build.h"
-#include "model/placement.h"
+#include "model/analyse/placement.h"
 #include "model/uses.h"
 #include "support/assert.h"
-#include "support/comparisons.h"
+#include "support/maths/comparisons.h"
 #include "support/match.h"
 
 namespace dpde::model {

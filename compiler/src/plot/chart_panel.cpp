@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 
 namespace dpde::plot {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "plot/curve.h"
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 
 namespace dpde::plot {
 

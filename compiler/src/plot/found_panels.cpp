@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "driver/run_description.h"
+#include "driver/report/run_description.h"
 
 namespace dpde::plot {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "driver/inverse.h"
-#include "driver/pipeline.h"
+#include "driver/scene/inverse.h"
+#include "driver/compile/pipeline.h"
 #include "plot/scene_panels.h"
 
 namespace dpde::plot {

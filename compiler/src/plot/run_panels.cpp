@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "driver/run_description.h"
+#include "driver/report/run_description.h"
 
 namespace dpde::plot {
 

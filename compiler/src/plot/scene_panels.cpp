@@ -6,10 +6,10 @@
 #include <cstddef>
 #include <set>
 
-#include "driver/run_description.h"
-#include "model/placement.h"
+#include "driver/report/run_description.h"
+#include "model/analyse/placement.h"
 #include "plot/curve.h"
-#include "support/number_text.h"
+#include "support/names/number_text.h"
 
 namespace dpde::plot {
 

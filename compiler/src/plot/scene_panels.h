@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "plot/picture.h"
 
 namespace dpde::plot {

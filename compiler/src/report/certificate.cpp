@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/run_check.h"
+#include "analysis/certificate/run_check.h"
 
 namespace dpde::report {
 

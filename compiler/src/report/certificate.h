@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "analysis/certificate.h"
-#include "analysis/solve_tolerance.h"
-#include "driver/pipeline.h"
+#include "analysis/certificate/certificate.h"
+#include "analysis/certificate/solve_tolerance.h"
+#include "driver/compile/pipeline.h"
 #include "report/report.h"
 
 namespace dpde::report {

@@ -10,7 +10,7 @@
 
 #include "chart/curves.h"
 #include "chart/points_file.h"
-#include "driver/machine_speed.h"
+#include "driver/memory/machine_speed.h"
 #include "plot/chart_panel.h"
 
 namespace dpde::report {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "analysis/instability.h"
+#include "analysis/run/instability.h"
 
 namespace dpde::report {
 

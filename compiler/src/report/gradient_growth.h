@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/gradient_growth.h"
-#include "driver/inverse.h"
+#include "analysis/run/gradient_growth.h"
+#include "driver/scene/inverse.h"
 #include "source/diagnostic.h"
 #include "support/json.h"
 

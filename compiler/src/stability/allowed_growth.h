@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "stability/amplification.h"
+#include "stability/waves/amplification.h"
 
 namespace dpde::stability {
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "driver/over_time.h"
+#include "driver/compile/over_time.h"
 #include "model/build.h"
-#include "model/solves.h"
-#include "model/stretch.h"
+#include "model/analyse/solves.h"
+#include "model/boundary/stretch.h"
 #include "model/uses.h"
-#include "stability/one_moment.h"
-#include "stencil/from_model.h"
+#include "stability/frozen/one_moment.h"
+#include "stencil/lower/from_model.h"
 
 namespace dpde::stability {
 

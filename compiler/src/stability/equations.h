@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "model/model.h"
-#include "stability/amplification.h"
-#include "stability/linear_step.h"
-#include "stability/step_of_rates.h"
+#include "stability/waves/amplification.h"
+#include "stability/step/linear_step.h"
+#include "stability/waves/step_of_rates.h"
 
 namespace dpde::stability {
 

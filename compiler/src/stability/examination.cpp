@@ -8,14 +8,14 @@
 #include <functional>
 #include <limits>
 
-#include "stability/consistent_start.h"
-#include "stability/coupled_means.h"
+#include "stability/frozen/consistent_start.h"
+#include "stability/step/coupled_means.h"
 #include "stability/equations.h"
-#include "stability/folded_products.h"
-#include "stability/frozen_points.h"
-#include "stability/own_grid.h"
-#include "stability/step_search.h"
-#include "stability/wall_rates.h"
+#include "stability/step/folded_products.h"
+#include "stability/frozen/frozen_points.h"
+#include "stability/step/own_grid.h"
+#include "stability/step/step_search.h"
+#include "stability/step/wall_rates.h"
 
 namespace dpde::stability {
 

@@ -5,8 +5,8 @@
 
 #include <optional>
 
-#include "driver/session.h"
-#include "stability/linear_step.h"
+#include "driver/scene/session.h"
+#include "stability/step/linear_step.h"
 #include "stability/verdict.h"
 
 namespace dpde::stability {

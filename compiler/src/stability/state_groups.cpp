@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "adjoint/plan.h"
+#include "adjoint/reverse/plan.h"
 
 namespace dpde::stability {
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <utility>
 
-#include "stability/eigenvalues.h"
-#include "stability/step_of_rates.h"
-#include "stability/waves_of_point.h"
+#include "stability/eigenvalues/eigenvalues.h"
+#include "stability/waves/step_of_rates.h"
+#include "stability/waves/waves_of_point.h"
 
 namespace dpde::stability {
 

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "stability/allowed_growth.h"
-#include "stability/amplification.h"
+#include "stability/waves/amplification.h"
 #include "stability/equations.h"
 
 namespace dpde::stability {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "stability/coupled_waves.h"
+#include "stability/waves/coupled_waves.h"
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 #include "support/match.h"
 
 namespace dpde::stability {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "driver/session.h"
+#include "driver/scene/session.h"
 #include "stability/state_groups.h"
 
 namespace dpde::stability {

@@ -10,18 +10,18 @@
 #include <numbers>
 
 #include "dpde/runtime/error.h"
-#include "model/metric.h"
-#include "stability/consistent_start.h"
-#include "stability/courant_number.h"
+#include "model/boundary/metric.h"
+#include "stability/frozen/consistent_start.h"
+#include "stability/waves/courant_number.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
-#include "stability/folded_products.h"
-#include "stability/local_character.h"
-#include "stability/own_grid.h"
-#include "stability/verdict_cache.h"
-#include "stability/wall_spectrum.h"
-#include "stability/whole_fields.h"
-#include "stability/zero_step.h"
+#include "stability/step/folded_products.h"
+#include "stability/report/local_character.h"
+#include "stability/step/own_grid.h"
+#include "stability/report/verdict_cache.h"
+#include "stability/waves/wall_spectrum.h"
+#include "stability/step/whole_fields.h"
+#include "stability/frozen/zero_step.h"
 
 namespace dpde::stability {
 

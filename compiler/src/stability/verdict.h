@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "driver/session.h"
-#include "stability/coupled_means.h"
+#include "driver/scene/session.h"
+#include "stability/step/coupled_means.h"
 #include "stability/step_limit.h"
 
 namespace dpde::stability {

@@ -7,8 +7,8 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
-#include "stencil/custom_adjoint.h"
-#include "stencil/discretise.h"
+#include "stencil/lower/custom_adjoint.h"
+#include "stencil/space/discretise.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "support/assert.h"
-#include "support/bound_names.h"
+#include "support/names/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::stencil {

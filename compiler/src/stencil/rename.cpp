@@ -2,7 +2,7 @@
 #include "stencil/rename.h"
 
 #include "stencil/build.h"
-#include "stencil/effects.h"
+#include "stencil/analyse/effects.h"
 #include "support/match.h"
 
 namespace dpde::stencil {

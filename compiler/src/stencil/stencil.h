@@ -347,7 +347,7 @@ struct Solve {
   SolveBy by = {};
   Written written = {};
   bool is_linear = true;
-  /// Of one that is not, where it is known (adjoint/newton_steps.h): a linear solve with what is left of `rights` for
+  /// Of one that is not, where it is known (adjoint/reverse/newton_steps.h): a linear solve with what is left of `rights` for
   /// what is to be added to the unknowns.
   std::vector<Statement> step;
   /// Fields: methods that come near step by step begin with the sum of multiples of them that leaves the least of

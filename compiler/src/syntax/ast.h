@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "support/variant.h"
-#include "syntax/layout.h"
+#include "syntax/parse/layout.h"
 #include "syntax/physics_items.h"
 #include "syntax/program_items.h"
 #include "syntax/task_items.h"

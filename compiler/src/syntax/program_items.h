@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "syntax/layout.h"
+#include "syntax/parse/layout.h"
 #include "syntax/physics_items.h"
 
 namespace dpde::ast {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "syntax/parse_parts.h"
+#include "syntax/parse/parse_parts.h"
 
 namespace dpde::ast {
 

@@ -10,8 +10,8 @@
 
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/update_rule.h"
-#include "driver/restart_file.h"
-#include "training/window_batches.h"
+#include "driver/report/restart_file.h"
+#include "training/data/window_batches.h"
 
 namespace dpde::training {
 

@@ -8,9 +8,9 @@
 
 #include "files/array_file.h"
 #include "files/weights.h"
-#include "model/placement.h"
-#include "model/print_model.h"
-#include "training/window_batches.h"
+#include "model/analyse/placement.h"
+#include "model/print/print_model.h"
+#include "training/data/window_batches.h"
 #include "training/window_controls.h"
 
 namespace dpde::training {

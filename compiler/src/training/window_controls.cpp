@@ -10,8 +10,8 @@
 
 #include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
-#include "model/print_model.h"
-#include "stencil/print_stencil.h"
+#include "model/print/print_model.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::training {
 

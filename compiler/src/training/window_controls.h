@@ -3,7 +3,7 @@
 // the task's optimiser. The windows of a run stand end to end; each begins with a frame of the data.
 #pragma once
 
-#include "training/window_batches.h"
+#include "training/data/window_batches.h"
 
 namespace dpde::training {
 

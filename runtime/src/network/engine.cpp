@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine.h"
+#include "network/engine.h"
 
 #include <algorithm>
 #include <cstring>
 
-#include "aligned_memory.h"
-#include "engine_rows.h"
-#include "layers.h"
-#include "padding.h"
+#include "base/aligned_memory.h"
+#include "network/engine_rows.h"
+#include "network/layers.h"
+#include "network/padding.h"
 
 namespace dpde::nn {
 namespace {

@@ -5,12 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "convolve.h"
+#include "network/kernels/convolve.h"
 #include "dpde/runtime/buffer.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/tapes.h"
-#include "plan.h"
-#include "view.h"
+#include "network/plan.h"
+#include "network/view.h"
 
 namespace dpde::nn {
 

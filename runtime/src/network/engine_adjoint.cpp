@@ -2,10 +2,10 @@
 // The reverse of a run: from the adjoint of each result to those of what it was computed from, the last layer first.
 #include <algorithm>
 
-#include "engine.h"
-#include "engine_rows.h"
-#include "layers.h"
-#include "padding.h"
+#include "network/engine.h"
+#include "network/engine_rows.h"
+#include "network/layers.h"
+#include "network/padding.h"
 
 namespace dpde::nn {
 

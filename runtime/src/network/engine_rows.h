@@ -2,8 +2,8 @@
 // What the parts of the engine share.
 #pragma once
 
-#include "real.h"
-#include "view.h"
+#include "grid/real.h"
+#include "network/view.h"
 
 namespace dpde::nn {
 

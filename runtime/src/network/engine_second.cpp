@@ -5,9 +5,9 @@
 // between. The parts lie in two banks of memory.
 #include <algorithm>
 
-#include "engine.h"
-#include "engine_rows.h"
-#include "layers.h"
+#include "network/engine.h"
+#include "network/engine_rows.h"
+#include "network/layers.h"
 
 namespace dpde::nn {
 

@@ -2,9 +2,9 @@
 // Values and their rates, step by step.
 #include <algorithm>
 
-#include "engine.h"
-#include "engine_rows.h"
-#include "layers.h"
+#include "network/engine.h"
+#include "network/engine_rows.h"
+#include "network/layers.h"
 
 namespace dpde::nn {
 

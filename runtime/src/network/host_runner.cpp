@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_runner.h"
+#include "network/host_runner.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dpde/runtime/error.h"
-#include "real.h"
+#include "grid/real.h"
 
 namespace dpde::nn {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "runner.h"
+#include "network/runner.h"
 
 namespace dpde::nn {
 

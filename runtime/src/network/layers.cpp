@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "layers.h"
+#include "network/layers.h"
 
 #include <algorithm>
 #include <cstdlib>

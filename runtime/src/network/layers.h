@@ -2,8 +2,8 @@
 // Layers that are cheap beside convolutions: joining channels, pools, upsampling, fixed sums; their rates and adjoints.
 #pragma once
 
-#include "plan.h"
-#include "view.h"
+#include "network/plan.h"
+#include "network/view.h"
 
 namespace dpde::nn {
 

@@ -4,7 +4,7 @@
 #include <new>
 
 #include "dpde/runtime/error.h"
-#include "runner.h"
+#include "network/runner.h"
 
 namespace dpde {
 

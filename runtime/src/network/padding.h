@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "dpde/network_abi.h"
-#include "shape.h"
+#include "network/shape.h"
 
 namespace dpde::nn {
 

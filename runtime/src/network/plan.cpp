@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plan.h"
+#include "network/plan.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
 
-#include "aligned_memory.h"
-#include "convolution_plan.h"
+#include "base/aligned_memory.h"
+#include "network/kernels/convolution_plan.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde::nn {

@@ -9,8 +9,8 @@
 
 #include "dpde/network_abi.h"
 #include "dpde/runtime/layout.h"
-#include "kernels.h"
-#include "shape.h"
+#include "network/kernels/kernels.h"
+#include "network/shape.h"
 
 namespace dpde::nn {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runner.h"
+#include "network/runner.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "engine.h"
-#include "host_runner.h"
-#include "real.h"
+#include "network/engine.h"
+#include "network/host_runner.h"
+#include "grid/real.h"
 
 namespace dpde::nn {
 namespace {

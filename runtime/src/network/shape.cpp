@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shape.h"
+#include "network/shape.h"
 
 #include <algorithm>
 

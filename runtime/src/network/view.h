@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "dpde/runtime/team.h"
-#include "shape.h"
+#include "network/shape.h"
 
 namespace dpde::nn {
 

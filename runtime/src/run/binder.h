@@ -9,7 +9,7 @@
 
 #include "dpde/runtime/rollout.h"
 #include "run/bound_program.h"
-#include "run/gradient_sums.h"
+#include "run/reverse/gradient_sums.h"
 #include "run/run_memory.h"
 
 namespace dpde {

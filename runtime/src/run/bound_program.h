@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "dpde/runtime/executor.h"
-#include "field_pool.h"
-#include "reversal.h"
+#include "grid/field_pool.h"
+#include "base/reversal.h"
 #include "run/value_ids.h"
 
 namespace dpde {

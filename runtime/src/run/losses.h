@@ -15,7 +15,7 @@
 #include "dpde/runtime/rollout.h"
 #include "run/binder.h"
 #include "run/states.h"
-#include "run/step_inputs.h"
+#include "run/forward/step_inputs.h"
 
 namespace dpde {
 

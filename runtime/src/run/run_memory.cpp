@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/run_memory.h"
 
-#include "aligned_memory.h"
+#include "base/aligned_memory.h"
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/layout.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dpde/runtime/executor.h"
-#include "field_pool.h"
+#include "grid/field_pool.h"
 
 namespace dpde {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dpde/runtime/rollout.h"
-#include "reversal.h"
+#include "base/reversal.h"
 #include "run/bound_program.h"
 #include "run/run_memory.h"
 

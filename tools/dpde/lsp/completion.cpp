@@ -6,8 +6,8 @@
 
 #include "lsp/cursor_place.h"
 #include "lsp/word_texts.h"
-#include "model/words.h"
-#include "support/bound_names.h"
+#include "model/print/words.h"
+#include "support/names/bound_names.h"
 #include "support/side_conditions.h"
 #include "syntax/words.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "source/diagnostic.h"
-#include "syntax/lexer.h"
+#include "syntax/parse/lexer.h"
 #include "syntax/words.h"
 
 namespace dpde::lsp {

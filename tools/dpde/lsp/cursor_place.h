@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "source/source_file.h"
-#include "syntax/token.h"
+#include "syntax/parse/token.h"
 
 namespace dpde::lsp {
 

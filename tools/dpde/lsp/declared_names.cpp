@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "support/match.h"
-#include "syntax/blocks.h"
+#include "syntax/expand/blocks.h"
 
 namespace dpde::lsp {
 

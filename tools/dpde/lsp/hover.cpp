@@ -8,8 +8,8 @@
 
 #include "lsp/cursor_place.h"
 #include "lsp/word_texts.h"
-#include "model/placement.h"
-#include "model/words.h"
+#include "model/analyse/placement.h"
+#include "model/print/words.h"
 
 namespace dpde::lsp {
 

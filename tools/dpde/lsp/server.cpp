@@ -6,7 +6,7 @@
 #include "lsp/completion.h"
 #include "lsp/hover.h"
 #include "syntax/parser.h"
-#include "syntax/print_ast.h"
+#include "syntax/print/print_ast.h"
 
 namespace dpde::lsp {
 

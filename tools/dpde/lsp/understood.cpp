@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <exception>
 
-#include "driver/declared.h"
-#include "driver/pipeline.h"
+#include "driver/compile/declared.h"
+#include "driver/compile/pipeline.h"
 #include "files/imports.h"
 #include "model/chart.h"
 #include "model/data_set.h"
 #include "model/from_ast.h"
-#include "stencil/from_ast.h"
+#include "stencil/text/from_ast.h"
 #include "syntax/parser.h"
 
 namespace dpde::lsp {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "loop/loop.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::codegen {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "model/from_ast.h"
-#include "model/from_ast/names.h"
+#include "model/from_ast/names/names.h"
 #include "model/model.h"
-#include "model/wall_image.h"
+#include "model/boundary/wall_image.h"
 #include "network/network.h"
 #include "source/diagnostic.h"
 #include "syntax/ast.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "model/from_ast/draft.h"
-#include "model/placement.h"
+#include "model/analyse/placement.h"
 #include "syntax/ast.h"
 
 namespace dpde::model {

@@ -9,7 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/passes/numbering.h"
 #include "stencil/passes/passes.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::stencil {
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "stencil/build.h"
-#include "stencil/custom_adjoint.h"
-#include "stencil/effects.h"
-#include "stencil/extents.h"
+#include "stencil/lower/custom_adjoint.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/analyse/extents.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 

@@ -12,17 +12,17 @@
 #include <utility>
 
 #include "stencil/build.h"
-#include "stencil/decisions.h"
+#include "stencil/space/decisions.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::stencil {
 
 namespace {
 
-/// Of one more field that passes through memory, in loads and operations: see adjoint/adjoint_kernel.cpp.
+/// Of one more field that passes through memory, in loads and operations: see adjoint/reverse/adjoint_kernel.cpp.
 constexpr int stream_cost = 12;
 
 /// Of what a point takes: a field that saves less is not worth its memory.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stencil/build.h"
-#include "stencil/decisions.h"
+#include "stencil/space/decisions.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "stencil/build.h"
-#include "stencil/effects.h"
-#include "stencil/extents.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/analyse/extents.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"

@@ -17,7 +17,7 @@
 #include "stencil/passes/factor.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/work.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::stencil {
 

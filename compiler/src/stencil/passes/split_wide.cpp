@@ -10,7 +10,7 @@
 #include "stencil/passes/passes.h"
 #include "stencil/passes/work.h"
 #include "support/match.h"
-#include "support/name_supply.h"
+#include "support/names/name_supply.h"
 
 namespace dpde::stencil {
 

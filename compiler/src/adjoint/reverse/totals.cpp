@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/reverse/totals.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "stencil/analyse/effects.h"
+#include "support/contains.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+namespace {
+
+using stencil::Module;
+using stencil::Program;
+
+/// Whether a kernel is the first that touches the field, and stores to it, and other kernels add to it at most.
+bool is_stored_once(const Module& module, const Program& program, const std::string& field) {
+  bool is_stored = false;
+  for (const stencil::Statement& statement : program.body) {
+    const stencil::Effects e = stencil::effects(module, statement);
+    const bool writes = contains(e.writes, field);
+    const bool uses =
+        contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) || contains(e.spoils, field);
+    if (!writes && !uses && !contains(e.updates, field)) continue;
+    const bool is_row_wise = match(
+        statement,
+        [&](const stencil::Run& run) {
+          const stencil::Kernel& kernel = stencil::kernel_of(module, run);
+          return std::ranges::none_of(kernel.scatters,
+                                      [&](const stencil::Scatter& s) { return s.target.field == field; });
+        },
+        [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
+        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
+        [](const stencil::Transform&) { return false; }, [](const stencil::Solve&) { return false; },
+        [](const stencil::Repeat&) { return false; });
+    if (uses || !is_row_wise || writes == is_stored) return false;
+    is_stored = true;
+  }
+  return is_stored;
+}
+
+/// Makes inputs of the results that may be totals; false, and nothing is changed, where there are none.
+bool add_to_totals(Program& program, const std::vector<std::string>& results, Module& module) {
+  std::set<std::string> added_to;
+  for (const std::string& result : results) {
+    if (contains(program.keeps, result) && is_stored_once(module, program, result)) added_to.insert(result);
+  }
+  stencil::for_each_run(program, [&](stencil::Run& run) {
+    const auto is_first = [&](const stencil::Store& s) { return !s.accumulate && added_to.contains(s.field); };
+    if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
+    stencil::Kernel kernel = stencil::kernel_of(module, run);
+    for (stencil::Store& store : kernel.stores) store.accumulate = store.accumulate || is_first(store);
+    run.kernel = add_kernel(module, std::move(kernel), "_total");
+  });
+  return !added_to.empty();
+}
+
+}  // namespace
+
+std::string add_kernel(Module& module, stencil::Kernel kernel, const std::string& suffix) {
+  do kernel.name += suffix;
+  while (module.find_kernel(kernel.name) != nullptr);
+  module.kernels.push_back(std::move(kernel));
+  return module.kernels.back().name;
+}
+
+bool add_program_of(const Totals& totals, Module& module) {
+  const Program* program = module.find_program(totals.program);
+  if (program == nullptr || module.find_program(totals.name()) != nullptr) return false;
+  Program added = *program;
+  added.name = totals.name();
+  if (!add_to_totals(added, totals.results, module)) return false;
+  module.programs.push_back(std::move(added));
+  return true;
+}
+
+void make_totals(const Totals& totals, Module& module) {
+  const auto program = std::ranges::find(module.programs, totals.program, &Program::name);
+  if (program != module.programs.end()) add_to_totals(*program, totals.results, module);
+}
+
+}  // namespace dpde::adjoint

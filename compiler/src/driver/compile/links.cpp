@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/compile/links.h"
+
+#include <algorithm>
+
+#include "support/assert.h"
+
+namespace dpde::driver {
+
+namespace {
+
+using Kind = adjoint::Link::Kind;
+
+int table_kind(Kind kind) {
+  switch (kind) {
+    case Kind::field: return DPDE_LINK_FIELD;
+    case Kind::param: return DPDE_LINK_PARAM;
+    case Kind::sum: return DPDE_LINK_SUM;
+  }
+  unreachable("kind of link");
+}
+
+/// Of what it became.
+Kind derived_kind(const adjoint::Derivative& derivative, Kind kind) {
+  if (!derivative.is_adjoint || kind == Kind::field) return kind;
+  return kind == Kind::param ? Kind::sum : Kind::param;
+}
+
+LinkedProgram linked(const adjoint::Derivative& derivative) {
+  LinkedProgram result{derivative.program, {}};
+  for (const adjoint::Link& link : derivative.links) {
+    result.links.push_back(
+        {table_kind(link.kind), link.primal, table_kind(derived_kind(derivative, link.kind)), link.derived});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
+  std::vector<LinkedProgram> programs;
+  for (const auto& [name, derived] : compiled.derived) {
+    for (const auto* each :
+         {&derived.tangent, &derived.adjoint, &derived.second, &derived.squares, &derived.squares_adjoint}) {
+      if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
+    }
+  }
+  for (const std::string& name : {totals_of(compiled).name(), kept_of(compiled).adjoint_name()}) {
+    if (std::ranges::find(compiled.loop.programs, name, &loop::Program::name) == compiled.loop.programs.end()) continue;
+    programs.push_back(linked(*compiled.derived.at(compiled.step_name()).adjoint));
+    programs.back().program = name;
+  }
+  return programs;
+}
+
+}  // namespace dpde::driver

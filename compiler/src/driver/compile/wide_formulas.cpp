@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/compile/wide_formulas.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "model/boundary/metric.h"
+#include "stencil/build.h"
+#include "stencil/analyse/effects.h"
+#include "stencil/passes/displaced_values.h"
+#include "support/match.h"
+
+namespace dpde::driver {
+
+using namespace stencil;
+
+namespace {
+
+/// How many cells of a field in a row a formula reads.
+struct Reach {
+  int cells = 1;
+  SourceRange where;
+};
+using Reaches = std::array<Reach, max_rank>;
+struct Offsets {
+  Offset least{}, most{};
+};
+
+void look_at(const Kernel& kernel, Reaches& farthest) {
+  const SourceRange where = kernel.stores.empty() ? SourceRange{} : kernel.stores.front().origin.range;
+  std::map<std::string, Offsets> reads;
+  const auto note = [&](const Expr& part) {
+    const auto* access = std::get_if<Access>(&part->kind);
+    if (access == nullptr) return;
+    Offsets& of_field = reads[access->field];
+    for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
+      of_field.least[axis] = std::min(of_field.least[axis], access->offset[axis]);
+      of_field.most[axis] = std::max(of_field.most[axis], access->offset[axis]);
+    }
+  };
+  map_kernel(kernel, [&](const Expr& value) { return visit(value, note), value; });
+  for (const auto& [field, offsets] : reads) {
+    for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
+      const int cells = offsets.most[axis] - offsets.least[axis] + 1;
+      if (cells > farthest[axis].cells) farthest[axis] = {cells, where};
+    }
+  }
+}
+
+void look_at(const Module& module, const std::vector<Statement>& body, Reaches& farthest) {
+  for (const Statement& statement : body) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+        [](const Transform&) {}, [&](const Run& run) { look_at(kernel_of(module, run), farthest); },
+        [&](const Solve& solve) { look_at(module, solve.body, farthest); },
+        [&](const Repeat& repeat) { look_at(module, repeat.body, farthest); });
+  }
+}
+
+}  // namespace
+
+void tell_wide_formulas(const Module& module, const Program& program, const model::Problem& problem,
+                        DiagnosticSink& sink) {
+  Reaches farthest;
+  const Module whole = with_values_in_place(module);
+  look_at(whole, whole.find_program(program.name)->body, farthest);
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const model::Axis& axis = problem.axes[a];
+    const int points = farthest[a].cells;
+    const bool is_periodic = axis.topology == Topology::periodic;
+    if (points <= 3 || points <= axis.cells || (is_periodic && axis.cells == 1)) continue;
+    sink.report(
+        "formula-wider-than-grid", farthest[a].where,
+        {fmt::format("{}", points), model::name_of_axis(problem, a), fmt::format("{}", axis.cells)},
+        fmt::format("--set cells.{}={} has room for it; schemes of lower order reach less far", axis.name, points));
+  }
+}
+
+}  // namespace dpde::driver

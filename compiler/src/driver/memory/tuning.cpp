@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/memory/tuning.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace dpde::driver {
+namespace {
+
+constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on sweeps have a choice
+
+/// A term of a row takes longer to compile with all optimisations, and less time in each cell of each step: a run of so
+/// many cells times steps takes as long with either: measured, of heat with a sine 1e6, of Burgers' equations 3e6
+/// (tests/bench/README.md). Half of the smaller, since code that comes from the cache spares nothing.
+constexpr double most_quick_cell_steps = 5e5;
+constexpr double runs_of_a_certificate = 10;  // with their gradients
+
+/// The code itself is in its key, the processor in the cache's.
+std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
+  return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(),
+                     compiled.code_key);
+}
+
+codegen::CodeCache* cache_of(const Compiled& compiled) {
+  return compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
+}
+
+}  // namespace
+
+bool is_worth_tuning(const Compiled& compiled) {
+  if (!compiled.problem) return false;
+  double bytes = bytes_of(compiled.real());
+  for (const model::Axis& axis : compiled.problem->axes) bytes *= axis.cells;
+  return bytes >= least_field_bytes;
+}
+
+bool is_worth_optimising(const Compiled& compiled) {
+  if (!compiled.problem) return true;
+  const model::Problem& problem = *compiled.problem;
+  if (problem.has_parts() || problem.steady > 0 || (problem.task && problem.task->training)) return true;
+  double runs = compiled.options.runs;
+  if (problem.task) runs = std::max(runs, runs_of_a_certificate);
+  if (problem.task && problem.task->optimiser)
+    runs = std::max(runs, runs_of_an_iteration * problem.task->optimiser->iterations);
+  double cell_steps = problem.steps * runs;
+  for (const model::Axis& axis : problem.axes) cell_steps *= axis.cells;
+  return cell_steps > most_quick_cell_steps;
+}
+
+bool has_quick_code(const Compiled& compiled) {
+  return compiled.options.backend == Backend::jit && !is_worth_optimising(compiled);
+}
+
+std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup) {
+  codegen::CodeCache* const cache = cache_of(compiled);
+  return cache == nullptr ? "" : cache->find(key_of(compiled, setup)).value_or("");
+}
+
+void keep_tuning(const Compiled& compiled, const RolloutSetup& setup, const std::string& tuning) {
+  codegen::CodeCache* const cache = cache_of(compiled);
+  if (cache != nullptr && !tuning.empty()) cache->store(key_of(compiled, setup), tuning);
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/report/jumps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "model/build.h"
+#include "model/analyse/formula.h"
+#include "model/analyse/switches.h"
+#include "model/uses.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr int stride = 4;
+/// Of what is smooth a cell has a quarter of the difference over four, of a jump all of it.
+constexpr double share_of_jump = 0.5;
+constexpr double least_jump = 1e-2;  // of data, of the largest value: less may be noise of what was measured
+
+/// Whether some cell beside another along the axis differs from it as much as from those four cells on.
+bool jumps_along(std::span<const double> values, const std::array<int, 3>& cells, std::size_t axis) {
+  std::array<std::size_t, 3> strides{1, static_cast<std::size_t>(cells[0]),
+                                     static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1])};
+  const auto count = static_cast<std::size_t>(cells[axis]), step = strides[axis];
+  double next = 0, farther = 0, largest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t place = i / step % count;
+    largest = std::max(largest, std::abs(values[i]));
+    if (place + 1 < count) next = std::max(next, std::abs(values[i + step] - values[i]));
+    if (place + stride < count) farther = std::max(farther, std::abs(values[i + stride * step] - values[i]));
+  }
+  return next > least_jump * largest && next > share_of_jump * farther;
+}
+
+/// A formula as it is judged in an equation, whatever the grid; data by their values.
+bool jumps(Session& session, const model::Coefficient& c, const model::Movement& everywhere) {
+  if (c.value.formula) return model::jump_in(*c.value.formula, session.problem(), everywhere).has_value();
+  const std::vector<double> values = session.workspace().dense(c.name);
+  std::array<int, 3> cells{1, 1, 1};
+  for (std::size_t axis = 0; axis < session.axes().size(); ++axis) cells[axis] = session.axes()[axis].cells;
+  const auto count =
+      static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cells[2]);
+  if (values.size() != count) return false;
+  for (std::size_t axis = 0; axis < session.axes().size(); ++axis) {
+    if (jumps_along(values, cells, axis)) return true;
+  }
+  return false;
+}
+
+/// What stands in a difference as it is, and not as 1/k in an interpolation.
+model::Expr without_harmonic_means(const model::Expr& e) {
+  if (const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind)) {
+    const model::Binary* inverse = std::get_if<model::Binary>(&mean->operand->kind);
+    if (inverse != nullptr && inverse->op == BinaryOp::divide) return without_harmonic_means(inverse->left);
+  }
+  return model::map_parts(e, without_harmonic_means);
+}
+
+/// What is in the harmonic means of `e`: k of interpolate(1/k).
+void for_each_harmonic_mean(const model::Expr& e, const std::function<void(const model::Expr&)>& f) {
+  const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind);
+  const model::Binary* inverse = mean == nullptr ? nullptr : std::get_if<model::Binary>(&mean->operand->kind);
+  if (inverse != nullptr && inverse->op == BinaryOp::divide) f(inverse->right);
+  model::for_each_part(e, [&](const model::Expr& part) { for_each_harmonic_mean(part, f); });
+}
+
+/// With numbers for parameters that have one at all times, and the formulas of coefficients.
+model::Expr with_numbers(const model::Expr& e, const model::Problem& problem) {
+  const model::Param* param = std::get_if<model::Param>(&e->kind);
+  const model::Parameter* found = param == nullptr ? nullptr : problem.find_param(param->name);
+  if (found != nullptr) return model::number(found->value, e->origin);
+  const model::Field* field = std::get_if<model::Field>(&e->kind);
+  const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
+  if (c != nullptr && c->value.formula) return with_numbers(*c->value.formula, problem);
+  return model::map_parts(e, [&](const model::Expr& part) { return with_numbers(part, problem); });
+}
+
+/// Where a function of a place jumps inside of an interval; nullopt where it changes little by little. Of halves the
+/// one with the larger change is gone into: what is smooth loses half of its change each time, a jump nothing.
+std::optional<double> jump_between(const std::function<double(double)>& value, double low, double high) {
+  constexpr int halvings = 30;
+  constexpr double least = 1e-7, left_of_jump = 0.3;
+  double at_low = value(low), at_high = value(high);
+  const double change = std::abs(at_high - at_low);
+  if (!(change > least * std::max(std::abs(at_low), std::abs(at_high)))) return std::nullopt;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high), at_middle = value(middle);
+    const bool goes_low = std::abs(at_middle - at_low) > std::abs(at_high - at_middle);
+    (goes_low ? high : low) = middle;
+    (goes_low ? at_high : at_low) = at_middle;
+    if (std::abs(at_high - at_low) < left_of_jump * change) return std::nullopt;
+  }
+  return high;
+}
+
+/// Of a formula of places along the lines of centres, every so many of them, where one jumps inside a cell: where that
+/// is. "" where none does, or what it is of is not known here.
+std::string jump_inside_a_cell(const Session& session, const model::Expr& e) {
+  constexpr double beside = 1e-9;  // a face, in widths of a cell
+  constexpr int most_lines = 64;   // along an axis
+  const model::Expr formula = with_numbers(e, session.problem());
+  if (!model::is_formula(formula)) return "";
+  const std::vector<model::Axis>& axes = session.axes();
+  std::string found;
+  const auto look_along = [&](std::size_t along, std::array<double, 3> place) {
+    const model::Axis& axis = axes[along];
+    const auto value = [&](double at) {
+      place[along] = at;
+      return model::value_at(formula, place);
+    };
+    for (int i = 0; i < axis.cells && found.empty(); ++i) {
+      const double low = axis.face(i), high = axis.face(i + 1), margin = beside * (high - low);
+      const std::optional<double> jump = jump_between(value, low + margin, high - margin);
+      if (jump) found = fmt::format("at {} = {:.6g}, between the faces {:.6g} and {:.6g}", axis.name, *jump, low, high);
+    }
+  };
+  for (std::size_t along = 0; along < axes.size(); ++along) {
+    std::array<int, 3> count{1, 1, 1}, every{1, 1, 1};
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      if (a == along) continue;
+      every[a] = (axes[a].cells + most_lines - 1) / most_lines;
+      count[a] = (axes[a].cells + every[a] - 1) / every[a];
+    }
+    for (int i = 0; i < count[0] * count[1] * count[2] && found.empty(); ++i) {
+      const std::array<int, 3> cell{i % count[0], i / count[0] % count[1], i / count[0] / count[1]};
+      std::array<double, 3> place{};
+      for (std::size_t a = 0; a < axes.size(); ++a) place[a] = axes[a].centre(std::int64_t{cell[a]} * every[a]);
+      look_along(along, place);
+    }
+  }
+  return found;
+}
+
+bool holds_derivative(const model::Expr& e, int axis) {
+  return model::any_part(e, [&](const model::Expr& part) {
+    const model::Derivative* d = std::get_if<model::Derivative>(&part->kind);
+    return d != nullptr && d->axis == axis;
+  });
+}
+
+/// Whether grad(u)/interpolate(1/k) can take the place of k*grad(u): of (1 + 9*w)*grad(u) that of w has no use.
+bool is_factor_in(const model::Expr& flux, const std::string& name) {
+  if (const model::Field* field = std::get_if<model::Field>(&flux->kind)) return field->name == name;
+  if (const model::Neg* neg = std::get_if<model::Neg>(&flux->kind)) return is_factor_in(neg->operand, name);
+  const model::Binary* b = std::get_if<model::Binary>(&flux->kind);
+  if (b == nullptr || (b->op != BinaryOp::multiply && b->op != BinaryOp::divide)) return false;
+  return is_factor_in(b->left, name) || (b->op == BinaryOp::multiply && is_factor_in(b->right, name));
+}
+
+/// What steps compute, as a person wrote it. What projections make of a constraint has masks in it that let nothing
+/// flow, which are no coefficients.
+bool is_written(model::UseKind kind) {
+  return kind == model::UseKind::equation || kind == model::UseKind::held_value || kind == model::UseKind::event;
+}
+
+}  // namespace
+
+std::vector<Jump> jumps_in_fluxes(Session& session) {
+  const model::Problem& problem = session.problem();
+  const auto is_field = [&](const std::string& name) {
+    return problem.find_state(name) != nullptr || problem.find_coefficient(name) != nullptr;
+  };
+  const model::Movement everywhere{is_field, true};
+  std::vector<Jump> result;
+  const auto add = [&](const Jump& jump) {
+    if (std::ranges::find(result, jump.name, &Jump::name) == result.end()) result.push_back(jump);
+  };
+  const auto look_at_flux = [&](const model::Expr& flux, const SourceRange& range) {
+    model::any_part(flux, [&](const model::Expr& part) {
+      const model::Field* field = std::get_if<model::Field>(&part->kind);
+      const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
+      if (c != nullptr && jumps(session, *c, everywhere))
+        add({c->name, !c->is_mask && is_factor_in(flux, c->name), range});
+      return false;
+    });
+    const std::optional<model::Jump> jump = model::jump_in(flux, problem, everywhere);
+    if (!jump) return;
+    const std::string function = jump->is_at_pole     ? "a quotient"
+                                 : jump->what.empty() ? "if(...)"
+                                                      : jump->what + "(...)";
+    add({jump->within.empty() ? function : jump->within, false, range});
+  };
+  const auto look_at_mean = [&](const model::Expr& mean, const SourceRange& range) {
+    const std::size_t before = result.size();
+    const auto look = [&](const std::string& name, const model::Expr& formula) {
+      const std::string inside = jump_inside_a_cell(session, formula);
+      if (!inside.empty()) add({name, false, range, inside});
+    };
+    model::any_part(mean, [&](const model::Expr& part) {
+      const model::Field* field = std::get_if<model::Field>(&part->kind);
+      const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
+      if (c != nullptr && c->value.formula) look(c->name, *c->value.formula);
+      return false;
+    });
+    if (result.size() == before) look("if(...)", mean);
+  };
+  model::for_each_formula(problem, [&](const model::Use& use) {
+    if (!is_written(use.kind)) return;
+    model::any_part(use.formula, [&](const model::Expr& e) {
+      const model::Derivative* d = std::get_if<model::Derivative>(&e->kind);
+      if (d == nullptr || !holds_derivative(d->operand, d->axis)) return false;
+      const SourceRange& range = e->origin.range.is_known() ? e->origin.range : use.origin.range;
+      look_at_flux(without_harmonic_means(d->operand), range);
+      for_each_harmonic_mean(d->operand, [&](const model::Expr& mean) { look_at_mean(mean, range); });
+      return false;
+    });
+  });
+  return result;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/report/solve_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "support/match.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// The solve for a field, in blocks too; null where there is none.
+const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statements, const std::string& unknown) {
+  for (const stencil::Statement& statement : statements) {
+    const stencil::Solve* found = match(
+        statement, [](const stencil::Fill&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Fold&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Reduce&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::NetworkCall&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Transform&) -> const stencil::Solve* { return nullptr; },
+        [](const stencil::Run&) -> const stencil::Solve* { return nullptr; },
+        [&](const stencil::Solve& solve) { return solve.unknowns.front() == unknown ? &solve : nullptr; },
+        [&](const stencil::Repeat& repeat) { return find_solve(repeat.body, unknown); });
+    if (found != nullptr) return found;
+  }
+  return nullptr;
+}
+
+/// The stages of a step solve the same equation.
+void add_note(SolveNote& to, const SolveNote& note) {
+  to.solves += note.solves;
+  to.iterations += note.iterations;
+  to.unaided += note.unaided;
+  to.missed += note.missed;
+  to.seconds += note.seconds;
+  to.setup += note.setup;
+  to.most_iterations = std::max(to.most_iterations, note.most_iterations);
+  to.out_of_reach.part = std::max(to.out_of_reach.part, note.out_of_reach.part);
+  if (to.out_of_reach.made_of.empty()) to.out_of_reach.made_of = note.out_of_reach.made_of;
+  if (note.residual < to.residual) return;
+  to.residual = note.residual;
+  to.tolerance = note.tolerance;
+  if (note.advice) to.advice = note.advice;
+}
+
+}  // namespace
+
+namespace {
+
+/// In the step, or else in any program: those of adjoints solve for names of their own.
+const stencil::Solve* find_solve(const Compiled& compiled, const std::string& unknown) {
+  const stencil::Program& step = *compiled.stencil.find_program(compiled.step_name());
+  const stencil::Solve* found = find_solve(step.body, unknown);
+  for (std::size_t i = 0; found == nullptr && i < compiled.stencil.programs.size(); ++i)
+    found = find_solve(compiled.stencil.programs[i].body, unknown);
+  return found;
+}
+
+/// "psi_last and a formula of the model"; "" for none.
+std::string begun_with(const Compiled& compiled, const stencil::Solve& solve) {
+  std::vector<std::string> names;
+  for (const std::string& guess : solve.guesses) {
+    const bool is_of_model = compiled.problem && compiled.problem->program.empty();
+    const bool is_named = !is_of_model || compiled.problem->find_state(guess) != nullptr;
+    const std::string name = is_named ? guess : "a formula of the model";
+    if (names.empty() || names.back() != name) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, " and "));
+}
+
+/// Of a processor: what a guess saves shows here, too.
+std::string times_of(const SolveNote& note) {
+  const double each = note.seconds / static_cast<double>(std::max<std::int64_t>(note.solves, 1));
+  return fmt::format("{:.3g} ms a solve, {:.3g} ms to set up", 1e3 * each, 1e3 * note.setup);
+}
+
+}  // namespace
+
+SourceRange place_of_solve(const Compiled& compiled, const std::string& unknown) {
+  const auto watched = std::ranges::find(compiled.watched, unknown, &Watched::field);
+  if (watched != compiled.watched.end()) return watched->origin.range;
+  const stencil::Solve* solve = unknown.empty() ? nullptr : find_solve(compiled, unknown);
+  return solve == nullptr ? SourceRange{} : solve->written.range;
+}
+
+std::vector<SolveReport> solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
+  const bool is_asked = compiled.problem && model::is_asked_for(compiled.problem->scheme.guess);
+  std::vector<SolveReport> reports;
+  for (const SolveNote& note : notes) {
+    if (note.solves == 0) continue;
+    const std::string first = note.unknown.substr(0, note.unknown.find(','));
+    const stencil::Solve* solve = find_solve(compiled, first);
+    const std::string field = solve != nullptr && !solve->written.field.empty() ? solve->written.field : note.unknown;
+    const SourceRange range = solve != nullptr ? solve->written.range : SourceRange{};
+    const auto same = std::ranges::find_if(reports, [&](const SolveReport& other) {
+      return other.field == field && other.note.method == note.method && other.note.reason == note.reason;
+    });
+    if (same == reports.end()) {
+      reports.push_back({field, range, solve != nullptr ? begun_with(compiled, *solve) : "", note, is_asked});
+    } else {
+      add_note(same->note, note);
+    }
+  }
+  return reports;
+}
+
+std::vector<SolveReport> adjoint_solves_of(const Compiled& compiled, const std::deque<SolveNote>& notes) {
+  std::vector<SolveReport> reports = solves_of(compiled, notes);
+  for (SolveReport& report : reports) {
+    report.is_adjoint = true;
+    report.field = "the adjoint of " + report.field;
+  }
+  return reports;
+}
+
+std::string text_of(const std::vector<SolveReport>& solves) {
+  std::string text;
+  for (const SolveReport& solve : solves) {
+    const int most = solve.note.most_iterations;
+    const double mean =
+        static_cast<double>(solve.note.iterations) / static_cast<double>(std::max<std::int64_t>(solve.note.solves, 1));
+    const bool is_idle = solve.is_guess_asked_for && !solve.guess.empty();
+    const std::string guess = solve.guess.empty() ? "" : fmt::format(", beginning with {}", solve.guess);
+    const std::string unaided =
+        solve.note.unaided == 0 ? "" : fmt::format(", without the network in {} of all", solve.note.unaided);
+    text +=
+        fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
+                    most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}{}", mean, most, unaided, guess)
+                    : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
+                              : "",
+                    times_of(solve.note));
+  }
+  return text;
+}
+
+namespace {
+
+/// What solves them, as it was tried; of more cells than methods are tried on what is known of these iterations.
+std::string what_solves(const SolveNote& note) {
+  const std::string tried = note.advice ? note.advice() : "";
+  if (!tried.empty() || !(note.residual < 1)) return tried;
+  return fmt::format("a tolerance of {:.1g} is what these iterations come to", 2 * note.residual);
+}
+
+}  // namespace
+
+void report_solves(const model::Problem& problem, const std::vector<SolveReport>& solves, DiagnosticSink& sink) {
+  const double rounding = problem.scheme.real == Precision::f32 ? 1e-3 : 1e-6;
+  for (const SolveReport& solve : solves) {
+    const SolveNote& note = solve.note;
+    if (note.missed > 0)
+      sink.report("tolerance-missed", solve.range,
+                  {solve.field, fmt::format("{}", note.missed), fmt::format("{}", note.solves),
+                   fmt::format("{:.3g}", note.residual), fmt::format("{:.3g}", note.tolerance)},
+                  what_solves(note));
+    if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
+    const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
+    if (!(note.out_of_reach.part > rounding) || is_constraint) continue;
+    sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.out_of_reach.part)},
+                "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left "
+                "out: take it off the right side yourself, or give the field a value at a wall");
+  }
+}
+
+}  // namespace dpde::driver

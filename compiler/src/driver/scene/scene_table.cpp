@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/scene/scene_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "codegen/network_table.h"
+#include "driver/memory/storage.h"
+#include "driver/compile/switches.h"
+#include "files/weights.h"
+#include "support/assert.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// In the vector of all of them; within a kind that of the task.
+constexpr model::Unknown::Kind order_of_unknowns[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
+                                                      model::Unknown::Kind::parameter, model::Unknown::Kind::control,
+                                                      model::Unknown::Kind::network};
+
+dpde_optimiser optimiser_of(const model::Optimiser& optimiser) {
+  const auto method = [&] {
+    switch (optimiser.kind) {
+      case model::Optimiser::Kind::gradient_descent: return DPDE_GRADIENT_DESCENT;
+      case model::Optimiser::Kind::adam: return DPDE_ADAM;
+      case model::Optimiser::Kind::lbfgs: return DPDE_LBFGS;
+      case model::Optimiser::Kind::newton_cg: return DPDE_NEWTON_CG;
+    }
+    unreachable("kind of optimiser");
+  };
+  return {method(), optimiser.rate, optimiser.gauss_newton, optimiser.iterations};
+}
+
+}  // namespace
+
+std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
+                                          std::optional<Backend> backend, const HostNeeds& needs,
+                                          DiagnosticSink& sink) {
+  CompileOptions options;
+  options.seeded = needs.seeded;
+  options.takes_jumps = options.trusts_signs = needs.takes_jumps;
+  options.selection = std::move(selection);
+  options.selection.keeps_params = true;
+  DiagnosticSink first_sink;  // the same again comes from the second compilation
+  const std::optional<Compiled> first = compile(source, options, first_sink);
+  options.runs = any_number_of_runs;
+  options.adjoint = first && first->problem && first->problem->task;
+  options.tangent = options.second = options.adjoint && needs.second_order;
+  options.backend = backend;
+  std::optional<Compiled> compiled = compile(source, options, sink);
+  if (compiled) warn_of_jumps_left_out(*compiled, sink);
+  if (compiled) warn_of_unwatched(*compiled, sink);
+  if (!compiled || compiled->problem) return compiled;
+  sink.report("nothing-to-do", {}, {"there is no scene to run"}, "write scene NAME : PROGRAM { ... }");
+  return std::nullopt;
+}
+
+struct SceneTable::Storage {
+  Storage(std::shared_ptr<const Compiled> from, const SceneTableOptions& wanted)
+      : compiled(std::move(from)), options(wanted), run_steps(options.steps.value_or(compiled->problem->steps)) {}
+  const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
+  const double* centres_of(const model::Axis& axis);
+  dpde_instants instants(const model::When& when);
+  void add_coefficient(const model::Coefficient& coefficient);
+  void add_task(const model::Task& task);
+  void add_unknown(const model::Unknown& unknown);
+  std::string why_no_second(const model::Task& task) const;
+  void add_second(const model::Task& task);
+  dpde_second second_of(const std::string& program) const;
+  void add_step();
+  void add_parts();
+  void add_facts();
+  void add_outputs();
+  void fill();
+
+  std::shared_ptr<const Compiled> compiled;
+  SceneTableOptions options;
+  int run_steps;
+  std::deque<std::string> strings;
+  std::deque<std::vector<int32_t>> steps;
+  std::deque<std::vector<double>> centres;
+  std::vector<dpde_value> params;
+  std::vector<dpde_control> controls;
+  std::vector<dpde_source> states;
+  std::vector<dpde_coefficient> coefficients;
+  std::vector<dpde_noise> noises;
+  std::vector<const char*> sought;
+  std::deque<codegen::NetworkTable> network_tables;
+  std::vector<const dpde_network*> networks;
+  files::NetworkWeights given_weights;
+  std::vector<const double*> weights;  // one a network
+  std::vector<dpde_datum> data;
+  std::vector<dpde_loss> losses;
+  std::vector<dpde_unknown> unknowns;
+  /// What is known of it beside what a run takes.
+  struct Facts {
+    std::vector<dpde_put_in> put_in;
+    std::vector<dpde_unit> units;
+    std::vector<dpde_watched> watched;
+    std::vector<dpde_output> outputs;
+  };
+  Facts facts;
+  dpde_scene scene{};
+};
+
+const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
+  const bool is_fixed = axis.stretch || axis.runs_down() || compiled->problem->metric;  // on so many cells
+  if (!is_fixed) return nullptr;
+  std::vector<double>& places = centres.emplace_back();
+  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
+  return places.data();
+}
+
+dpde_instants SceneTable::Storage::instants(const model::When& when) {
+  if (when.kind == model::When::Kind::over) return {-1, nullptr};
+  std::vector<int> at = steps_of(when, *compiled->problem, run_steps);
+  if (options.every > 0) std::erase_if(at, [&](int step) { return step % options.every != 0; });
+  const std::vector<int32_t>& list = steps.emplace_back(at.begin(), at.end());
+  return {static_cast<int32_t>(list.size()), list.data()};
+}
+
+/// A control field that is sought begins where its task does.
+void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient) {
+  const model::Problem& problem = *compiled->problem;
+  if (!coefficient.is_control()) {
+    coefficients.push_back({text(coefficient.name), coefficient.value.formula.has_value(), 0, 1, nullptr});
+    return;
+  }
+  const model::Source* from = &coefficient.value;
+  std::string program = compiled->names.controls.at(coefficient.name);
+  const model::Unknown* unknown = problem.find_unknown(coefficient);
+  if (unknown != nullptr && !options.begins_as_scene) {
+    program = compiled->names.control_starts.at(coefficient.name);
+    from = &unknown->from;
+  }
+  coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every,
+                          problem.intervals(coefficient.every), from->formula ? compiled->program(program) : nullptr});
+}
+
+void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
+  const bool is_elsewhere = !options.begins_as_scene;
+  int32_t start = DPDE_START_SCENE;
+  const model::Coefficient* coefficient = compiled->problem->find_coefficient(unknown.name);
+  const bool is_control_field =
+      unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
+  if (is_elsewhere && unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
+  if (is_elsewhere && unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
+  if (start == DPDE_START_FORMULA && compiled->program(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
+  int32_t kind = DPDE_UNKNOWN_PARAM;
+  switch (unknown.kind) {
+    case model::Unknown::Kind::parameter: break;
+    case model::Unknown::Kind::control: kind = DPDE_UNKNOWN_CONTROL; break;
+    case model::Unknown::Kind::network: kind = DPDE_UNKNOWN_NETWORK; break;
+    case model::Unknown::Kind::initial: kind = DPDE_UNKNOWN_INITIAL; break;
+    case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
+  }
+  unknowns.push_back({text(unknown.name), kind, start, unknown.low, unknown.high});
+  if (!is_elsewhere || unknown.is_field() || !unknown.from.formula) return;
+  const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
+  for (dpde_value& param : params) {
+    if (from != nullptr && param.name == unknown.name) param.value = from->value;
+  }
+}
+
+/// Of the second derivatives; "" when they are there. A program that nothing sought acts through has none and needs
+/// none.
+std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
+  if (!compiled->options.tangent &&
+      std::ranges::none_of(compiled->derived, [](const auto& each) { return each.second.tangent.has_value(); })) {
+    return fmt::format(
+        "task {} was compiled without second derivatives: HostOptions::second_order, dpde build --second-order",
+        task.name);
+  }
+  for (const auto& [name, derived] : compiled->derived) {
+    if (!derived.second) return fmt::format("task {}: program {} has no second derivatives", task.name, name);
+  }
+  return "";
+}
+
+/// What there is of a tangent and the adjoint of that.
+dpde_second SceneTable::Storage::second_of(const std::string& program) const {
+  const auto found = compiled->derived.find(program);
+  if (found == compiled->derived.end()) return {};
+  const Derived& derived = found->second;
+  return {derived.tangent ? compiled->program(derived.tangent->program) : nullptr,
+          derived.second ? compiled->program(derived.second->program) : nullptr};
+}
+
+void SceneTable::Storage::add_second(const model::Task& task) {
+  const std::string why = why_no_second(task);
+  scene.no_second = why.empty() ? nullptr : text(why);
+  scene.second = second_of(compiled->step_name());
+  scene.coefficient_second = second_of(compiled->formula_programs()[0]);
+  scene.initial_second = second_of(compiled->formula_programs()[1]);
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    const std::string& name = compiled->names.losses[i];
+    const auto found = compiled->derived.find(name);
+    if (found == compiled->derived.end()) continue;  // nothing that is sought reaches it
+    const Derived& loss = found->second;
+    losses[i].full = second_of(name);
+    if (!loss.squares || !loss.squares_adjoint) continue;
+    losses[i].squares = {compiled->program(loss.squares->program), compiled->program(loss.squares_adjoint->program)};
+  }
+}
+
+void SceneTable::Storage::add_task(const model::Task& task) {
+  scene.task = text(task.name);
+  if (!options.begins_as_scene) scene.start = compiled->program(compiled->names.start);
+  const auto is_read = [&](const std::string& name) {
+    for (std::size_t i = 0; i < task.losses.size(); ++i) {
+      const dpde_program* loss = compiled->program(compiled->names.losses[i]);
+      const char* const* end = loss->fields + loss->field_count;
+      if (std::find_if(loss->fields, end, [&](const char* field) { return name == field; }) != end) return true;
+    }
+    return false;
+  };
+  for (const model::Datum& datum : task.data) {
+    if (!is_read(datum.name)) continue;  // the task's tests alone
+    dpde_instants at = instants(datum.when);
+    if (at.count == 1) at = {0, nullptr};
+    data.push_back({text(datum.name), at, datum.series ? 1 : 0});
+  }
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    const std::string& name = compiled->names.losses[i];
+    const model::Loss& loss = task.losses[i];
+    losses.push_back({compiled->program(name),
+                      compiled->adjoint_of(name),
+                      loss.of_averages ? dpde_instants{} : instants(loss.when),
+                      {},
+                      {},
+                      loss.average.empty() ? nullptr : text(loss.average),
+                      loss.of_averages ? 1 : 0,
+                      1});
+  }
+  for (const model::Unknown::Kind kind : order_of_unknowns) {
+    for (const model::Unknown& unknown : task.unknowns) {
+      if (unknown.kind == kind) add_unknown(unknown);
+    }
+  }
+  scene.optimiser = optimiser_of(task.optimiser.value_or(model::Optimiser{}));
+  add_second(task);
+}
+
+void SceneTable::Storage::add_step() {
+  scene.program = compiled->program(compiled->step_name());
+  scene.adjoint = compiled->adjoint_of(compiled->step_name());
+  scene.total_adjoint = compiled->program(totals_of(*compiled).name());
+  scene.keeping_step = compiled->program(kept_of(*compiled).step_name());
+  scene.kept_adjoint = compiled->program(kept_of(*compiled).adjoint_name());
+}
+
+/// How steps are made in parts.
+void SceneTable::Storage::add_parts() {
+  const model::Problem& problem = *compiled->problem;
+  scene.rate = compiled->program(compiled->names.rate);
+  scene.courant = problem.courant;
+  scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
+  scene.trial = compiled->program(compiled->names.trial);
+  if (problem.step_control) scene.control = {problem.scheme.time->order_of_estimate, problem.step_control->first};
+}
+
+void SceneTable::Storage::add_facts() {
+  for (const auto& [name, in] : compiled->problem->put_in) facts.put_in.push_back({text(name), text(in)});
+  for (const auto& [name, unit] : compiled->problem->units) facts.units.push_back({text(name), text(unit)});
+  for (const Watched& one : compiled->watched)
+    facts.watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
+                             one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),
+                             one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0, one.loss});
+  scene.watched = compiled->program(compiled->names.watched);
+  scene.watched_step = compiled->program(compiled->names.watched_step);
+  scene.watched_count = static_cast<int32_t>(facts.watched.size());
+  scene.watched_values = facts.watched.data();
+  scene.put_in_count = static_cast<int32_t>(facts.put_in.size());
+  scene.put_in = facts.put_in.data();
+  scene.unit_count = static_cast<int32_t>(facts.units.size());
+  scene.units = facts.units.data();
+  add_outputs();
+}
+
+void SceneTable::Storage::add_outputs() {
+  scene.output_program = compiled->program(compiled->names.shown);
+  if (scene.output_program == nullptr) return;
+  // The program keeps one field for each, in their order.
+  auto kept = compiled->stencil.find_program(compiled->names.shown)->keeps.begin();
+  for (const model::Shown& shown : compiled->problem->shown) facts.outputs.push_back({text(shown.name), text(*kept++)});
+  scene.output_count = static_cast<int32_t>(facts.outputs.size());
+  scene.outputs = facts.outputs.data();
+}
+
+void SceneTable::Storage::fill() {
+  const model::Problem& problem = *compiled->problem;
+  scene.version = DPDE_SCENE_VERSION;
+  scene.name = text(problem.scene);
+  scene.rank = static_cast<int32_t>(problem.axes.size());
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const model::Axis& axis = problem.axes[a];
+    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic,
+                     centres_of(axis)};
+  }
+  scene.t_begin = problem.t_begin;
+  scene.step = problem.step;
+  scene.steps = run_steps;
+  scene.steady = options.steps ? 0 : problem.steady;
+  for (const model::Parameter& param : problem.params)
+    params.push_back({text(param.name), param.value, param.is_fixed && !options.sets_all ? 1 : 0});
+  for (const model::Control& c : problem.controls) {  // a task begins with `start`
+    const std::vector<double>& values = c.start.empty() || options.begins_as_scene ? c.values : c.start;
+    controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});
+  }
+  for (const model::State& state : problem.states)
+    states.push_back({text(state.name), state.initial.formula.has_value()});
+  for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
+  for (const network::Network& network : problem.networks) {
+    networks.push_back(network_tables.emplace_back(network).get());
+    const auto given = given_weights.find(network.name);
+    weights.push_back(given == given_weights.end() ? nullptr : given->second.data());
+  }
+  for (const std::uint64_t seed : problem.noises()) noises.push_back({text(model::noise_name(seed)), seed});
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
+  }
+  add_facts();
+  const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
+  add_step();
+  add_parts();
+  scene.initial = compiled->program(initial);
+  scene.initial_adjoint = compiled->adjoint_of(initial);
+  scene.coefficient_formulas = compiled->program(formulas);
+  scene.coefficient_adjoint = compiled->adjoint_of(formulas);
+  scene.observe = compiled->program(compiled->names.observe);
+  if (problem.task) add_task(*problem.task);
+  const auto set = [](int32_t& count, auto& pointer, const auto& items) {
+    count = static_cast<int32_t>(items.size());
+    pointer = items.data();
+  };
+  set(scene.param_count, scene.params, params);
+  set(scene.control_count, scene.controls, controls);
+  set(scene.state_count, scene.states, states);
+  set(scene.coefficient_count, scene.coefficients, coefficients);
+  set(scene.noise_count, scene.noises, noises);
+  set(scene.network_count, scene.networks, networks);
+  scene.weights = weights.data();
+  set(scene.sought_count, scene.sought, sought);
+  set(scene.datum_count, scene.data, data);
+  set(scene.loss_count, scene.losses, losses);
+  set(scene.unknown_count, scene.unknowns, unknowns);
+}
+
+SceneTable::SceneTable() = default;
+SceneTable::~SceneTable() = default;
+const dpde_scene& SceneTable::scene() const { return storage_->scene; }
+
+std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
+                                                   const SceneTableOptions& options, DiagnosticSink& sink) {
+  const std::optional<model::Task>& task = compiled->problem->task;
+  if (task && task->losses.empty() && !options.begins_as_scene && compiled->options.selection.beside.empty())
+    sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
+  std::optional<files::NetworkWeights> weights =
+      options.without_files ? files::NetworkWeights{} : files::load_weights(*compiled->problem, source, sink);
+  if (sink.has_errors() || !weights) return nullptr;
+  std::shared_ptr<SceneTable> table(new SceneTable);
+  table->storage_ = std::make_unique<Storage>(std::move(compiled), options);
+  table->storage_->given_weights = std::move(*weights);
+  table->storage_->fill();
+  return table;
+}
+
+}  // namespace dpde::driver

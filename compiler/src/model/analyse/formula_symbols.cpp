@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analyse/formula_symbols.h"
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// What a person wrote has a place in the text. What the compiler makes of inject() and sample() beside walls has none:
+/// it is continuous, by spacings that symbols know nothing of.
+bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
+
+}  // namespace
+
+std::optional<Expr> in_terms_of_problem(const Expr& e, const LocalFields& scope) {
+  const Field* field = std::get_if<Field>(&e->kind);
+  const auto local = field == nullptr ? scope.end() : scope.find(field->name);
+  if (local != scope.end()) return local->second.value;
+  bool is_known = true;
+  const Expr result = map_parts(e, [&](const Expr& part) {
+    const std::optional<Expr> value = in_terms_of_problem(part, scope);
+    is_known = is_known && value;
+    return value.value_or(part);
+  });
+  return is_known ? std::optional(result) : std::nullopt;
+}
+
+const Expr* operand_of_switch(const Expr& e) {
+  if (const Select* s = std::get_if<Select>(&e->kind)) return &s->condition;
+  const Call* call = std::get_if<Call>(&e->kind);
+  const bool has_cases = call && (call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction);
+  return has_cases ? call->arguments.data() : nullptr;
+}
+
+const Expr* operand_of_pole(const Expr& e) {
+  const Binary* binary = std::get_if<Binary>(&e->kind);
+  if (binary && binary->op == BinaryOp::divide) return &binary->right;
+  if (binary && binary->op == BinaryOp::power) return &binary->left;
+  const Call* call = std::get_if<Call>(&e->kind);
+  return call && (call->fn == Fn::log || call->fn == Fn::tan) ? call->arguments.data() : nullptr;
+}
+
+const Expr* operand_of_jump(const Expr& e) {
+  const Expr* of_switch = operand_of_switch(e);
+  return of_switch ? of_switch : operand_of_pole(e);
+}
+
+bool may_jump(const Expr& e) {
+  return any_part(e, [](const Expr& part) {
+    const Apply* apply = std::get_if<Apply>(&part->kind);
+    if (apply != nullptr && std::ranges::any_of(apply->function.body, may_jump)) return true;
+    const Expr* operand = operand_of_jump(part);
+    return operand != nullptr && !std::holds_alternative<Number>((*operand)->kind) && !is_trusted(part);
+  });
+}
+
+bool FormulaSymbols::moves(const std::string& name) const {
+  const auto local = scope_.find(name);
+  return local != scope_.end() ? local->second.moves : movement_.moves(name);
+}
+
+bool FormulaSymbols::moves(const Expr& e) const {
+  const auto is_place = [](const Expr& part) { return std::holds_alternative<Coordinate>(part->kind); };
+  return std::ranges::any_of(reading_of(e).any, [&](const std::string& name) { return moves(name); }) ||
+         (movement_.places && any_part(e, is_place));
+}
+
+/// One symbol for all that is equal.
+Piecewise::Id FormulaSymbols::symbol(const Expr& e, const Offset& offset, const Piecewise::Symbol& symbol) {
+  const std::pair<Expr, Offset> key{e, offset};
+  const auto found = std::ranges::find(symbols_, key, &std::pair<std::pair<Expr, Offset>, Id>::first);
+  if (found != symbols_.end()) return found->second;
+  const Id id = formula_.symbol(symbol);
+  symbols_.emplace_back(key, id);
+  return id;
+}
+
+Piecewise::Id FormulaSymbols::param(const Expr& e, const std::string& name) {
+  Piecewise::Symbol result = range_of(problem_, name);
+  result.moves = moves(name);
+  const Offset here;
+  return symbol(e, here, result);
+}
+
+/// With the sign that it has at first, where the text tells it. Values from files and noise have one that it does not,
+/// and what an operator is called with.
+Piecewise::Id FormulaSymbols::field(const Expr& e, const std::string& name, const Offset& offset) {
+  Piecewise::Symbol result{.moves = moves(name)};
+  if (movement_.signs == Signs::any) return symbol(e, offset, result);
+  const State* state = scope_.contains(name) ? nullptr : problem_.find_state(name);
+  const Coefficient* coefficient = scope_.contains(name) ? nullptr : problem_.find_coefficient(name);
+  const std::optional<Expr> given = state         ? state->initial.formula
+                                    : coefficient ? coefficient->value.formula
+                                                  : std::nullopt;
+  const Movement nothing{[](const std::string&) { return false; }};
+  if (given) result.sign = find_sign(FormulaSymbols(problem_, nothing, {*given, {}, ""}).formula());
+  result.has_unknown_sign = !result.sign.has_value();
+  return symbol(e, offset, result);
+}
+
+Piecewise::Id FormulaSymbols::coordinate(const Expr& e, int axis, const Offset& offset) {
+  const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
+  const auto [low, high] = std::minmax({along.face(0), along.face(along.cells)});
+  return symbol(e, offset, {.moves = movement_.places, .low = low, .high = high});
+}
+
+Piecewise::Id FormulaSymbols::opaque(const Expr& e, const Offset& offset, const LocalFields& inside) {
+  for_each_part(e, [&](const Expr& part) {
+    if (may_jump(part)) inner_.push_back({part, inside, within_});
+  });
+  return symbol(e, offset, {.moves = moves(e)});
+}
+
+Piecewise::Id FormulaSymbols::shifted(const Shift& shift, Offset offset) {
+  for (std::size_t a = 0; a < offset.size() && a < shift.offset.size(); ++a) offset[a] += shift.offset[a];
+  return convert(shift.operand, offset);
+}
+
+Piecewise::Id FormulaSymbols::convert(const Expr& e, const Offset& offset) {
+  const std::pair key{&e.node(), offset};
+  const auto found = known_.find(key);
+  if (found != known_.end()) return found->second;
+  const Id id = convert_new(e, offset);
+  if (operand_of_jump(e) && is_trusted(e)) formula_.trust(id);
+  known_.emplace(key, id);
+  sources_.emplace(id, e);
+  return id;
+}
+
+Piecewise::Id FormulaSymbols::convert_new(const Expr& e, const Offset& offset) {
+  const auto operand = [&](const Expr& part) { return convert(part, offset); };
+  return match(
+      e->kind, [&](const Number& n) { return formula_.number(n.value); },
+      [&](const Param& p) { return param(e, p.name); }, [&](const Field& f) { return field(e, f.name, offset); },
+      [&](const Coordinate& c) { return coordinate(e, c.axis, offset); },
+      [&](const Noise&) { return symbol(e, offset, {}); },
+      [&](const Neg& n) { return formula_.negate(operand(n.operand)); },
+      [&](const Binary& b) {
+        const Id left = operand(b.left);
+        return formula_.binary(b.op, left, operand(b.right));
+      },
+      [&](const Call& c) {
+        const Id first = operand(c.arguments.front());
+        return formula_.call(c.fn, first,
+                             c.arguments.size() > 1 ? std::optional(operand(c.arguments[1])) : std::nullopt);
+      },
+      [&](const Select& s) {
+        const Id condition = operand(s.condition), yes = operand(s.yes);
+        return formula_.choice(condition, yes, operand(s.no));
+      },
+      [&](const Shift& shift) { return shifted(shift, offset); },
+      [&](const Derivative&) { return opaque(e, offset, scope_); },
+      [&](const Advect&) { return opaque(e, offset, scope_); },
+      [&](const Interpolate&) { return opaque(e, offset, scope_); },
+      [&](const BandPass&) { return opaque(e, offset, scope_); },
+      [&](const Sample&) { return opaque(e, offset, scope_); },
+      [&](const Reduce&) { return opaque(e, offset, scope_); },
+      [&](const Apply& a) {
+        LocalFields inside;
+        for (std::size_t i = 0; i < a.arguments.size(); ++i)
+          inside[a.function.parameters[i]] = {moves(a.arguments[i]), in_terms_of_problem(a.arguments[i], scope_)};
+        for (const Expr& part : a.function.body) {
+          if (may_jump(part)) inner_.push_back({part, inside, a.function.name});
+        }
+        return opaque(e, offset, scope_);
+      },
+      [&](const NetworkCall&) { return opaque(e, offset, scope_); },
+      [&](const Solve& s) {
+        LocalFields inside = scope_;
+        const auto follows = [&](const Expr& start) { return s.iterations && moves(start); };
+        inside[s.name] = {moves(s.right) || moves(s.operation) || std::ranges::any_of(s.starts, follows) ||
+                          (s.preconditioner && follows(*s.preconditioner))};
+        return opaque(without_aids(s, e->origin), offset, inside);
+      });
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analyse/switches.h"
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/analyse/formula_symbols.h"
+#include "support/maths/piecewise.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// The function that switches; "" for if.
+std::string switching_function(const Expr& e) {
+  const Call* call = std::get_if<Call>(&e->kind);
+  return call ? std::string(name_of(call->fn)) : "";
+}
+
+bool is_mask(const Problem& problem, const std::string& name) {
+  const Coefficient* coefficient = problem.find_coefficient(name);
+  return coefficient != nullptr && coefficient->is_mask;
+}
+
+/// Of a switch in the formulas of a run that the unknown moves.
+std::optional<Expr> switch_moved_by(std::size_t unknown, const Problem& problem, const Influence& influence) {
+  std::optional<Expr> found;
+  for_each_formula_of_run(problem, [&](const Formula& formula) {
+    if (found || (!formula.is_of_loss && !influence.reaches_losses(formula.makes))) return;
+    any_part(*formula.value, [&](const Expr& part) {
+      const Expr* operand = operand_of_switch(part);
+      if (!found && operand && influence.on(reading_of(*operand)).any.contains(unknown)) found = part;
+      return found.has_value();
+    });
+  });
+  return found;
+}
+
+const Unknown* bounded_unknown(const Problem& problem, const std::string& param) {
+  if (!problem.task) return nullptr;
+  const auto& unknowns = problem.task->unknowns;
+  const auto sought = std::ranges::find_if(unknowns, [&](const Unknown& unknown) {
+    return unknown.kind == Unknown::Kind::parameter && unknown.name == param && unknown.is_bounded();
+  });
+  return sought == unknowns.end() ? nullptr : &*sought;
+}
+
+}  // namespace
+
+Piecewise::Symbol range_of(const Problem& problem, const std::string& param) {
+  Piecewise::Symbol result;
+  if (param == "t") {
+    result.low = problem.t_begin;
+    result.high = problem.t_begin + problem.steps * problem.step;
+  } else if (param == "dt") {
+    result.value = problem.step;
+  } else if (const Parameter* known = problem.find_param(param); known && !problem.find_control(param)) {
+    result.value = known->value;
+    const Unknown* sought = bounded_unknown(problem, param);
+    result.may_leave = sought == nullptr;
+    if (sought != nullptr) {
+      result.low = sought->low;
+      result.high = sought->high;
+    } else if (known->value > 0) {
+      result.low = 0;
+    } else if (known->value < 0) {
+      result.high = 0;
+    }
+  }
+  return result;
+}
+
+std::vector<OnlySwitching> only_switching(const Problem& problem, const Influence& influence) {
+  std::vector<OnlySwitching> result;
+  for (const std::size_t unknown : influence.on_losses().any) {
+    if (influence.on_losses().smooth.contains(unknown)) continue;
+    const std::optional<Expr> found = switch_moved_by(unknown, problem, influence);
+    const Origin origin = found ? (*found)->origin : Origin{};
+    const bool sets_length = problem.rate && influence.on(reading_of(*problem.rate)).any.contains(unknown);
+    result.push_back(
+        {unknown, origin, found ? switching_function(*found) : "", sets_length && !origin.range.is_known()});
+  }
+  return result;
+}
+
+namespace {
+
+/// The formula, and those that stand inside of what is no arithmetic, one after the other until `look` is true of one.
+void look_inside(const Expr& formula, const Problem& problem, const Movement& movement,
+                 const std::function<bool(FormulaSymbols&, const FormulaSymbols::Inner&)>& look) {
+  std::vector<FormulaSymbols::Inner> waiting{{formula, {}, ""}};
+  while (!waiting.empty()) {
+    const FormulaSymbols::Inner next = waiting.back();
+    waiting.pop_back();
+    if (!may_jump(next.value)) continue;
+    FormulaSymbols converter(problem, movement, next);
+    if (look(converter, next)) return;
+    waiting.insert(waiting.end(), converter.inner().begin(), converter.inner().end());
+  }
+}
+
+/// What changes its sign where `e` is 0: (p*q)^2 is 0 where p or q is.
+void add_factors(const Expr& e, std::vector<Expr>& factors) {
+  const Neg* neg = std::get_if<Neg>(&e->kind);
+  if (neg != nullptr) return add_factors(neg->operand, factors);
+  const Binary* binary = std::get_if<Binary>(&e->kind);
+  const bool is_product = binary && (binary->op == BinaryOp::multiply || binary->op == BinaryOp::divide);
+  if (is_product || (binary && binary->op == BinaryOp::power)) add_factors(binary->left, factors);
+  if (is_product) add_factors(binary->right, factors);
+  if (binary && (is_product || binary->op == BinaryOp::power)) return;
+  const Call* call = std::get_if<Call>(&e->kind);
+  if (call && (call->fn == Fn::abs || call->fn == Fn::sqrt)) return add_factors(call->arguments.front(), factors);
+  if (!std::holds_alternative<Number>(e->kind)) factors.push_back(e);
+}
+
+std::vector<Expr> factors_of_divisor(const Expr& pole) {
+  const Call* call = std::get_if<Call>(&pole->kind);
+  const Expr& operand = *operand_of_pole(pole);
+  std::vector<Expr> factors;
+  add_factors(call && call->fn == Fn::tan ? model::call(Fn::cos, {operand}) : operand, factors);
+  return factors;
+}
+
+/// With the formulas of states, where they begin, and of coefficients; nullopt where one has none.
+std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
+  if (const Field* field = std::get_if<Field>(&e->kind)) {
+    const State* state = problem.find_state(field->name);
+    const Coefficient* coefficient = problem.find_coefficient(field->name);
+    return state ? state->initial.formula : coefficient ? coefficient->value.formula : std::nullopt;
+  }
+  bool is_known = true;
+  const Expr result = map_parts(e, [&](const Expr& part) {
+    const std::optional<Expr> value = at_the_start(part, problem);
+    is_known = is_known && value;
+    return value.value_or(part);
+  });
+  return is_known ? std::optional(result) : std::nullopt;
+}
+
+/// nullopt where formulas do not tell it, 0 where it has both.
+std::optional<double> sign_at_the_start(const Expr& e, const Problem& problem) {
+  const std::optional<Expr> start = at_the_start(e, problem);
+  const Movement nothing{[](const std::string&) { return false; }};
+  return start ? find_sign(FormulaSymbols(problem, nothing, {*start, {}, ""}).formula()) : std::nullopt;
+}
+
+/// Whether an unknown moves the places where `e` is 0 at first, or is what it is made of.
+bool moves_its_start(const Expr& e, const Problem& problem, const Influence& influence) {
+  const auto is_sought = [&](const std::string& name) {
+    return std::ranges::any_of(problem.task->unknowns,
+                               [&](const Unknown& unknown) { return unknown.is_field() && unknown.name == name; });
+  };
+  const auto is_moved = [&](const std::string& name) {
+    return problem.find_state(name) == nullptr && !influence.on(name).any.empty();
+  };
+  std::vector<Expr> factors;
+  add_factors(at_the_start(e, problem).value_or(e), factors);
+  return std::ranges::any_of(reading_of(e).any, is_sought) || std::ranges::any_of(factors, [&](const Expr& factor) {
+           return std::ranges::any_of(reading_of(factor).any, is_moved) &&
+                  sign_at_the_start(factor, problem).value_or(0) == 0;
+         });
+}
+
+std::optional<Expr> side_of(const Expr& e, const LocalFields& scope) {
+  const Select* select = std::get_if<Select>(&e->kind);
+  const Call* call = std::get_if<Call>(&e->kind);
+  std::optional<Expr> side;
+  if (select != nullptr) {
+    const std::optional<Expr> condition = in_terms_of_problem(select->condition, scope);
+    if (condition) side = model::select(*condition, number(1), number(-1), e->origin);
+  } else if (call != nullptr && call->fn == Fn::sign) {
+    side = in_terms_of_problem(call->arguments.front(), scope);
+  }
+  return side;
+}
+
+Jump jump_of(const Expr& e, const FormulaSymbols::Inner& in, const Movement& movement) {
+  Jump jump{e->origin, switching_function(e), {}, in.within, operand_of_switch(e) == nullptr};
+  jump.side = side_of(e, in.scope);
+  for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
+    if (movement.moves(name)) jump.movers.push_back(name);
+  }
+  return jump;
+}
+
+/// One after the other, each as if those before met.
+void add_jumps(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Movement& movement,
+               std::vector<Jump>& jumps) {
+  look_inside(formula, problem, movement, [&](FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
+    while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
+      jumps.push_back(jump_of(converter.source_of(*found), next, movement));
+      jumps.back().in = in;
+      const bool begins_on_both = jumps.back().side && sign_at_the_start(*jumps.back().side, problem) == 0.0;
+      if (begins_on_both && !in.event) jumps.back().side = std::nullopt;
+      converter.trust(*found);
+      if (!jumps.back().side) break;  // it is refused
+    }
+    return false;
+  });
+}
+
+}  // namespace
+
+std::optional<Jump> jump_in(const Expr& formula, const Problem& problem, const Movement& movement) {
+  std::optional<Jump> jump;
+  look_inside(formula, problem, movement, [&](const FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
+    const std::optional<Piecewise::Id> found = find_jump(converter.formula());
+    if (found) jump = jump_of(converter.source_of(*found), next, movement);
+    return found.has_value();
+  });
+  return jump;
+}
+
+namespace {
+
+Movement movement_of(const Influence& influence, Signs signs) {
+  return {[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
+}
+
+/// All divisors at whose zeros the formula jumps, whatever the signs of fields. Zeros that nothing moves are left out.
+/// What is 0 with one sign around it is one of which nothing is known, as no run can see it pass.
+void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Influence& influence,
+                  std::vector<Divisor>& divisors) {
+  const Movement movement = movement_of(influence, Signs::any);
+  const auto is_still = [&](const Expr& value) { return std::ranges::none_of(reading_of(value).any, movement.moves); };
+  look_inside(formula, problem, movement, [&](FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
+    while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
+      const Expr& pole = converter.source_of(*found);
+      converter.trust(*found);
+      if (operand_of_switch(pole) != nullptr) continue;
+      for (const Expr& factor : factors_of_divisor(pole)) {
+        const std::optional<Expr> value = in_terms_of_problem(factor, next.scope);
+        if (value && is_still(*value)) continue;
+        const bool is_one_sign = value && (sign_at_the_start(*value, problem).value_or(0) != 0 ||
+                                           moves_its_start(*value, problem, influence));
+        divisors.push_back({value, pole->origin, is_one_sign, in});
+        const Expr reciprocal = binary(BinaryOp::divide, 1.0, factor, pole->origin);
+        if (touches_zero(FormulaSymbols(problem, movement, {reciprocal, next.scope, ""}).formula()))
+          divisors.push_back({std::nullopt, pole->origin, false, in});
+      }
+    }
+    return false;
+  });
+}
+
+/// Of the problem's events the one that has it, unless that is one of each step.
+std::optional<std::size_t> event_of(const Problem& problem, const Expr* formula) {
+  const auto has_it = [&](const Event& event) {
+    return std::ranges::any_of(event.updates, [&](const Event::Update& update) { return &update.value == formula; });
+  };
+  const auto found = std::ranges::find_if(problem.events, has_it);
+  if (found == problem.events.end() || found->after_step || found->every == 1) return std::nullopt;
+  return static_cast<std::size_t>(found - problem.events.begin());
+}
+
+/// Of the formulas that the losses hang on, with where they stand. Those of masks are left out, as no
+/// unknown may stand in them.
+void for_each_judged_formula(const Problem& problem, const Influence& influence,
+                             const std::function<void(const Expr&, const FormulaPlace&)>& f) {
+  const std::vector<Loss>& losses = problem.task->losses;
+  for_each_formula_of_run(problem, [&](const Formula& formula) {
+    if (formula.is_of_length || is_mask(problem, formula.makes)) return;
+    const auto loss = std::ranges::find_if(losses, [&](const Loss& one) { return &one.value == formula.value; });
+    FormulaPlace in;
+    if (loss != losses.end()) in.loss = static_cast<std::size_t>(loss - losses.begin());
+    if (formula.kind == UseKind::equation) in.equation = formula.makes;
+    if (formula.kind == UseKind::event) in.event = event_of(problem, formula.value);
+    in.is_in_each_step = formula.kind == UseKind::event && !in.event;
+    if (formula.is_of_loss || influence.reaches_losses(formula.makes)) f(*formula.value, in);
+  });
+}
+
+}  // namespace
+
+std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, Signs signs) {
+  const Movement movement = movement_of(influence, signs);
+  std::vector<Jump> jumps;
+  for_each_judged_formula(problem, influence, [&](const Expr& formula, const FormulaPlace& in) {
+    add_jumps(formula, in, problem, movement, jumps);
+  });
+  return jumps;
+}
+
+std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence) {
+  const Movement kept = movement_of(influence, Signs::kept);
+  std::vector<Divisor> divisors;
+  for_each_judged_formula(problem, influence, [&](const Expr& formula, const FormulaPlace& in) {
+    if (!jump_in(formula, problem, kept)) add_divisors(formula, in, problem, influence, divisors);
+  });
+  return divisors;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+// What holds at the sides of bounded axes, for each field.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/boundary/metric.h"
+#include "model/boundary/wall_formula.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Which sides a place means: [axis][low, high].
+struct NamedSides {
+  int axis = -1;  // -1: all
+  bool low = true, high = true;
+};
+
+std::optional<NamedSides> find_place(Draft& draft, const ast::Identifier& place) {
+  if (!draft.problem.has_grid) {
+    report_no_grid(draft, "a boundary", place.range);
+    return std::nullopt;
+  }
+  if (place.name == "all") return NamedSides{};
+  const std::size_t dot = place.name.find('.');
+  const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
+  const int axis = axis_of(draft, place.name.substr(0, dot));
+  if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size()))
+    return NamedSides{axis, side != "high", side != "low"};
+  std::vector<std::string> sides{"all"};
+  for (const Axis& known : draft.problem.axes) {
+    for (const char* end : {"", ".low", ".high"}) sides.push_back(known.name + end);
+  }
+  draft.sink.report("unknown-side", place.range, {place.name}, did_you_mean(place.name, sides));
+  return std::nullopt;
+}
+
+/// A number or a parameter whose value is 0.
+bool is_zero(const Draft& draft, const Expr& e) {
+  const auto* param = std::get_if<Param>(&e->kind);
+  const auto found = param ? draft.values.find(param->name) : draft.values.end();
+  return is_constant(e, 0) || (found != draft.values.end() && found->second && *found->second == 0);
+}
+
+/// Whether the call has `count` arguments without names.
+bool takes(Draft& draft, const ast::Call& call, std::size_t count, const std::string& usage) {
+  bool plain = call.arguments.size() == count;
+  for (const ast::Argument& argument : call.arguments) plain = plain && argument.name.empty();
+  if (plain) return true;
+  draft.sink.report("wrong-argument-count", call.callee_range,
+                    {call.callee, counted(static_cast<int>(count), "argument"), std::to_string(call.arguments.size())},
+                    usage);
+  return false;
+}
+
+/// u = ..., WORD or WORD(...) of side_conditions.h.
+std::optional<Side> condition_side(Draft& draft, const SideCondition& condition, const ast::Call& call,
+                                   const std::string& field) {
+  Side side{condition.kind};
+  const std::vector<Expr*> parts = given_parts(side);
+  const std::string usage = fmt::format("write {}", condition.usage);
+  if (!takes(draft, call, parts.size(), usage)) return std::nullopt;
+  bool good = true;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Purpose purpose = parts[i] == &side.value ? Purpose::boundary : Purpose::boundary_weight;
+    const auto part = Expressions(draft, purpose, field).number(call.arguments[i].value);
+    if (part) *parts[i] = *part;
+    good = good && part;
+  }
+  if (!good) return std::nullopt;
+  if (condition.b == SideCondition::Part::given && is_zero(draft, side.a) && is_zero(draft, side.b)) {
+    draft.sink.report("empty-condition", call.callee_range, {field}, usage);
+    return std::nullopt;
+  }
+  return side;
+}
+
+std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
+  const auto* word = std::get_if<ast::Name>(&value->kind);
+  const SideCondition* named = word ? find_condition(word->name, SideCondition::Level::models) : nullptr;
+  if (named && named->is_word_alone()) return Side{named->kind};
+  if (word && word->name == "periodic") {
+    draft.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
+                      "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
+    return std::nullopt;
+  }
+  const auto* call = std::get_if<ast::Call>(&value->kind);
+  const SideCondition* called = call ? find_condition(call->callee, SideCondition::Level::models) : nullptr;
+  if (called && !(called->is_word_alone() && call->arguments.empty()))
+    return condition_side(draft, *called, *call, field);
+  if (call && call->callee == "on_wall") {
+    draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
+                      "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
+                      "zero_gradient, gradient(g), mixed(a, b, c) or linear");
+    return std::nullopt;
+  }
+  const auto number = Expressions(draft, Purpose::boundary, field).number(value);
+  return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
+}
+
+/// Marks one side as given; false when it was before.
+bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, SourceRange& seen,
+          const std::string& field) {
+  if (seen.is_known()) {
+    report_duplicate(draft, fmt::format("the boundary of {} at {}", field, name), side.place.range, seen);
+    return false;
+  }
+  seen = side.place.range;
+  return true;
+}
+
+bool is_periodic(const Axis& axis) { return axis.topology == Topology::periodic; }
+
+void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const NamedSides& place) {
+  std::vector<std::string> periodic;
+  bool any_bounded = false;
+  for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
+    if (place.axis >= 0 && place.axis != axis) continue;
+    if (is_periodic(draft.problem.axes[axis])) periodic.push_back(written_axis(draft, axis));
+    any_bounded = any_bounded || !is_periodic(draft.problem.axes[axis]);
+  }
+  if (any_bounded) return;
+  draft.sink.report("boundary-of-periodic-axis", side.place.range, {fmt::format("{}", fmt::join(periodic, ", "))},
+                    "leave this out, or periodic in the grid line");
+}
+
+/// "x", "x.low", ... of the sides that nothing was said about, but for poles (check_poles).
+std::vector<std::string> missing_sides(const Draft& draft, const std::vector<std::array<SourceRange, 2>>& seen) {
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (is_periodic(draft.problem.axes[i])) continue;
+    const bool low = seen[i][0].is_known() || is_pole_at(draft.problem, i, true);
+    const bool high = seen[i][1].is_known() || is_pole_at(draft.problem, i, false);
+    const std::string axis = written_axis(draft, i);
+    if (!low && !high) missing.push_back(axis);
+    if (low != high) missing.push_back(axis + (low ? ".high" : ".low"));
+  }
+  return missing;
+}
+
+void check_complete(Draft& draft, const State& state, const std::vector<std::array<SourceRange, 2>>& seen) {
+  const std::vector<std::string> missing = missing_sides(draft, seen);
+  if (missing.empty()) return;
+  SourceRange range = draft.scene->name.range;
+  for (const auto& [grid, item] : items_of<ast::GridItem>(draft.scene->items)) {
+    if (grid.axis.name == missing.front().substr(0, missing.front().find('.'))) range = grid.axis.range;
+  }
+  draft.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
+                    fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line",
+                                state.name, fmt::join(missing, " = 0, ")));
+}
+
+/// With t or with fields in it.
+bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) {
+  if (has_wall_formula(problem, boundary)) return true;
+  const auto is_time = [](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    return param && param->name == "t";
+  };
+  return std::any_of(boundary.begin(), boundary.end(), [&](const AxisSides& sides) {
+    for (const Expr* e :
+         {&sides.low.value, &sides.low.a, &sides.low.b, &sides.high.value, &sides.high.a, &sides.high.b}) {
+      if (any_part(*e, is_time)) return true;
+    }
+    return false;
+  });
+}
+
+/// Whether an equation takes a derivative in space of something that holds the field.
+bool reads_around(const Problem& problem, const std::string& field) {
+  const auto is_field = [&](const Expr& part) {
+    const auto* read = std::get_if<Field>(&part->kind);
+    return read && read->name == field;
+  };
+  return std::any_of(problem.states.begin(), problem.states.end(), [&](const State& state) {
+    return state.rhs && any_part(*state.rhs, [&](const Expr& part) {
+             const bool reads = std::holds_alternative<Derivative>(part->kind) ||
+                                std::holds_alternative<Advect>(part->kind) ||
+                                std::holds_alternative<Interpolate>(part->kind);
+             return reads && any_part(part, is_field);
+           });
+  });
+}
+
+}  // namespace
+
+std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    const std::vector<std::string> components = components_of(draft, item.field.name);
+    if (std::ranges::find(components, state) == components.end()) continue;
+    for (const ast::BoundarySide& side : item.sides) {
+      const std::size_t dot = std::min(side.place.name.find('.'), side.place.name.size());
+      const int axis = axis_of(draft, side.place.name.substr(0, dot));
+      const std::string name = axis < 0 ? side.place.name : axis_name(axis) + side.place.name.substr(dot);
+      if (name == place || name == "all" || place.starts_with(name + ".")) return side.value.range();
+    }
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+/// Nothing holds what lies on the wall that an axis begins with.
+void check_open_walls(Draft& draft, const State& state) {
+  for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
+    const Axis& along = draft.problem.axes[axis];
+    if (along.topology == Topology::periodic || !state.placement[axis]) continue;
+    const bool is_low = !along.holds_wall(true);
+    const AxisSides& sides = state.boundary[axis];
+    const auto is_open = [](const Side& side) { return condition_of(side.kind).keeps_wall(); };
+    if (!is_open(is_low ? sides.low : sides.high)) continue;
+    const std::string place = along.name + (is_low ? ".low" : ".high");
+    const bool are_both = is_open(sides.low) && is_open(sides.high);
+    draft.sink.report(
+        "not-allowed-here", boundary_of_side(draft, state.name, place).value_or(state.origin.range),
+        {"outflow", fmt::format("{}, where the axis begins", place)},
+        are_both ? fmt::format("one end of {} can be open: give {} a value at the other", along.name, state.name)
+                 : fmt::format("let the axis end there: grid {} = {} .. {}; arrays then begin with the "
+                               "cell at the other end, formulas stay",
+                               along.name, is_low ? along.high : along.low, is_low ? along.low : along.high));
+  }
+}
+
+/// dt(u) stays 0 where u keeps a value, and has no slope where u has none. Where the walls of u move, nothing may ask.
+void derive_velocity_boundaries(Draft& draft) {
+  Problem& problem = draft.problem;
+  for (State& state : problem.states) {
+    const State* moved = problem.find_state(state.velocity_of);
+    if (!moved) continue;
+    const bool is_open = radiates(*moved);
+    if ((is_open || holds_time(problem, moved->boundary)) && reads_around(problem, state.name)) {
+      draft.sink.report("not-allowed-here", state.origin.range,
+                        {is_open ? "radiating" : "a boundary with t or fields",
+                         fmt::format("a scene that differentiates dt({}) in space", moved->name)},
+                        "boundary values of dt(u) are not derived from those of u that vary in time");
+    }
+    state.boundary = moved->boundary;
+    for (AxisSides& sides : state.boundary) {
+      for (Side* side : {&sides.low, &sides.high}) {
+        side->value = 0.0;
+        // what a slope follows from is the rate in the cell beside the side
+        if (condition_of(side->kind).takes_rate()) side->kind = SideKind::zero_gradient;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) {
+  const auto place = find_place(draft, side.place);
+  const auto value = side_of(draft, side.value, into.field);
+  if (!place) return;
+  check_not_periodic(draft, side, *place);
+  for (int i = 0; i < static_cast<int>(draft.problem.axes.size()); ++i) {
+    const Axis& axis = draft.problem.axes[i];
+    if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
+    const Side set = value.value_or(Side{});
+    const auto* call = std::get_if<ast::Call>(&side.value->kind);
+    if (condition_of(set.kind).b == SideCondition::Part::given)
+      draft.weighted_sides.push_back({into.field, i,
+                                      axis.name + (!place->high  ? ".low"
+                                                   : !place->low ? ".high"
+                                                                 : ""),
+                                      set.a, set.b, call ? call->callee_range : side.place.range});
+    const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
+    if (set_low) into.sides[i].low = set;
+    // one message where both sides were given before
+    if (!place->high || (place->low && !set_low)) continue;
+    if (mark(draft, side, axis.name + ".high", into.seen[i][1], into.field)) into.sides[i].high = set;
+  }
+}
+
+namespace {
+
+/// The side with a value that was reported already.
+ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, ast::Expr()}; }
+
+/// The component of a vector that the side names as a whole; "" where it does not.
+std::string component_of(const Draft& draft, const ast::BoundarySide& side, std::size_t index) {
+  const auto* word = std::get_if<ast::Name>(&side.value->kind);
+  const Meaning* meaning = word ? draft.scope.find(word->name) : nullptr;
+  const std::vector<std::string> names =
+      meaning && meaning->is_vector ? components_of(draft, word->name) : std::vector<std::string>{};
+  return index < names.size() ? names[index] : "";
+}
+
+/// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as
+/// zero_gradient hold for all components.
+ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index, std::size_t count) {
+  const std::string component = component_of(draft, side, index);
+  if (!component.empty()) return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};
+  const auto* tuple = std::get_if<ast::Tuple>(&side.value->kind);
+  if (tuple && tuple->elements.size() == count) return {side.place, tuple->elements[index]};
+  const auto* number = std::get_if<ast::Number>(&side.value->kind);
+  const auto* word = std::get_if<ast::Name>(&side.value->kind);
+  const auto* call = std::get_if<ast::Call>(&side.value->kind);
+  const std::vector<std::string> functions = Expressions::function_names();
+  const bool is_kind = (word && !draft.scope.find(word->name)) ||
+                       (call && std::find(functions.begin(), functions.end(), call->callee) == functions.end());
+  if (count == 1 || is_kind || (number && number->value == 0)) return side;
+  draft.sink.report("wrong-length", side.value.range(),
+                    {counted(static_cast<int>(count), "component"), std::to_string(tuple ? tuple->elements.size() : 1)},
+                    count == 2 ? "write (a, b), or boundary u.x: ... for one component"
+                               : "write (a, b, c), or boundary u.x: ... for one component");
+  return poisoned(side);
+}
+
+}  // namespace
+
+std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name) {
+  State unknown;
+  unknown.name = name;
+  unknown.boundary.resize(draft.problem.axes.size());
+  std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    if (item.field.name != name) continue;
+    SidesOfField into{name, unknown.boundary, seen};
+    for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
+  }
+  check_complete(draft, unknown, seen);
+  check_radiating(draft, unknown);
+  measure_sides(draft, name, unknown.boundary);
+  return unknown.boundary;
+}
+
+void bind_boundaries(Draft& draft) {
+  std::map<std::string, std::vector<std::array<SourceRange, 2>>> seen;
+  for (State& state : draft.problem.states) {
+    state.boundary.resize(draft.problem.axes.size());
+    seen[state.name].resize(draft.problem.axes.size());
+  }
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    if (draft.solved.contains(item.field.name)) continue;
+    if (draft.multipliers.contains(item.field.name)) {
+      draft.sink.report("not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
+                        fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
+      continue;
+    }
+    const std::vector<State*> states = find_states(draft, item.field, "a boundary");
+    if (!states.empty() && !states.front()->velocity_of.empty()) {
+      draft.sink.report("not-allowed-here", item.field.range, {item.field.name, "a boundary"},
+                        fmt::format("the boundary of dt({0}) follows from that of {0}", states.front()->velocity_of));
+      continue;
+    }
+    for (const ast::BoundarySide& side : item.sides) {
+      const std::size_t before = draft.sink.all().size();
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
+        const bool failed = draft.sink.all().size() != before;  // said once, not for each component
+        const bool is_whole = states[i]->name != item.field.name;
+        bind_side(draft, failed ? poisoned(side) : is_whole ? part_of(draft, side, i, states.size()) : side, into);
+      }
+    }
+  }
+  for (const State& state : draft.problem.states) {
+    const bool is_given = state.velocity_of.empty() && !draft.multipliers.contains(state.name);
+    if (is_given) check_complete(draft, state, seen[state.name]);
+    check_open_walls(draft, state);
+  }
+  derive_velocity_boundaries(draft);
+  for (State& state : draft.problem.states) measure_sides(draft, state.name, state.boundary);
+  check_poles(draft);
+}
+
+}  // namespace dpde::model

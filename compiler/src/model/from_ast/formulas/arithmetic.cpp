@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// + - * / ^ of numbers, vectors and tensors. On one axis a number is a vector and a tensor as well.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_list(const Typed& value) { return value.type == Typed::Type::vector || value.type == Typed::Type::tensor; }
+
+/// "two vectors", "a vector and a number", ...
+std::string kinds_of(const Typed& a, const Typed& b) {
+  const auto word = [](Typed::Type type) {
+    return type == Typed::Type::tensor ? "tensor" : type == Typed::Type::vector ? "vector" : "number";
+  };
+  if (a.type == b.type) return fmt::format("two {}s", word(a.type));
+  return fmt::format("a {} and a {}", word(std::max(a.type, b.type)), word(std::min(a.type, b.type)));
+}
+
+/// What to write where the operation is not defined for a and b.
+std::string list_hint(BinaryOp op, const Typed& a, const Typed& b) {
+  const bool has_tensor = a.type == Typed::Type::tensor || b.type == Typed::Type::tensor;
+  const bool has_number = a.type == Typed::Type::number || b.type == Typed::Type::number;
+  if (op == BinaryOp::multiply || op == BinaryOp::power) {
+    if (!has_tensor) return "dot(a, b) multiplies vectors";
+    return a.type == b.type ? "inner(S, T) is the sum of the products of components"
+                            : "dot(S, v) is S times a vector, dot(v, S) a vector times S";
+  }
+  if (op != BinaryOp::add && op != BinaryOp::subtract) return "";
+  if (has_tensor) return has_number ? "p*identity is a tensor of a number" : "outer(a, b) is a tensor of vectors";
+  return "a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers";
+}
+
+bool is_sum_of_squares(const Expr& e) {
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b && b->op == BinaryOp::add) return is_sum_of_squares(b->left) && is_sum_of_squares(b->right);
+  return b && b->op == BinaryOp::multiply && b->left == b->right;
+}
+
+/// The sum of squares of which norm is the root, |v|^2; nullptr where `e` is no norm.
+const Expr* square_of(const Expr& e) {
+  const auto* choice = std::get_if<Select>(&e->kind);
+  const auto* positive = choice ? std::get_if<Binary>(&choice->condition->kind) : nullptr;
+  const auto* root = choice ? std::get_if<Call>(&choice->yes->kind) : nullptr;
+  if (!positive || !root || root->fn != Fn::sqrt || !is_constant(choice->no, 0)) return nullptr;
+  const auto* inside = std::get_if<Select>(&root->arguments.front()->kind);
+  const bool is_norm = positive->op == BinaryOp::greater && is_constant(positive->right, 0) && inside &&
+                       inside->condition == choice->condition && inside->yes == positive->left &&
+                       is_sum_of_squares(positive->left);
+  return is_norm ? &positive->left : nullptr;
+}
+
+}  // namespace
+
+Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  if (!is_list(left.value) && !is_list(right.value)) return scalar_operation(op, left, right, range);
+  for (const Operand* side : {&left, &right}) {
+    if (side->value.type != Typed::Type::condition) continue;
+    as_number(side->value, side->source.range());
+    return {};
+  }
+  const bool both = is_list(left.value) && is_list(right.value), alike = left.value.type == right.value.type;
+  const bool scales = (op == BinaryOp::multiply && !both) || (op == BinaryOp::divide && !is_list(right.value));
+  const bool is_on_one_axis = left.value.parts.size() == 1 && right.value.parts.size() == 1;
+  const bool fits = scales || ((op == BinaryOp::add || op == BinaryOp::subtract) && alike);
+  if (!fits && is_on_one_axis) return scalar_operation(op, left, right, range);
+  if (!fits) {
+    draft_.sink.report("vector-operation", range,
+                       {fmt::format("'{}'", spelling(op)), kinds_of(left.value, right.value)},
+                       list_hint(op, left.value, right.value));
+    return {};
+  }
+  if (both && left.value.parts.size() != right.value.parts.size()) {
+    draft_.sink.report(
+        "wrong-length", right.source.range(),
+        {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
+    return {};
+  }
+  const std::size_t count = std::max(left.value.parts.size(), right.value.parts.size());
+  Typed result{is_list(left.value) ? left.value.type : right.value.type, {}};
+  for (std::size_t i = 0; i < count; ++i) {
+    const Expr& a = left.value.parts[is_list(left.value) ? i : 0];
+    const Expr& b = right.value.parts[is_list(right.value) ? i : 0];
+    result.parts.push_back(binary(op, a, b, {range}));
+  }
+  return result;
+}
+
+Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  const auto a = as_number(left.value, left.source.range());
+  const auto b = as_number(right.value, right.source.range());
+  if (!a || !b) return {};
+  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // it has no kink
+  return number_of(square ? *square : binary(op, *a, *b, {range}));
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// solid = x^2 + y^2 < 1: masks by a condition of the scene. One that holds t or a control moves: it is no field of the
+// scene, and its formula stands wherever it is read.
+#include <algorithm>
+#include <variant>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool moves(const Draft& draft, const Expr& condition) {
+  return any_part(condition, [&](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    return param != nullptr && (param->name == "t" || draft.controls.contains(param->name));
+  });
+}
+
+/// The formula as a field at the cell centres that is made where a stage needs it: its matrix stays as long as these
+/// values do. Its argument says that it varies, and where it lies; it is not read.
+Expr stored(const std::string& name, const Expr& formula, Origin origin) {
+  return apply({{name, {name}, {formula}, {}}, {coordinate(0)}, 0, {Placement{}}, {Placement{}}}, origin);
+}
+
+}  // namespace
+
+void bind_masks(Draft& draft) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+    auto& coefficients = draft.problem.coefficients;
+    const auto mask = std::ranges::find(coefficients, item.name.name, &Coefficient::name);
+    if (mask == coefficients.end() || !mask->is_mask || is_load(item.value)) continue;
+    const SourceRange at = item.value.range();
+    mask->value.origin = {at};
+    const auto inside = Expressions(draft, Purpose::mask, item.name.name).condition(item.value);
+    if (!inside) continue;
+    const Expr value = select(*inside, 1.0, 0.0, {at});
+    if (!moves(draft, *inside)) {
+      mask->value.formula = value;
+      continue;
+    }
+    draft.moving_masks.emplace(item.name.name, stored(item.name.name, value, {at}));
+    coefficients.erase(mask);
+  }
+}
+
+}  // namespace dpde::model

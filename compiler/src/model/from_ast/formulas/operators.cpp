@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+// Operators of the file whose adjoint is given: not put in where they are called, but fields of their own, so that the
+// adjoint has something to stand for. Body and formulas know the parameters as fields, whatever the arguments are.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/analyse/placement.h"
+#include "support/names/derivative_names.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_plain_field(const Expr& e) { return std::holds_alternative<Field>(e->kind); }
+
+bool holds_part_reduction(const Expr& e) {
+  return any_part(e, [](const Expr& part) {
+    const Reduce* reduce = std::get_if<Reduce>(&part->kind);
+    return reduce && !reduce->is_over_all();
+  });
+}
+
+bool has_mixed_axes(const Problem& problem) {
+  const auto is_periodic = [](const Axis& axis) { return axis.topology == Topology::periodic; };
+  const auto count = std::count_if(problem.axes.begin(), problem.axes.end(), is_periodic);
+  return count != 0 && count != static_cast<std::ptrdiff_t>(problem.axes.size());
+}
+
+/// u.x, u.y for the components of a vector, u for a number.
+std::vector<std::string> parts_of(const std::string& parameter, const Typed& argument) {
+  if (argument.type != Typed::Type::vector) return {parameter};
+  std::vector<std::string> parts;
+  for (std::size_t axis = 0; axis < argument.parts.size(); ++axis)
+    parts.push_back(fmt::format("{}.{}", parameter, "xyz"[axis]));
+  return parts;
+}
+
+/// Formulas of coordinates, and what is interpolated: stored wherever the operator takes them.
+bool is_free(const Placements& placements, const Expr& value) {
+  return !is_uniform(value) && !placements.is_series(value) && !placements.natural(value);
+}
+
+/// Where the free arguments may lie: where others do, or at the centres.
+std::vector<Placement> places_of_others(const Placements& placements, const Apply& application) {
+  std::vector<Placement> places;
+  const auto add = [&](const Placement& place) {
+    if (std::find(places.begin(), places.end(), place) == places.end()) places.push_back(place);
+  };
+  for (std::size_t i = 0; i < application.arguments.size(); ++i) {
+    if (application.places[i] && !is_free(placements, application.arguments[i])) add(*application.places[i]);
+  }
+  add({});
+  return places;
+}
+
+/// Whether something goes to the adjoint of an argument: to that of a field, or of what the task seeks.
+bool is_active(const Draft& draft, const Expr& argument) {
+  return any_part(argument, [&](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    return std::holds_alternative<Field>(part->kind) || (param && draft.unknowns.contains(param->name));
+  });
+}
+
+const char* const derive_it = "leave the lines adjoint ... out: what is not given is derived";
+
+}  // namespace
+
+/// Numbers and vectors on uniform axes; what an argument is beyond walls must be known.
+bool Expressions::can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range) {
+  const std::string what = fmt::format("the operator {}, whose adjoint is given", call.function.name.name);
+  for (const Axis& axis : draft_.problem.axes) {
+    if (!axis.stretch) continue;
+    draft_.sink.report("not-allowed-here", range, {what + ",", "a scene with stretched axes"}, derive_it);
+    return false;
+  }
+  for (std::size_t i = 0; i < e.arguments.size(); ++i) {
+    if (!can_pass(call.arguments.at(call.function.parameters[i].name), e.arguments[i].value.range(), what))
+      return false;
+  }
+  return true;
+}
+
+bool Expressions::can_pass(const Typed& argument, SourceRange at, const std::string& what) {
+  const auto refuse_here = [&](const std::string& part, const std::string& where, const std::string& hint) {
+    draft_.sink.report("not-allowed-here", at, {part, where}, hint);
+    return false;
+  };
+  if (argument.type == Typed::Type::condition) return as_number(argument, at).has_value();
+  if (argument.type == Typed::Type::tensor) return refuse_here("a tensor", "an argument of " + what, derive_it);
+  const Placements placements(draft_.problem);
+  for (const Expr& value : argument.parts) {
+    if (const auto mistake = placements.find_mistake(value)) {
+      report_misplaced(draft_, *mistake, at);
+      return false;
+    }
+    if (is_plain_field(value) || is_uniform(value)) continue;
+    if (holds_part_reduction(value))
+      return refuse_here("a reduction along some axes", "an argument of " + what, derive_it);
+    if (has_mixed_axes(draft_.problem)) {
+      return refuse_here("an expression", "an argument of " + what + ", on a grid with walls along some axes only",
+                         "pass fields and numbers, or leave the lines adjoint ... out: what is not given is derived");
+    }
+  }
+  return true;
+}
+
+/// The body of the operator, or with a seed a formula of its adjoint.
+Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const Typed* seed) {
+  FunctionScope scope{call.function, {}, function_};
+  for (const auto& [parameter, argument] : call.arguments) {
+    Typed fields{argument.type, {}};
+    for (const std::string& part : parts_of(parameter, argument)) fields.parts.push_back(field(part));
+    scope.arguments.emplace(parameter, std::move(fields));
+  }
+  if (seed) scope.arguments.emplace(bar_of(call.function.name.name), *seed);
+  function_ = &scope;
+  Typed value = any(e);
+  function_ = scope.outer;
+  if (value.type == Typed::Type::condition) as_number(value, e.range());
+  if (value.type == Typed::Type::condition || value.type == Typed::Type::none) return {};
+  if (value.type == Typed::Type::tensor && axis_count() > 1) {
+    draft_.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"}, derive_it);
+    return {};
+  }
+  const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
+    return any_part(component, [](const Expr& part) {
+      return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||
+             std::holds_alternative<Advect>(part->kind) || std::holds_alternative<NetworkCall>(part->kind) ||
+             std::holds_alternative<Solve>(part->kind) || std::holds_alternative<BandPass>(part->kind);
+    });
+  });
+  if (is_simple) return value;
+  draft_.sink.report("not-allowed-here", e.range(),
+                     {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
+                      "an operator whose adjoint is given"},
+                     "pass what it gives as an argument");
+  return {};
+}
+
+/// One formula for each component of a parameter; 0 is a vector too.
+bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed,
+                              Operator& function) {
+  const ast::Function& source = call.function;
+  const auto parameter =
+      std::find_if(source.parameters.begin(), source.parameters.end(),
+                   [&](const ast::Identifier& name) { return bar_of(name.name) == item.target.name; });
+  const std::vector<std::string> parts = parameter == source.parameters.end()
+                                             ? std::vector<std::string>{}
+                                             : parts_of(parameter->name, call.arguments.at(parameter->name));
+  const auto known =
+      std::find_if(function.adjoints.begin(), function.adjoints.end(), [&](const Operator::Adjoint& other) {
+        return !parts.empty() && other.parameter == parts.front() && other.of_field == !item.accumulate;
+      });
+  if (parts.empty() || known != function.adjoints.end()) {
+    draft_.sink.report(
+        "bad-given-adjoint", item.target.range,
+        {item.target.name, source.name.name, parts.empty() ? "belongs to no parameter" : "is there already"},
+        fmt::format(
+            "the adjoint of a parameter u is u_bar, made of {}; that of a vector is a vector, u_bar = (..., ...)",
+            bar_of(source.name.name)));
+    return false;
+  }
+  Typed value = formula_of_parameters(call, item.value, &seed);
+  if (value.type == Typed::Type::none) return false;
+  const bool is_vector = call.arguments.at(parameter->name).type == Typed::Type::vector;
+  if (is_vector && value.type == Typed::Type::number && is_constant(value.parts.front(), 0))
+    value.parts.resize(parts.size(), value.parts.front());
+  if (is_vector && !as_vector(value, item.value.range())) return false;
+  if (!is_vector && !as_number(value, item.value.range())) return false;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    function.adjoints.push_back({parts[i], !item.accumulate, value.parts[i], {item.value.range()}});
+  return true;
+}
+
+namespace {
+
+/// Whether argument `i` is a parameter of the scene, and in no other argument: what is said of a number is said of that
+/// one then.
+bool is_lone_param(const Apply& application, std::size_t i) {
+  const auto* own = std::get_if<Param>(&application.arguments[i]->kind);
+  for (std::size_t other = 0; own != nullptr && other < application.arguments.size(); ++other) {
+    const bool is_there = any_part(application.arguments[other], [&](const Expr& part) {
+      const auto* param = std::get_if<Param>(&part->kind);
+      return param != nullptr && param->name == own->name;
+    });
+    if (other != i && is_there) return false;
+  }
+  return own != nullptr;
+}
+
+}  // namespace
+
+/// A line with = is of an argument that is a field, one with += of a number that is a parameter: where there are others
+/// alone, this one would be derived without a word.
+bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& application, SourceRange range) {
+  const auto is_given = [&](const std::string& parameter, bool of_field) {
+    return std::ranges::any_of(application.function.adjoints, [&](const Operator::Adjoint& given) {
+      return given.parameter == parameter && given.of_field == of_field;
+    });
+  };
+  for (std::size_t i = 0; i < application.arguments.size(); ++i) {
+    const std::string& parameter = application.function.parameters[i];
+    const bool is_field = application.places[i].has_value();
+    if (!is_given(parameter, true) && !is_given(parameter, false)) continue;
+    if (!is_active(draft_, application.arguments[i])) continue;
+    const std::string base = vector_of(parameter).empty() ? parameter : vector_of(parameter);
+    if (is_given(parameter, is_field)) {
+      if (is_field || is_lone_param(application, i)) continue;
+      draft_.sink.report("bad-given-adjoint", range,
+                         {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
+                         "pass parameters themselves, each once, and write the formula in the operator");
+      return false;
+    }
+    draft_.sink.report(
+        "bad-given-adjoint", range,
+        {base, call.function.name.name,
+         is_field ? "is that of a number, but here it is a field" : "is that of a field, but here it is a number"},
+        is_field
+            ? fmt::format("write adjoint {} = ..., what goes to the field at each point", bar_of(base))
+            : fmt::format("write adjoint {} += ..., what each point adds to the adjoint of the number", bar_of(base)));
+    return false;
+  }
+  return true;
+}
+
+/// Each component where its body fits, and the formulas there.
+bool Expressions::lay_out(Apply& result, SourceRange range) {
+  const Placements placements(draft_.problem);
+  const std::size_t count = result.function.body.size();
+  std::optional<Placements::Mistake> first;
+  for (const Placement& place : places_of_others(placements, result)) {
+    for (std::size_t i = 0; i < result.arguments.size(); ++i) {
+      if (is_free(placements, result.arguments[i])) result.places[i] = place;
+    }
+    result.results.assign(count, Placement{});
+    const Placements inside = placements.inside(result, {});
+    for (std::size_t c = 0; c < count; ++c)
+      result.results[c] = inside.natural(result.function.body[c]).value_or(Placement{});
+    const auto mistake =
+        placements.is_staggered() ? placements.find_mistake_inside(result, result.results.front()) : std::nullopt;
+    if (!mistake) return true;
+    if (!first) first = mistake;
+  }
+  report_misplaced(draft_, *first, range);
+  return false;
+}
+
+Typed Expressions::application(const FunctionScope& call, const ast::Call& e, SourceRange range) {
+  const ast::Function& function = call.function;
+  if (!can_apply(call, e, range)) return {};
+  const Placements placements(draft_.problem);
+  Apply result;
+  result.function.name = function.name.name;
+  for (const ast::Identifier& parameter : function.parameters) {
+    const Typed& argument = call.arguments.at(parameter.name);
+    for (const std::string& part : parts_of(parameter.name, argument)) result.function.parameters.push_back(part);
+    for (const Expr& value : argument.parts) {
+      result.arguments.push_back(value);
+      const bool is_everywhere = is_uniform(value) || placements.is_series(value);
+      result.places.push_back(is_everywhere ? std::nullopt
+                                            : std::optional(placements.natural(value).value_or(Placement{})));
+    }
+  }
+  const Typed body = formula_of_parameters(call, function.body, nullptr);
+  if (body.type == Typed::Type::none) return {};
+  result.function.body = body.parts;
+  Typed seed{body.type, {}};
+  for (std::size_t c = 0; c < body.parts.size(); ++c) seed.parts.push_back(field(seed_of(result.function, c)));
+  for (const ast::AdjointItem& item : function.adjoints) {
+    if (!add_adjoint(call, item, seed, result.function)) return {};
+  }
+  if (!can_take_adjoints(call, result, range) || !lay_out(result, range)) return {};
+  Typed value{body.type, {}};
+  for (std::size_t c = 0; c < body.parts.size(); ++c) {
+    result.component = static_cast<int>(c);
+    value.parts.push_back(apply(result, {range}));
+  }
+  return value;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// solve lap(psi) = -omega for psi preconditioner smooth(residual): what a network makes of what an iteration leaves is
+// the direction in which the next one looks.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/print/print_model.h"
+#include "model/analyse/solves.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr const char* residual = "residual";
+
+bool is_residual(const Expr& e) {
+  const Field* is_field = std::get_if<Field>(&e->kind);
+  return is_field != nullptr && is_field->name == residual;
+}
+
+/// The call with the name of the unknown in the place of the residual's.
+Expr in_terms_of(const Expr& e, const std::string& unknown) {
+  if (is_residual(e)) return field(unknown, e->origin);
+  return map_parts(e, [&](const Expr& part) { return in_terms_of(part, unknown); });
+}
+
+/// What to write in the place of a word alone.
+std::string hint_for_word(const Draft& draft, const std::string& word) {
+  if (find_network(draft, word)) return fmt::format("write preconditioner {}(residual)", word);
+  const bool is_of_scheme = word == "none" || word == "multigrid" || word == "automatic";
+  return is_of_scheme ? fmt::format("that stands in a scheme: scheme s {{ preconditioner = {} }}", word)
+                      : "as in preconditioner smooth(residual), network smooth(r) -> z";
+}
+
+/// What is written, in which the residual is a field of its own name; nullopt where something was reported.
+std::optional<Expr> read_preconditioner(Draft& draft, const ast::Expr& written, const std::string& name) {
+  if (draft.scope.find(residual) != nullptr) {
+    draft.sink.report("solve-does-not-fit", written.range(),
+                      {name, "residual stands for what its iterations leave here, and for something else in the model"},
+                      "call that otherwise");
+    return std::nullopt;
+  }
+  if (const auto* word = std::get_if<ast::Name>(&written->kind)) {
+    draft.sink.report("solve-does-not-fit", written.range(), {name, "its preconditioner is no call of a network"},
+                      hint_for_word(draft, word->name));
+    return std::nullopt;
+  }
+  draft.scope.declare(residual, {Role::let, written.range()});
+  const auto stands_for_itself = [&](const std::string& own) {
+    return draft.lets.emplace(own, Typed{Typed::Type::number, {field(own, {written.range()})}}).second;
+  };
+  stands_for_itself(residual);
+  const bool is_open = stands_for_itself(name);  // what is sought, which has no meaning yet
+  const std::optional<Expr> value = Expressions(draft, Purpose::equation, name).number(written);
+  draft.lets.erase(residual);
+  if (is_open) draft.lets.erase(name);
+  draft.scope.forget(residual);
+  return value;
+}
+
+/// Whether it is one that iterations can look along; else why not is reported.
+bool is_preconditioner(Draft& draft, const Expr& value, SourceRange range, const Solve& solved) {
+  const auto refuse = [&](const std::string& why, const std::string& hint) {
+    draft.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
+    return false;
+  };
+  const NetworkCall* call = std::get_if<NetworkCall>(&value->kind);
+  if (call == nullptr)
+    return refuse("its preconditioner is no network", "as in preconditioner smooth(residual), network smooth(r) -> z");
+  if (call->outputs != 1)
+    return refuse(
+        fmt::format("a direction is one number a cell, and network {} makes {}", call->network, call->outputs),
+        fmt::format("let it have one output: network {}(r) -> z", call->network));
+  if (!is_residual(call->arguments.front()))
+    return refuse("what its preconditioner is given first is not the residual as it is",
+                  fmt::format("write {}(residual, ...), of a network without galilean", call->network));
+  const auto holds_residual = [](const Expr& argument) { return any_part(argument, is_residual); };
+  if (std::any_of(call->arguments.begin() + 1, call->arguments.end(), holds_residual))
+    return refuse("its preconditioner is given the residual more than once", "write it as the first argument alone");
+  if (reads(value, solved.name))
+    return refuse("its preconditioner holds what is sought", "write residual for what an iteration leaves");
+  if (solved.iterations == 0) return refuse("0 iterations have no directions", "leave the preconditioner out");
+  return true;
+}
+
+/// Whether the scheme has iterations that take it: those of flexible methods, unless it names another one.
+bool is_used(Draft& draft, const Expr& value, const Solve& solved) {
+  const SolveBy& by = draft.problem.scheme.solve;
+  if (solved.iterations) return true;  // which are conjugate gradients whatever the scheme says
+  const bool is_flexible = by.method == SolveMethod::cg || by.method == SolveMethod::gmres;
+  if (is_flexible && !is_of_waves(solved, draft.problem.scheme)) return by.preconditioner == Preconditioner::automatic;
+  draft.sink.report("solve-key-not-used", value->origin.range,
+                    {"preconditioner " + print(value),
+                     is_flexible ? solved.name + " is solved wave by wave, without iterations"
+                                 : fmt::format("solve = {} has no iterations that a network preconditions", print(by))},
+                    is_flexible ? "leave it out" : "take cg or gmres, or leave it out");
+  return false;
+}
+
+}  // namespace
+
+bool add_preconditioner(Draft& draft, const std::optional<ast::Expr>& written, Solve& solved) {
+  if (!written) return true;
+  std::set<std::string> called = draft.called_networks;
+  const std::optional<Expr> value = read_preconditioner(draft, *written, solved.name);
+  if (!value || !is_preconditioner(draft, *value, written->range(), solved)) return false;
+  if (is_used(draft, *value, solved)) {
+    solved.preconditioner = in_terms_of(*value, solved.name);
+  } else {
+    draft.called_networks = std::move(called);  // a task that learns what nothing calls has no gradient of it
+  }
+  return true;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// integral(f(s), s, from = a, to = b): of a formula, by the 32 places of Gauss and Legendre, whose error is rounding
+// for what is smooth. It is spelled out as a sum, so that it goes wherever a formula may, and derivatives follow.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "model/build.h"
+#include "model/analyse/formula.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/names/known_values.h"
+#include "model/from_ast/parts.h"
+#include "support/maths/evaluate.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr int place_count = 32;
+
+struct QuadratureNode {
+  double place, weight;  // in -1 .. 1
+};
+
+/// Zeros of the Legendre polynomial, by Newton's iteration from their asymptotes.
+std::array<QuadratureNode, place_count> gauss_nodes() {
+  std::array<QuadratureNode, place_count> nodes{};
+  for (int i = 0; i < place_count; ++i) {
+    double x = std::cos(3.141592653589793 * (i + 0.75) / (place_count + 0.5)), slope = 1;
+    for (int iteration = 0; iteration < 10; ++iteration) {
+      double before = 1, value = x;
+      for (int n = 2; n <= place_count; ++n)
+        before = std::exchange(value, ((2 * n - 1) * x * value - (n - 1) * before) / n);
+      slope = place_count * (x * value - before) / (x * x - 1);
+      x -= value / slope;
+    }
+    nodes[static_cast<std::size_t>(i)] = {x, 2 / ((1 - x * x) * slope * slope)};
+  }
+  return nodes;
+}
+
+/// Centres of cells, those in two corners among them. The others are spread by multiples of irrational numbers.
+std::vector<std::array<double, 3>> places_to_look_at(const std::vector<Axis>& axes) {
+  constexpr int between = 8;
+  constexpr std::array steps{0.6180339887498949, 0.7548776662466927, 0.5698402909980532};
+  std::vector<std::array<double, 3>> places(between + 2);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    for (int i = 0; i < between; ++i) {
+      const double share = 0.5 + i * steps[a];
+      const auto cell = static_cast<std::int64_t>((share - std::floor(share)) * axes[a].cells);
+      places[static_cast<std::size_t>(i)][a] = axes[a].centre(cell);
+    }
+    places[between][a] = axes[a].centre(0);
+    places[between + 1][a] = axes[a].centre(axes[a].cells - 1);
+  }
+  return places;
+}
+
+/// A field that is read at the point itself.
+std::optional<std::string> field_in(const Expr& e) {
+  std::optional<std::string> found;
+  if (const auto* field = std::get_if<Field>(&e->kind)) return field->name;
+  if (std::holds_alternative<Reduce>(e->kind) || std::holds_alternative<Sample>(e->kind)) return found;
+  for_each_part(e, [&](const Expr& part) {
+    if (!found) found = field_in(part);
+  });
+  return found;
+}
+
+/// Looks for a field that can be taken out of an integral: whoever wrote it there meant the field at that place, since
+/// in front of the integral it is the same. In exp(-s*u) or 1/(1 + s*u) it may stand.
+struct MovableField {
+  using Found = std::optional<std::string>;
+  Expr place;
+  const std::vector<Expr>& integrals;  // within this one, spelled out: factors of theirs are not of the text
+
+  bool holds_place(const Expr& e) const {
+    return any_part(e, [&](const Expr& part) { return part == place; });
+  }
+  bool is_integral(const Expr& e) const {
+    return std::ranges::any_of(integrals, [&](const Expr& one) { return &one.node() == &e.node(); });
+  }
+  Found in(const std::vector<Expr>& parts, bool of_sum) const {
+    for (const Expr& part : parts) {
+      if (Found found = in(part, of_sum)) return found;
+    }
+    return std::nullopt;
+  }
+  /// A term of a factor is none of the integral's: `of_sum` is false within.
+  Found in(const Expr& e, bool of_sum) const;
+};
+
+MovableField::Found MovableField::in(const Expr& e, bool of_sum) const {
+  if (!holds_place(e)) return field_in(e);
+  if (is_integral(e)) return std::nullopt;
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return in(neg->operand, of_sum);
+  if (const auto* derivative = std::get_if<Derivative>(&e->kind)) return in(derivative->operand, of_sum);
+  if (const auto* select = std::get_if<Select>(&e->kind)) {
+    const bool has_edge_by_field = holds_place(select->condition) && field_in(select->condition);
+    return has_edge_by_field ? std::nullopt : in({select->yes, select->no}, of_sum);
+  }
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b == nullptr) return std::nullopt;
+  const bool left = holds_place(b->left), right = holds_place(b->right);
+  switch (b->op) {
+    case BinaryOp::add:
+    case BinaryOp::subtract: return of_sum ? in({b->left, b->right}, true) : std::nullopt;
+    case BinaryOp::multiply: return in({b->left, b->right}, of_sum && !(left && right));
+    case BinaryOp::divide:
+      if (!right) return in({b->right, b->left}, of_sum);
+      return in(b->left, false);
+    case BinaryOp::power: return right ? std::nullopt : in(b->left, false);
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: return std::nullopt;
+  }
+  unreachable("operator");
+}
+
+}  // namespace
+
+bool Expressions::is_quadrature(const ast::Call& e) {
+  return e.callee == "integral" && std::ranges::any_of(e.arguments, [](const ast::Argument& argument) {
+           return argument.name == "from" || argument.name == "to";
+         });
+}
+
+/// False after a diagnostic. What it is at a place that has no value says it of all.
+bool Expressions::follows_place(const ast::Call& e) {
+  const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
+  const Expr place = param("a place " + variable);  // no name of a text
+  const std::map<std::string, Typed> outside = running_;
+  running_[variable] = number_of(place);
+  const std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  running_ = outside;
+  if (!value) return false;
+  const std::optional<std::string> field = MovableField{place, integrals_}.in(*value, true);
+  if (!field) return true;
+  const std::string elsewhere =
+      purpose_ == Purpose::quantity
+          ? fmt::format("its values along {} are sample({}, at = {})", variable, *field, variable)
+          : fmt::format(
+                "integral(f*{0}) over the grid weighs its values by what f is there, a solve by a Green's function",
+                *field);
+  draft_.sink.report(
+      "not-allowed-here", e.arguments[0].value.range(),
+      {*field, fmt::format("an integral over {} as a factor or a term", variable)},
+      fmt::format("it is the {1} of the point itself, wherever {0} is: put it in front of the integral; {2}", variable,
+                  *field, elsewhere));
+  return false;
+}
+
+/// The sum over the places; of the sizes of the formula's values where `of_sizes`.
+std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes) {
+  const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
+  const Origin origin{e.callee_range};
+  const Expr half = binary(BinaryOp::multiply, 0.5, binary(BinaryOp::subtract, high, low, origin), origin);
+  const Expr middle = binary(BinaryOp::add, low, half, origin);
+  const std::map<std::string, Typed> outside = running_;
+  std::optional<Expr> sum = 0.0;
+  for (const QuadratureNode& node : gauss_nodes()) {
+    const Expr place = binary(BinaryOp::add, middle, binary(BinaryOp::multiply, node.place, half, origin), origin);
+    running_[variable] = number_of(place);
+    std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+    if (value && of_sizes) value = model::call(Fn::abs, {*value}, origin);
+    if (!value) sum.reset();
+    if (!sum) break;
+    sum = binary(BinaryOp::add, *sum, binary(BinaryOp::multiply, node.weight, *value, origin), origin);
+  }
+  running_ = outside;
+  return sum ? std::optional(binary(BinaryOp::multiply, half, *sum, origin)) : std::nullopt;
+}
+
+/// The same in two parts, and each integral inside, tells whether the places do: where all of it is known, at some
+/// places and times.
+void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
+  constexpr double digits = 1e-6;
+  KnownValues known = draft_.values;
+  known["t"] = draft_.problem.t_begin;
+  if (!is_formula(with_known(whole, known))) return;
+  is_in_parts_ = true;
+  const auto parts = sum_of_parts(e, low, high);
+  const auto sizes = gauss_sum(e, low, high, true);
+  is_in_parts_ = false;
+  if (!parts || !sizes) return;
+  const Problem& problem = draft_.problem;
+  double largest = 0, worst = 0;
+  std::pair<double, double> values_there;
+  for (const double share : holds_time(whole) ? std::vector{0.0, 0.382, 1.0} : std::vector{0.0}) {
+    known["t"] = problem.t_begin + share * problem.steps * problem.step;
+    const Expr once = with_known(whole, known), twice = with_known(*parts, known), size = with_known(*sizes, known);
+    if (!is_formula(twice) || !is_formula(size)) return;
+    for (const std::array<double, 3>& place : places_to_look_at(problem.axes)) {
+      const std::pair here{value_at(once, place), value_at(twice, place)};
+      const double difference = std::abs(here.first - here.second);
+      if (const double there = value_at(size, place); there > largest) largest = there;
+      if (difference <= worst || std::isnan(worst)) continue;
+      worst = difference;
+      values_there = here;
+    }
+  }
+  if (worst <= digits * largest) return;
+  draft_.sink.report(
+      "integral-not-resolved", e.callee_range,
+      {fmt::format("{:.6g}", dpde::shown(values_there.first)), fmt::format("{:.6g}", dpde::shown(values_there.second))},
+      "split it where the formula has a kink, a jump or a narrow peak: integral(f, s, from = a, to = c) "
+      "+ integral(f, s, from = c, to = b)");
+}
+
+std::optional<Expr> Expressions::sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high) {
+  constexpr double share = 0.382;  // not in the middle, about which a formula may be odd
+  const Expr middle =
+      binary(BinaryOp::add, binary(BinaryOp::multiply, 1 - share, low), binary(BinaryOp::multiply, share, high));
+  const auto first = gauss_sum(e, low, middle, false), second = gauss_sum(e, middle, high, false);
+  return first && second ? std::optional(binary(BinaryOp::add, *first, *second)) : std::nullopt;
+}
+
+Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
+  const bool has_form = e.arguments.size() == 4 && e.arguments[0].name.empty() && e.arguments[1].name.empty() &&
+                        e.arguments[2].name == "from" && e.arguments[3].name == "to";
+  if (!has_form || std::get_if<ast::Name>(&e.arguments[1].value->kind) == nullptr) {
+    draft_.sink.report("wrong-argument-count", e.callee_range,
+                       {e.callee, "a formula, what runs in it, where from and where to", "this"},
+                       "write integral(exp(-s^2), s, from = 0, to = x)");
+    return {};
+  }
+  const auto low = as_number(any(e.arguments[2].value), e.arguments[2].value.range());
+  const auto high = as_number(any(e.arguments[3].value), e.arguments[3].value.range());
+  if (!low || !high) return {};
+  const std::optional<Expr> sum = is_in_parts_ ? sum_of_parts(e, *low, *high) : gauss_sum(e, *low, *high, false);
+  if (!sum || (!is_in_parts_ && !follows_place(e))) return {};
+  integrals_.push_back(*sum);
+  Typed result = number_of(*sum);
+  if (is_too_large(result, range)) return {};
+  if (running_.empty() && !is_in_parts_) look_at_parts(e, *low, *high, *sum);
+  return result;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// mean(u), mean(u, y), max(u, over = (x, y)): reductions over all axes of the scene, or over those named.
+#include <algorithm>
+#include <utility>
+
+#include "model/build.h"
+#include "model/from_ast/scene/coordinates.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/analyse/placement.h"
+
+namespace dpde::model {
+
+namespace {
+
+using Around = std::function<Expr(const Expr&)>;
+
+/// The terms of a sum, each with what stands `around` the sum, where they lie at places of their own, as those of
+/// dot(u, u) of a vector on faces; false where one of them lies nowhere.
+bool split_by_place(const Placements& placements, const Expr& e, const Around& around, std::vector<Expr>& terms) {
+  if (!placements.find_mistake(e)) {
+    terms.push_back(around(e));
+    return !placements.find_mistake(terms.back());
+  }
+  if (const auto* neg = std::get_if<Neg>(&e->kind))
+    return split_by_place(
+        placements, neg->operand, [&](const Expr& part) { return around(negate(part, e->origin)); }, terms);
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (!b) return false;
+  const auto is_everywhere = [&](const Expr& part) {
+    return !placements.natural(part) && !placements.find_mistake(part);
+  };
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) {
+    const Around right = [&](const Expr& part) {
+      return around(b->op == BinaryOp::add ? part : negate(part, e->origin));
+    };
+    return split_by_place(placements, b->left, around, terms) && split_by_place(placements, b->right, right, terms);
+  }
+  const bool in_left = (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) && is_everywhere(b->right);
+  const bool in_right = b->op == BinaryOp::multiply && is_everywhere(b->left);
+  if (!in_left && !in_right) return false;
+  const Around scaled = [&](const Expr& part) {
+    return around(in_left ? binary(b->op, part, b->right, e->origin) : binary(b->op, b->left, part, e->origin));
+  };
+  return split_by_place(placements, in_left ? b->left : b->right, scaled, terms);
+}
+
+bool is_linear(Reduce::Kind kind) { return kind != Reduce::Kind::max && kind != Reduce::Kind::min; }
+
+/// A mean, sum or integral of a sum is the sum of those of its terms, each over the points where it lies.
+std::vector<Expr> terms_by_place(const Problem& problem, Reduce::Kind kind, const Expr& operand) {
+  const Placements placements(problem);
+  if (!is_linear(kind) || !placements.is_staggered() || !placements.find_mistake(operand)) return {operand};
+  std::vector<Expr> terms;
+  const bool fits = split_by_place(
+      placements, operand, [](const Expr& part) { return part; }, terms);
+  return fits ? terms : std::vector{operand};  // where it does not fit that is said later
+}
+
+}  // namespace
+
+std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
+  if (e.callee == "mean") return Reduce::Kind::mean;
+  if (e.callee == "sum") return Reduce::Kind::sum;
+  if (e.callee == "integral") return Reduce::Kind::integral;
+  const bool is_over_space = e.arguments.size() == 1 || (e.arguments.size() == 2 && e.arguments[1].name == "over");
+  if (e.callee == "max" && is_over_space) return Reduce::Kind::max;
+  if (e.callee == "min" && is_over_space) return Reduce::Kind::min;
+  return std::nullopt;
+}
+
+Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
+  if (purpose_ != Purpose::quantity && !is_of_step()) return refuse("the reduction " + e.callee, e.callee_range);
+  if (wall_of(e) != nullptr) return wall_reduction(kind, e, range);
+  const bool has_operand = !e.arguments.empty() && e.arguments[0].name.empty();
+  if (!has_operand) {
+    takes(e, 1);
+    return {};
+  }
+  const SourceRange inside = e.arguments[0].value.range();
+  const std::vector<Expr> terms = terms_of_reduction(kind, e.arguments[0].value);
+  const auto over = axes_of_reduction(e);
+  if (terms.empty() || !over || is_too_large({Typed::Type::number, terms}, inside)) return {};
+  const Coordinates coordinates(draft_.problem, {range});
+  std::optional<Expr> sum;
+  for (const Expr& term : terms) {
+    const Expr part = coordinates.reduction(Reduce{kind, term, *over});
+    sum = sum ? binary(BinaryOp::add, *sum, part, {range}) : part;
+  }
+  return number_of(*sum);
+}
+
+/// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
+std::vector<Expr> Expressions::terms_of_reduction(Reduce::Kind kind, const ast::Expr& operand) {
+  const Placements placements(draft_.problem);
+  const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
+  const bool was_in_sum = std::exchange(is_in_sum_, is_linear(kind) && placements.is_staggered());
+  auto value = as_number(any(operand), operand.range());
+  std::vector<Expr> terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+  if (std::exchange(is_in_sum_, false) && std::ranges::any_of(terms, is_misplaced)) {
+    value = as_number(any(operand), operand.range());
+    terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+  }
+  is_in_sum_ = was_in_sum;
+  return terms;
+}
+
+std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Call& e) {
+  constexpr std::array all{true, true, true};
+  if (e.arguments.size() == 1) return all;
+  std::array<bool, 3> over{};
+  for (std::size_t i = 1; i < e.arguments.size(); ++i) {
+    const ast::Argument& argument = e.arguments[i];
+    const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
+    if (!is_alone && !argument.name.empty()) {
+      draft_.sink.report("wrong-argument-count", argument.value.range(),
+                         {e.callee, "what it reduces and axes", "one called " + argument.name},
+                         "write " + e.callee + "(u, over = y)");
+      return std::nullopt;
+    }
+    const auto* several = is_alone ? std::get_if<ast::Tuple>(&argument.value->kind) : nullptr;
+    const bool fine = several ? std::all_of(several->elements.begin(), several->elements.end(),
+                                            [&](const ast::Expr& axis) { return add_axis(axis, over); })
+                              : add_axis(argument.value, over);
+    if (!fine) return std::nullopt;
+  }
+  const bool is_all = std::all_of(over.begin(), over.begin() + axis_count(), [](bool along) { return along; });
+  return is_all ? all : over;
+}
+
+bool Expressions::add_axis(const ast::Expr& e, std::array<bool, 3>& over) {
+  const auto* name = std::get_if<ast::Name>(&e->kind);
+  const int axis = name ? axis_of(draft_, name->name) : -1;
+  if (axis < 0) {
+    draft_.sink.report("unknown-axis", e.range(), {name ? name->name : "this"}, "write mean(u, y) or max(u, over = y)");
+    return false;
+  }
+  if (!has_axis(axis, e.range())) return false;
+  bool& along = over[static_cast<std::size_t>(axis)];
+  if (along) draft_.sink.report("duplicate", e.range(), {"axis " + axis_name(axis)});
+  return !std::exchange(along, true);
+}
+
+}  // namespace dpde::model

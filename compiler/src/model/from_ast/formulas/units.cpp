@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+// Units that the lines of a model, its scene and its task tell: whether all formulas fit them, and what is in which
+// unit, for pictures and files. Read from the text, once everything in it is known to mean something.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/from_ast/formulas/measures.h"
+#include "model/from_ast/parts.h"
+#include "support/match.h"
+#include "support/side_conditions.h"
+#include "syntax/item_kinds.h"
+
+namespace dpde::model {
+
+namespace {
+
+Measure told_by(const ast::UnitText& unit) {
+  return unit ? measure_of(std::get<Unit>(read_unit(unit->name))) : Measure{};
+}
+
+bool tells_unit(const std::vector<ast::UnitText>& units) {
+  return std::ranges::any_of(units, [](const ast::UnitText& unit) { return unit.has_value(); });
+}
+
+bool tells_unit(const ast::Item& item) {
+  return match(
+      item.kind, [](const ast::FieldItem& i) { return tells_unit(i.units); },
+      [](const ast::CoefficientItem& i) { return tells_unit(i.units); },
+      [](const ast::ControlItem& i) { return tells_unit(i.units); },
+      [](const ast::ParamItem& i) { return tells_unit(i.units); },
+      [](const ast::LetItem& i) { return i.unit.has_value(); },
+      [](const ast::SolvedItem& i) { return i.unit.has_value(); },
+      [](const ast::GridItem& i) { return i.unit.has_value(); },
+      [](const ast::ValueItem& i) { return i.unit.has_value(); },
+      [](const ast::TimeItem& i) { return i.unit.has_value(); },
+      [](const ast::ObserveItem& i) { return i.unit.has_value(); },
+      [](const ast::DataItem& i) { return i.unit.has_value(); }, [](const auto&) { return false; });
+}
+
+bool tells_unit(const std::vector<ast::Item>& items) {
+  return std::ranges::any_of(items, [](const ast::Item& item) { return tells_unit(item); });
+}
+
+/// The lines of a model and its scene, and those of the task.
+class UnitLines {
+ public:
+  explicit UnitLines(Draft& draft) : draft_(draft), measures_(draft) {}
+
+  void read() {
+    for (const ast::Model* model : models()) {
+      for (const ast::Item& item : model->items) declare(item);
+    }
+    for (const ast::Item& item : draft_.scene->items) declare(item);
+    measure_axes();
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(draft_.scene->items)) tell_observable(item);
+    if (draft_.task != nullptr) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) tell_data(item);
+    }
+    if (draft_.model != nullptr) {
+      for (const ast::Item& item : draft_.model->items) check_model(item);
+    }
+    for (const ast::Item& item : draft_.scene->items) check_scene(item);
+    for (const ast::NamedFormula& each : draft_.selection.shown) {
+      if (each.value) shown_[each.name.name] = measures_.of(*each.value);
+    }
+    if (draft_.task == nullptr) return;
+    for (const ast::Item& item : draft_.task->items) check_task(item);
+  }
+
+  /// Into the problem, by the names that files and pictures have.
+  void keep() {
+    Problem& problem = draft_.problem;
+    const auto note = [&](const std::string& name, const Measure& measure) {
+      if (measure.is_known()) problem.units[name] = measure.unit.text();
+    };
+    for (const State& state : problem.states) {
+      const bool is_rate = !state.velocity_of.empty();
+      const Measure moved = measures_.of_name(is_rate ? state.velocity_of : state.name);
+      if (state.history_of.empty()) note(state.name, is_rate ? quotient(moved, measures_.axes().time) : moved);
+    }
+    for (const Coefficient& coefficient : problem.coefficients)
+      note(coefficient.name, measures_.of_name(coefficient.name));
+    for (const Parameter& parameter : problem.params) note(parameter.name, measures_.of_name(parameter.name));
+    for (const Quantity& quantity : problem.observables) {
+      if (observed_.contains(quantity.name)) note(quantity.name, observed_.at(quantity.name));
+    }
+    for (std::size_t a = 0; a < problem.axes.size(); ++a) note(problem.axes[a].name, measures_.axes().coordinates[a]);
+    note("t", measures_.axes().time);
+    for (const std::string& name : shorthands_) {
+      const MeasureList list = measures_.of_let(name);
+      if (list.size() == 1) note(name, list.front());
+      for (std::size_t i = 0; list.size() > 1 && i < std::min(list.size(), problem.axes.size()); ++i)
+        note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
+    }
+    for (const Shown& shown : problem.shown) {
+      const std::string name = shown.name.substr(0, shown.name.find('.'));
+      const auto formula = shown_.find(name);
+      const MeasureList list = formula == shown_.end() ? measures_.of_let(name) : formula->second;
+      const bool is_let = formula == shown_.end(), is_part = name != shown.name;
+      const bool has_parts = list.size() > 1 && list.size() == problem.axes.size() && is_part;
+      if (list.size() == 1 && (is_part || !is_let)) note(shown.name, list.front());
+      if (!is_let && has_parts) note(shown.name, list[std::string_view("xyz").find(shown.name.back())]);
+    }
+    for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
+    if (!problem.task) return;
+    for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));
+  }
+
+ private:
+  /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
+  /// Programs have none.
+  std::vector<const ast::Model*> models() const {
+    std::vector<const ast::Model*> all{find_declaration<ast::Model>(draft_.file, draft_.scene->of.name)};
+    for (const ast::Identifier& name : draft_.scene->also)
+      all.push_back(find_declaration<ast::Model>(draft_.file, name.name));
+    std::erase(all, nullptr);
+    return all;
+  }
+
+  void tell(const ast::Identifier& name, const ast::UnitText& unit) {
+    if (!unit) return;
+    if (measures_.knows(name.name))
+      measures_.fits(told_by(unit), measures_.of_name(name.name), unit->range, name.name);
+    else
+      measures_.tell(name.name, told_by(unit));
+  }
+  void tell_all(const std::vector<ast::Identifier>& names, const std::vector<ast::UnitText>& units) {
+    for (std::size_t i = 0; i < names.size(); ++i) tell(names[i], units[i]);
+  }
+
+  void declare(const ast::Item& item) {
+    match(
+        item.kind, [&](const ast::FieldItem& i) { tell_all(i.names, i.units); },
+        [&](const ast::CoefficientItem& i) { tell_all(i.names, i.units); },
+        [&](const ast::ControlItem& i) { tell_all(i.names, i.units); },
+        [&](const ast::ParamItem& i) { tell_all(i.names, i.units); },
+        [&](const ast::SolvedItem& i) { tell(i.unknown, i.unit); },
+        [&](const ast::ValueItem& i) { tell(i.name, i.unit); },
+        [&](const ast::LetItem& i) {
+          measures_.add_let(i);
+          shorthands_.push_back(i.name.name);
+        },
+        [](const auto&) {});
+  }
+
+  /// Angles are pure numbers, whether that is told or not.
+  void measure_axes() {
+    MeasuredAxes axes;
+    for (const auto& [item, range] : items_of<ast::TimeItem>(draft_.scene->items)) axes.time = told_by(item.unit);
+    axes.coordinates.resize(draft_.problem.axes.size());
+    for (const auto& [name, axis] : draft_.axis_names) {
+      const bool is_angle = name == "theta" || name == "lon" || name == "lat";
+      if (is_angle) axes.coordinates.at(static_cast<std::size_t>(axis)) = {Measure::Kind::number};
+    }
+    for (const auto& [item, range] : items_of<ast::GridItem>(draft_.scene->items)) {
+      const int axis = axis_of(draft_, item.axis.name);
+      if (item.unit) axes.coordinates.at(static_cast<std::size_t>(axis)) = told_by(item.unit);
+    }
+    axes.lengths = axes.coordinates;
+    measures_.set_axes(axes);
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(draft_.scene->items)) stretch(axes, item);
+    measures_.set_axes(std::move(axes));
+  }
+
+  /// Lengths of curved coordinates are those of their units times these; an angle counts as a number.
+  void stretch(MeasuredAxes& axes, const ast::CoordinatesItem& item) {
+    for (Measure& length : axes.lengths) {
+      if (length.is_known() && length.unit.is_pure_number()) length = {Measure::Kind::number};
+    }
+    const auto* call = std::get_if<ast::Call>(&item.kind->kind);
+    const auto* name = std::get_if<ast::Name>(&item.kind->kind);
+    if (name != nullptr && name->name == "cylinder") axes.around = axes.coordinates[0];
+    if (name != nullptr && name->name == "polar") axes.lengths[1] = product(axes.lengths[1], axes.coordinates[0]);
+    for (std::size_t a = 0; call != nullptr && a < axes.lengths.size(); ++a) {
+      const std::size_t of = std::min(a, call->arguments.size() - 1);
+      axes.lengths[a] = product(axes.lengths[a], measures_.one(call->arguments[of].value));
+      // An angle times a number that is written down: whoever wrote it knows the unit.
+      if (axes.lengths[a].kind == Measure::Kind::number) axes.lengths[a] = {};
+    }
+  }
+
+  void tell_observable(const ast::ObserveItem& item) {
+    observed_[item.name.name] = item.unit ? told_by(item.unit) : measures_.of(item.value).front();
+  }
+
+  /// From a scene: that of the field or observable there, where it is of the same model. Times and places are compared
+  /// with those of this scene.
+  void tell_data(const ast::DataItem& item) {
+    Measure measure = told_by(item.unit);
+    const auto* name = std::get_if<ast::Name>(&item.value->kind);
+    const auto* other = item.scene ? find_declaration<ast::Scene>(draft_.file, item.scene->name) : nullptr;
+    const bool is_alike = other != nullptr && other->of.name == draft_.scene->of.name && name != nullptr;
+    if (!item.unit && is_alike) measure = measure_in(*other, name->name);
+    measures_.tell(item.name.name, measure);
+    if (other != nullptr) compare(*other, item.scene->range);
+  }
+
+  Measure measure_in(const ast::Scene& other, const std::string& name) {
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(other.items)) {
+      if (item.name.name == name) return item.unit ? told_by(item.unit) : measures_.of(item.value).front();
+    }
+    return measures_.of_name(name);
+  }
+
+  void compare(const ast::Scene& other, SourceRange range) {
+    for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
+      measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
+    for (const auto& [item, where] : items_of<ast::ValueItem>(other.items)) {
+      if (item.unit && other.of.name == draft_.scene->of.name)
+        measures_.fits(told_by(item.unit), measures_.of_name(item.name.name), item.unit->range, item.name.name);
+    }
+    for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
+      const int axis = axis_of(draft_, item.axis.name);
+      if (axis < 0 || static_cast<std::size_t>(axis) >= measures_.axes().coordinates.size()) continue;
+      measures_.fits(told_by(item.unit), measures_.axes().coordinates[static_cast<std::size_t>(axis)], range,
+                     "axis " + item.axis.name + " of this scene");
+    }
+  }
+
+  /// "u" or "dt(u)"
+  Measure measure_of_state(const std::string& written) const {
+    const std::string rated = rated_field(written);
+    return rated.empty() ? measures_.of_name(written) : quotient(measures_.of_name(rated), measures_.axes().time);
+  }
+  void fit_time(const std::optional<ast::Expr>& e, const std::string& what) {
+    if (e) measures_.fit(*e, measures_.axes().time, what);
+  }
+
+  void check_model(const ast::Item& item) {
+    match(
+        item.kind,
+        [&](const ast::ParamItem& i) {
+          for (std::size_t n = 0; n < i.names.size(); ++n) {
+            const std::string& name = i.names[n].name;
+            if (i.values[n]) measures_.fit(*i.values[n], measures_.of_name(name), name);
+          }
+        },
+        [&](const ast::LetItem& i) { measures_.of_let(i.name.name); },
+        [&](const ast::EquationItem& i) {
+          const Measure rate = quotient(measure_of_state(i.field.name), measures_.axes().time);
+          measures_.fit(i.rhs, rate, fmt::format("dt({})", i.field.name));
+        },
+        [&](const ast::SolvedItem& i) {
+          measures_.fit(i.right, measures_.one(i.left), "the left side");
+          for (const ast::Expr& start : i.starts) {
+            if (i.iterations) {
+              measures_.fit(start, measures_.of_let(i.unknown.name), i.unknown.name);
+            } else {
+              measures_.one(start);  // of any unit: multiples of it are taken
+            }
+          }
+          look_beside(i.preconditioner);
+        },
+        [&](const ast::ConstraintItem& i) {
+          measures_.fit(i.value, measures_.one(i.zero), "the left side");
+          for (const ast::Expr& start : i.starts) measures_.one(start);
+          look_beside(i.preconditioner);
+        },
+        [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); }, [](const auto&) {});
+  }
+
+  /// What a preconditioner knows beside the residual. What it makes is a direction, of any unit.
+  void look_beside(const std::optional<ast::Expr>& preconditioner) {
+    const auto* call = preconditioner ? std::get_if<ast::Call>(&(*preconditioner)->kind) : nullptr;
+    for (std::size_t i = 1; call != nullptr && i < call->arguments.size(); ++i) measures_.one(call->arguments[i].value);
+  }
+
+  void fit_state(const ast::Expr& value, const std::string& field) {
+    measures_.fit(value, measure_of_state(field), field);
+  }
+
+  void check_scene(const ast::Item& item) {
+    match(
+        item.kind, [&](const ast::GridItem& i) { check_grid(i); },
+        [&](const ast::ValueItem& i) {
+          measures_.fit(i.value, measures_.of_name(i.name.name), i.name.name);
+          fit_time(i.every, "the time");
+        },
+        [&](const ast::LetItem& i) { measures_.of_let(i.name.name); },
+        [&](const ast::InitialItem& i) { fit_state(i.value, i.field.name); },
+        [&](const ast::ExactItem& i) { fit_state(i.value, i.field.name); },
+        [&](const ast::BoundaryItem& i) {
+          for (const ast::BoundarySide& side : i.sides) check_side(i.field.name, side);
+        },
+        [&](const ast::TimeItem& i) { check_time(i); }, [&](const ast::StepItem& i) { fit_time(i.step, "the time"); },
+        [&](const ast::EventItem& i) { check_event(i); },
+        [&](const ast::ObserveItem& i) { measures_.fit(i.value, observed_.at(i.name.name), i.name.name); },
+        [&](const ast::OutputItem& i) { fit_time(i.every, "the time"); }, [](const auto&) {});
+  }
+
+  void check_grid(const ast::GridItem& item) {
+    const Measure& along = measures_.axes().coordinates[static_cast<std::size_t>(axis_of(draft_, item.axis.name))];
+    const std::string what = "axis " + item.axis.name;
+    measures_.fit(item.low, along, what);
+    measures_.fit(item.high, along, what);
+    if (item.stretched) measures_.fit(*item.stretched, along, what);
+  }
+
+  void check_time(const ast::TimeItem& item) {
+    for (const auto& e : {std::optional(item.from), std::optional(item.to), item.step, item.first})
+      fit_time(e, "the time");
+    const MeasuredAxes& axes = measures_.axes();
+    if (item.speed && axes.are_alike() && !axes.lengths.empty())
+      measures_.fit(*item.speed, quotient(axes.lengths.front(), axes.time), "a speed");
+  }
+
+  void check_event(const ast::EventItem& item) {
+    fit_time(item.every, "the time");
+    for (const ast::Expr& time : item.times) fit_time(time, "the time");
+    for (const ast::EventItem::Update& update : item.updates) fit_state(update.value, update.field.name);
+  }
+
+  /// What a condition takes: WORD(a, b, c) of a*u + b*du/dn = c, radiating(speed), or a value.
+  void check_side(const std::string& field, const ast::BoundarySide& side) {
+    const auto* word = std::get_if<ast::Name>(&side.value->kind);
+    if (word != nullptr && is_side_word(word->name)) return;
+    const MeasuredAxes& axes = measures_.axes();
+    const int axis = axis_of(draft_, side.place.name.substr(0, side.place.name.find('.')));
+    const Measure across = axis >= 0                                   ? axes.lengths.at(static_cast<std::size_t>(axis))
+                           : axes.are_alike() && !axes.lengths.empty() ? axes.lengths.front()
+                                                                       : Measure{};
+    const Measure own = measure_of_state(field), slope = quotient(own, across);
+    const auto* call = std::get_if<ast::Call>(&side.value->kind);
+    const SideCondition* condition =
+        call != nullptr ? find_condition(call->callee, SideCondition::Level::models) : nullptr;
+    if (condition == nullptr) return measures_.fit(side.value, own, field);
+    if (condition->takes_rate())
+      measures_.fit(call->arguments[0].value, quotient(across, axes.time), "a speed");
+    else if (condition->gives_slope())
+      measures_.fit(call->arguments[0].value, slope, fmt::format("the slope of {}", field));
+    else if (call->arguments.size() == 3)
+      check_mixed(*call, own, slope);
+  }
+
+  void check_mixed(const ast::Call& call, const Measure& own, const Measure& slope) {
+    const Measure value_term = product(measures_.one(call.arguments[0].value), own);
+    const Measure slope_term = product(measures_.one(call.arguments[1].value), slope);
+    measures_.fits(slope_term, value_term, call.arguments[1].value.range(), "a*u, of a*u + b*du/dn = c,");
+    measures_.fit(call.arguments[2].value, value_term.is_known() ? value_term : slope_term,
+                  "the left side of a*u + b*du/dn = c");
+  }
+
+  void check_task(const ast::Item& item) {
+    match(
+        item.kind,
+        [&](const ast::UnknownItem& i) {
+          for (const auto& e : {i.from, i.low, i.high}) {
+            if (e) fit_state(*e, i.name.name);
+          }
+        },
+        [&](const ast::MinimiseItem& i) {
+          measures_.of(i.loss);
+          check_when(i.when);
+        },
+        [&](const ast::TestItem& i) {
+          if (i.kind != ast::TestItem::Kind::growth) measures_.of(i.value);
+          check_when(i.when);
+        },
+        [&](const ast::DataItem& i) { check_when(i.when); }, [](const auto&) {});
+  }
+
+  void check_when(const ast::When& when) {
+    if (const auto* at = std::get_if<ast::WhenAt>(&when)) {
+      for (const ast::Expr& time : at->times) fit_time(time, "the time");
+    }
+  }
+
+  Draft& draft_;
+  Measures measures_;
+  std::map<std::string, Measure> observed_;
+  std::map<std::string, MeasureList> shown_;  // formulas of Selection::shown
+  std::vector<std::string> shorthands_;
+};
+
+}  // namespace
+
+void check_units(Draft& draft) {
+  if (draft.sink.has_errors()) return;
+  const bool any = (draft.model != nullptr && tells_unit(draft.model->items)) || tells_unit(draft.scene->items) ||
+                   (draft.task != nullptr && tells_unit(draft.task->items));
+  if (!any) return;
+  UnitLines lines(draft);
+  lines.read();
+  lines.keep();
+}
+
+}  // namespace dpde::model

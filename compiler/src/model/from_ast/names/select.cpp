@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which task, scene, model or program of the file is meant; names of blocks are unique.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Coordinates and t may name parameters: f(x) means its own x.
+void check_function(Draft& draft, const ast::Function& function) {
+  const auto refuse = [&](const ast::Identifier& name, const char* what) {
+    draft.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
+  };
+  if (Expressions::is_built_in(function.name.name)) refuse(function.name, "function");
+  std::map<std::string, SourceRange> seen;
+  for (const ast::Identifier& parameter : function.parameters) {
+    const auto [first, is_new] = seen.emplace(parameter.name, parameter.range);
+    if (!is_new) report_duplicate(draft, "parameter " + parameter.name, parameter.range, first->second);
+    const bool is_place = axis_of(parameter.name) >= 0 || parameter.name == "t";
+    if (!is_place && is_reserved(parameter.name)) refuse(parameter, "parameter");
+  }
+}
+
+/// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
+/// false when two have the same name.
+bool names_are_unique(Draft& draft) {
+  bool fine = true;
+  std::map<std::string, SourceRange> chosen, models, schemes, functions;
+  const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
+    const auto [first, is_new] = names.emplace(name.name, name.range);
+    if (!is_new) report_duplicate(draft, name.name, name.range, first->second);
+    fine = fine && is_new;
+    return is_new;
+  };
+  for (const ast::Declaration& declaration : draft.file.declarations) {
+    match(
+        declaration.kind, [&](const ast::Model& m) { add(models, m.name); },
+        [&](const ast::Scene& s) { add(chosen, s.name); }, [&](const ast::Scheme& s) { add(schemes, s.name); },
+        [&](const ast::Task& t) { add(chosen, t.name); },
+        [&](const ast::Program& p) {
+          if (add(chosen, p.name)) add(models, p.name);
+        },
+        [](const ast::Kernel&) {}, [](const ast::Loop&) {}, [](const ast::Import&) {},
+        [&](const ast::Network& n) { add(functions, n.name); }, [&](const ast::DataSet& d) { add(chosen, d.name); },
+        [&](const ast::Chart& c) { add(chosen, c.name); },
+        [&](const ast::Function& f) {
+          add(functions, f.name);
+          check_function(draft, f);
+        });
+  }
+  return fine;
+}
+
+void report_unknown_block(Draft& draft, const std::string& what, const std::string& name, SourceRange range,
+                          const std::vector<std::string>& candidates) {
+  draft.sink.report("unknown-block", range, {what, name}, did_you_mean(name, candidates));
+}
+
+std::vector<std::string> joined(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// Of what is called so, or nearly, and is for some verbs only; "" where nothing is.
+std::string hint_of_verb(const Draft& draft, const std::string& name) {
+  const auto named = [&](const std::vector<std::string>& names) {
+    return std::ranges::find(names, name) != names.end() ? name : nearest_name(name, names);
+  };
+  const std::string chart = named(names_of<ast::Chart>(draft.file));
+  if (!chart.empty()) return fmt::format("{0} is a chart: dpde chart FILE {0}, or dpde tune FILE {0}", chart);
+  const std::string data_set = named(names_of<ast::DataSet>(draft.file));
+  return data_set.empty() ? "" : fmt::format("{0} is a data set: dpde run FILE {0} --out DIR", data_set);
+}
+
+bool select_named(Draft& draft, const std::string& name) {
+  draft.task = find_declaration<ast::Task>(draft.file, name);
+  draft.scene = find_declaration<ast::Scene>(draft.file, name);
+  if (draft.scene) draft.task = nullptr;
+  if (draft.task || draft.scene) return true;
+  const std::vector<std::string> fitting = joined(task_names(draft.file), scene_names(draft.file));
+  const std::string of_verb = nearest_name(name, fitting).empty() ? hint_of_verb(draft, name) : "";
+  draft.sink.report("unknown-block", {}, {"scene or task", name},
+                    of_verb.empty() ? did_you_mean(name, fitting) : of_verb);
+  return false;
+}
+
+/// What the file says itself goes before what it imports.
+bool select_only(Draft& draft) {
+  ast::File own = draft.file;
+  std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
+  const bool has_own = !task_names(own).empty() || !scene_names(own).empty();
+  const ast::File& from = has_own ? own : draft.file;
+  const std::vector<std::string> tasks = task_names(from), scenes = scene_names(from);
+  if (tasks.size() == 1) return select_named(draft, tasks.front());
+  if (tasks.empty() && scenes.size() == 1) return select_named(draft, scenes.front());
+  if (scenes.empty()) {
+    draft.sink.report("no-scene", {}, {}, "write scene NAME : MODEL { grid ...; initial ...; time ... }");
+    return false;
+  }
+  draft.sink.report("choose-one", {}, {tasks.empty() ? "scenes" : "tasks"},
+                    fmt::format("name one of: {}", fmt::join(joined(tasks, scenes), ", ")));
+  return false;
+}
+
+bool select_scene_of_task(Draft& draft) {
+  if (!draft.task) return true;
+  if (!draft.selection.beside.empty()) {
+    draft.scene = find_declaration<ast::Scene>(draft.file, draft.selection.beside);
+    if (!draft.scene) report_unknown_block(draft, "scene", draft.selection.beside, {}, scene_names(draft.file));
+    return draft.scene != nullptr;
+  }
+  const ast::Identifier& of = draft.task->of;
+  draft.scene = find_declaration<ast::Scene>(draft.file, of.name);
+  if (!draft.scene) report_unknown_block(draft, "scene", of.name, of.range, scene_names(draft.file));
+  return draft.scene != nullptr;
+}
+
+/// false after a diagnostic.
+bool select_models(Draft& draft) {
+  std::map<std::string, SourceRange> seen{{draft.scene->of.name, draft.scene->of.range}};
+  std::vector<ast::Identifier> all{draft.scene->of};
+  all.insert(all.end(), draft.scene->also.begin(), draft.scene->also.end());
+  bool fine = true;
+  for (const ast::Identifier& name : all) {
+    const auto [first, is_new] = seen.emplace(name.name, name.range);
+    if (!(first->second == name.range)) report_duplicate(draft, "model " + name.name, name.range, first->second);
+    const bool exists = find_declaration<ast::Model>(draft.file, name.name) != nullptr;
+    if (!exists) report_unknown_block(draft, "model", name.name, name.range, names_of<ast::Model>(draft.file));
+    fine = fine && exists && first->second == name.range;
+  }
+  if (!fine) return false;
+  draft.coupled = coupled_model(draft.file, *draft.scene);
+  draft.model = &*draft.coupled;
+  return true;
+}
+
+bool select_model(Draft& draft) {
+  if (!draft.scene->also.empty()) return select_models(draft);
+  const ast::Identifier& of = draft.scene->of;
+  draft.model = find_declaration<ast::Model>(draft.file, of.name);
+  if (!draft.model) draft.program = find_declaration<ast::Program>(draft.file, of.name);
+  if (draft.model || draft.program) return true;
+  report_unknown_block(draft, "model or program", of.name, of.range,
+                       joined(names_of<ast::Model>(draft.file), names_of<ast::Program>(draft.file)));
+  return false;
+}
+
+/// What the models before one have: names of fields, and whether these are vectors; of coefficients also where they
+/// lie.
+struct Provided {
+  std::set<std::pair<std::string, bool>> fields;
+  std::set<std::tuple<std::string, bool, std::string>> coefficients;
+};
+
+std::string place_of(const ast::CoefficientItem& item) { return item.on ? item.on->name : ""; }
+
+void add_coefficients(Provided& provided, const ast::Model& model) {
+  for (const auto& [item, range] : items_of<ast::CoefficientItem>(model.items)) {
+    if (item.control || item.mask) continue;
+    for (const ast::Identifier& name : item.names)
+      provided.coefficients.emplace(name.name, item.vector, place_of(item));
+  }
+}
+
+/// `item` without the coefficients among `provided`.
+ast::Item without(ast::Item item, const Provided& provided) {
+  auto* given = get_if<ast::CoefficientItem>(&item.kind);
+  if (!given || given->control) return item;
+  const auto is_provided = [&](const ast::Identifier& name) {
+    return provided.fields.contains({name.name, given->vector}) ||
+           (!given->mask && provided.coefficients.contains({name.name, given->vector, place_of(*given)}));
+  };
+  for (std::size_t i = given->names.size(); i-- > 0;) {
+    if (!is_provided(given->names[i])) continue;
+    given->names.erase(given->names.begin() + static_cast<std::ptrdiff_t>(i));
+    given->units.erase(given->units.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return item;
+}
+
+}  // namespace
+
+bool check_block_names(const ast::File& file, DiagnosticSink& sink) {
+  const Selection none;
+  Draft draft(file, none, sink);
+  return names_are_unique(draft);
+}
+
+std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene) {
+  std::vector<const ast::Model*> models{find_declaration<ast::Model>(file, scene.of.name)};
+  for (const ast::Identifier& name : scene.also) models.push_back(find_declaration<ast::Model>(file, name.name));
+  Provided provided;
+  for (const ast::Model* model : models) {
+    if (!model) return std::nullopt;
+    for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
+      for (const ast::Identifier& name : item.names) provided.fields.emplace(name.name, item.vector);
+    }
+  }
+  ast::Model all{scene.of, {}};
+  for (const ast::Identifier& name : scene.also) all.name.name += ", " + name.name;
+  for (const ast::Model* model : models) {
+    for (const ast::Item& item : model->items) all.items.push_back(models.size() > 1 ? without(item, provided) : item);
+    add_coefficients(provided, *model);
+  }
+  return all;
+}
+
+bool select(Draft& draft) {
+  if (!names_are_unique(draft)) return false;
+  const std::string& name = draft.selection.name;
+  if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
+  if (!select_scene_of_task(draft) || !select_model(draft)) return false;
+  draft.problem.scene = draft.scene->name.name;
+  draft.problem.dropped = draft.scene->left_out;
+  if (draft.model) draft.problem.model = draft.model->name.name;
+  if (draft.program) draft.problem.program = draft.program->name.name;
+  return true;
+}
+
+}  // namespace dpde::model

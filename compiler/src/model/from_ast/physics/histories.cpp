@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, ab3 that and u_rate_old, what u_rate was a
+// step before; leapfrog keeps the value u_old. All are states that begin at 0: the first steps do not use them. An
+// equation of second order needs none with leapfrog, which keeps its velocity. What solves begin with is a memory too.
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+#include "model/print/print_model.h"
+#include "model/uses.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_leapfrog(const Draft& draft) { return model::is_leapfrog(draft.problem.scheme.time); }
+
+bool needs_history(const Draft& draft, const State& state) {
+  if (!state.rhs || is_constant(*state.rhs, 0)) return false;
+  if (is_adams_bashforth(draft.problem.scheme.time)) return true;
+  return is_leapfrog(draft) && state.velocity_of.empty() && !draft.problem.velocity_of(state.name);
+}
+
+/// Leapfrog's velocity is that of half a step before: only its damping of itself is of order 2.
+void check_velocity(Draft& draft, const State& velocity) {
+  const auto check = [&](bool fine, const Origin& origin) {
+    if (fine) return;
+    draft.sink.report("velocity-not-kept", origin.range, {velocity.velocity_of, velocity.velocity_of},
+                      "take time = verlet, whose velocity is that of the same time");
+  };
+  const Problem& problem = draft.problem;
+  const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
+  for_each_formula(problem, [&](const Use& use) {
+    const bool is_equation = use.kind == UseKind::equation;
+    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of)) return;  // others read no state
+    const bool is_own = is_equation && use.owner == velocity.name;
+    check(is_own ? linear_in(use.formula, velocity.name).has_value() : is_free(use.formula), use.origin);
+  });
+}
+
+}  // namespace
+
+std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix) {
+  const auto is_observed = [&](const std::string& name) {
+    const auto is_it = [&](const auto& item) { return item.kind.name.name == name; };
+    return std::ranges::any_of(items_of<ast::ObserveItem>(draft.scene->items), is_it) ||
+           (draft.task != nullptr && std::ranges::any_of(items_of<ast::DataItem>(draft.task->items), is_it));
+  };
+  const auto is_taken = [&](const std::string& name) {
+    const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
+    return draft.scope.find(name) != nullptr || is_observed(name) ||
+           (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr) ||
+           std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let) ||
+           std::ranges::any_of(items_of<ast::SolvedItem>(draft.model->items),
+                               [&](const auto& solved) { return solved.kind.unknown.name == name; });
+  };
+  std::string name = name_beside(of, suffix);
+  for (int n = 2; is_taken(name); ++n) name = name_beside(of, suffix + "_" + std::to_string(n));
+  return name;
+}
+
+void add_histories(Draft& draft) {
+  const TimeScheme time = draft.problem.scheme.time;
+  std::vector<State> histories;
+  const auto add = [&](const State& of, const std::string& suffix, const Origin& origin) {
+    State history;
+    history.name = name_of_memory(draft, of.name, suffix);
+    history.history_of = of.name;
+    history.boundary = of.boundary;
+    history.placement = of.placement;
+    history.initial.formula = 0.0;
+    if (declare(draft, {history.name, origin.range}, Role::state)) histories.push_back(history);
+    return history;
+  };
+  for (const State& state : draft.problem.states) {
+    if (!needs_history(draft, state)) continue;
+    State history = add(state, is_adams_bashforth(time) ? "_rate" : "_old", state.origin);
+    for (std::size_t step = 2; step < time->rates.size(); ++step) history = add(history, "_old", state.origin);
+  }
+  draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
+  for (State& guess : draft.guesses) {
+    if (declare(draft, {guess.name, guess.origin.range}, Role::state)) draft.problem.states.push_back(std::move(guess));
+  }
+}
+
+void check_histories(Draft& draft) {
+  const Problem& problem = draft.problem;
+  if (!draft.model || !is_multistep(problem.scheme.time)) return;
+  const std::string time = print(problem.scheme.time);
+  if (problem.scheme.follows_flow()) {
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {time, "advection along the flow"},
+                      "take time = rk2, or advect = central(2) or upwind(3)");
+  }
+  if (problem.courant > 0) {
+    draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {time, "steps limited by a Courant number"},
+                      "take time = rk2 or ssp_rk3");
+  }
+  if (!problem.events.empty()) {  // what they remember would still be that of before
+    draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
+                      {time, "values that change after steps"}, "take time = rk2 or rk4");
+  }
+  if (!is_leapfrog(draft)) return;
+  for (const State& state : problem.states) {
+    if (!state.velocity_of.empty()) check_velocity(draft, state);
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is done behind each stage of a step.
+//
+// 0 = div(u) gives p: the field p in the rate of u is what keeps div(u) at 0. A stage takes the rates without p and
+// then u + G(phi), where G(p) is what stood in the rate and C(u + G(phi)) = 0 for the constraint C: phi is p times the
+// time over which the rates were taken (Chorin 1968; of the order of the Runge-Kutta method where each stage does it,
+// Sanderse and Koren 2012).
+//
+// 0 = div(u) gives p each step: stages take the rates with the p of the step before, p', and only the last one takes
+// u + G(phi), where phi is (p - p') times the step. p - p' is of order dt, so that a stage U_i is in error by
+// dt*sum_j a_ij*G(p - p') = O(dt^2), and a step by O(dt^3): order 2, at most that of the method (Karam, Sutherland and
+// Saad 2021; De Michele, Capuano and Coppola 2020). Without p' stages would be in error by O(dt), and the order be 1.
+//
+// u = v inside solid: points on faces are inside where one of their cells is. What a stage finds there is replaced by
+// v, and the constraint changes nothing there: G is 0 and u is v in it.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/analyse/placement.h"
+#include "model/print/print_model.h"
+#include "model/analyse/solves.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
+/// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
+Expr inside_at(const Draft& draft, const State& state, const std::string& mask, Origin origin) {
+  const auto moving = draft.moving_masks.find(mask);
+  const Expr cell = moving == draft.moving_masks.end() ? field(mask, origin) : moving->second;
+  const Expr here = state.placement == Placement{} ? cell : interpolate(cell, origin);
+  return binary(BinaryOp::greater, here, 0.25, origin);
+}
+
+/// `free`, but where it is held.
+Expr with_held(const State& state, const Expr& free) {
+  return state.held ? select(state.held->inside, state.held->value, free) : free;
+}
+/// What moves a state; 0 where it is held.
+Expr without_held(const State& state, const Expr& push) {
+  return state.held ? select(state.held->inside, 0.0, push) : push;
+}
+
+/// Schemes whose stages do nothing behind them; in the words of a message.
+bool has_stages(Draft& draft, SourceRange range, const char* what) {
+  const Scheme& scheme = draft.problem.scheme;
+  const bool by_time = is_exponential(scheme.time) || is_verlet(scheme.time) || is_leapfrog(scheme.time);
+  if (by_time)
+    draft.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
+  const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
+  if (!subcycles.empty())
+    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", fmt::format("a scene with {}", what)},
+                      "make all steps shorter");
+  return !by_time && subcycles.empty();
+}
+
+class Binder {
+ public:
+  Binder(Draft& draft, const ast::ConstraintItem& item, SourceRange range)
+      : draft_(draft), item_(item), range_(range), name_(item.multiplier.name) {}
+
+  void bind() {
+    const auto value = Expressions(draft_, Purpose::equation, name_).number(item_.value);
+    const auto* zero = std::get_if<ast::Number>(&item_.zero->kind);
+    if (!zero || zero->value != 0)
+      return refuse(item_.zero.range(), "the left side of a constraint is 0", "write 0 = div(u) gives " + name_);
+    const auto multiplier = std::ranges::find(draft_.problem.states, name_, &State::name);
+    if (multiplier == draft_.problem.states.end())
+      return refuse(item_.multiplier.range, "it is no number", "write field " + name_);
+    const auto starts = starts_of(draft_, item_.starts, name_);
+    if (!value || !starts || !fits(*multiplier) || !split_rates()) return;
+    if (reads(*value, name_))
+      return refuse(item_.value.range(), "the constraint itself holds it", "write it with the fields that it binds");
+    add(*value, *multiplier, *starts);
+  }
+
+ private:
+  struct Changed {
+    State* state;
+    Expr push;  // what it has of the multiplier in its rate
+  };
+
+  void refuse(SourceRange at, std::string why, std::string hint) {
+    draft_.sink.report("constraint-does-not-fit", at, {name_, std::move(why)}, std::move(hint));
+  }
+  void refuse_nonlinear(const Origin& nonlinear, SourceRange otherwise, const std::string& in, std::string hint) {
+    draft_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : otherwise, {in},
+                       std::move(hint));
+  }
+
+  bool fits(const State& multiplier) {
+    const Scheme& scheme = draft_.problem.scheme;
+    if (multiplier.placement != Placement{}) {
+      refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
+    } else if (scheme.derivative_order > 2 && has_sides()) {
+      refuse(range_,
+             fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
+             "take dx = central(2)");
+    } else if (is_each_stage_asked_for() && ends_with_projection(scheme)) {
+      const char* what = scheme.is_split() ? "steps in parts" : "advection along the flow";
+      refuse(place_of_each(), fmt::format("with {} a step has one projection, at its end", what),
+             "write each step, or leave it out");
+    } else {
+      return has_stages(draft_, range_, "a constraint");
+    }
+    return false;
+  }
+
+  bool is_each_stage_asked_for() const {
+    const Project project = draft_.problem.scheme.project;
+    return project == Project::automatic ? item_.each && item_.each->name == "stage" : project == Project::stage;
+  }
+  SourceRange place_of_each() const { return item_.each ? item_.each->range : range_; }
+
+  /// Wide differences of what is changed and of the multiplier look at different images there.
+  bool has_sides() const {
+    return std::ranges::any_of(draft_.problem.axes, [](const Axis& a) { return a.topology == Topology::bounded; }) ||
+           std::ranges::any_of(draft_.problem.states, [](const State& state) { return state.held.has_value(); });
+  }
+
+  /// What is written; the scheme's key takes its place.
+  bool is_each_step_asked_for() const {
+    const Project project = draft_.problem.scheme.project;
+    return project == Project::automatic ? item_.each && item_.each->name == "step" : project == Project::step;
+  }
+  /// Stages follow the first of them without a projection. Steps with one projection anyway are what they are.
+  bool is_each_step() const {
+    const Scheme& scheme = draft_.problem.scheme;
+    return is_each_step_asked_for() && has_several_stages(scheme.time) && !ends_with_projection(scheme);
+  }
+  static bool ends_with_projection(const Scheme& scheme) { return scheme.is_split() || scheme.follows_flow(); }
+
+  bool keeps_multiplier() const {
+    const Scheme& scheme = draft_.problem.scheme;
+    return (is_implicit(scheme.time) && !scheme.is_split()) || is_each_step();
+  }
+
+  /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
+  /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
+  /// Stages without a projection keep it, too.
+  bool split_rates() {
+    for (State& state : draft_.problem.states) {
+      if (!state.rhs || state.name == name_ || !reads(*state.rhs, name_)) continue;
+      Origin nonlinear;
+      const std::optional<LinearPart> parts = linear_part(*state.rhs, name_, nonlinear);
+      if (!parts || !state.velocity_of.empty()) {
+        refuse_nonlinear(nonlinear, state.origin.range, name_,
+                         fmt::format("the rates hold {0} in terms like -grad({0})", name_));
+        return false;
+      }
+      changed_.push_back({&state, parts->part});
+      if (!keeps_multiplier()) state.rhs = parts->rest;
+    }
+    const bool is_consequence = draft_.sink.has_errors();  // of an equation that could not be read
+    if (changed_.empty() && !is_consequence)
+      refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
+    return !changed_.empty();
+  }
+
+  /// The constraint of `e` in the place of the state: what is linear in that, and the rest.
+  std::optional<LinearPart> put_in(const Expr& constraint, const std::string& state, const Expr& e) {
+    Origin nonlinear;
+    const auto parts = linear_part(constraint, state, nonlinear, e);
+    if (!parts) refuse_nonlinear(nonlinear, range_, state, "a constraint is linear in the fields that it binds");
+    return parts;
+  }
+
+  void add(const Expr& value, State& multiplier, const std::vector<Expr>& starts) {
+    Expr operation = 0.0, found = value;  // of the multiplier; what the constraint gives before it is true
+    for (const Changed& changed : changed_) {
+      const std::string& state = changed.state->name;
+      if (!reads(value, state)) continue;
+      const auto moved = put_in(value, state, without_held(*changed.state, changed.push));
+      const auto held = put_in(found, state, with_held(*changed.state, field(state)));
+      if (!moved || !held) return;
+      operation = binary(BinaryOp::add, operation, moved->part);
+      found = binary(BinaryOp::add, held->part, held->rest);
+    }
+    if (is_constant(operation, 0))
+      return refuse(item_.value.range(), "it binds no field whose rate holds the pressure", "");
+    const auto boundary = derived_boundary(value);
+    if (!boundary) return;
+    multiplier.boundary = *boundary;
+    Solve potential{name_, operation, negate(found), *boundary};
+    if (!fits_waves(potential)) return;
+    potential.starts = starts;
+    if (!add_preconditioner(draft_, item_.preconditioner, potential)) return;
+    if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
+    if (keeps_multiplier()) refuse_starts(draft_, potential);
+    using enum Projection::Kind;
+    const Projection::Kind kind = is_each_step()       ? increment_each_step
+                                  : keeps_multiplier() ? increment_each_stage
+                                                       : each_stage;
+    Projection made{name_, value, solve(potential, {range_}), kind, {}, {range_}};
+    for (const Changed& changed : changed_) {
+      Origin none;
+      const std::string& state = changed.state->name;
+      const Expr push = linear_part(changed.push, name_, none, *made.potential)->part;
+      made.updates.push_back({state, with_held(*changed.state, binary(BinaryOp::add, field(state), push))});
+    }
+    if (made.is_each_step()) hold_between();
+    draft_.problem.projections.push_back(std::move(made));
+  }
+
+  /// By Fourier series each wave is divided by what the constraint makes of the push of its own: to rounding, and
+  /// waves of two cells, whose slopes are 0, are left alone.
+  bool fits_waves(const Solve& potential) {
+    const Scheme& scheme = draft_.problem.scheme;
+    if (!holds_waves(potential, scheme) || is_of_waves(potential, scheme)) return true;
+    refuse(item_.value.range(),
+           "by Fourier series it is solved wave by wave, without masks, and with coefficients that are the same "
+           "everywhere",
+           "take dx and lap = central(2) and vector u on faces");
+    return false;
+  }
+
+  /// Masks hold in all stages.
+  void hold_between() {
+    Projection between;
+    between.kind = Projection::Kind::between;
+    for (const Changed& changed : changed_) {
+      const State& state = *changed.state;
+      if (state.held) between.updates.push_back({state.name, with_held(state, field(state.name))});
+    }
+    if (!between.updates.empty()) draft_.problem.projections.push_back(std::move(between));
+  }
+
+  /// Where what lies on a wall has a value there, the multiplier does not change it; where it flows out, that is 0.
+  std::optional<std::vector<AxisSides>> derived_boundary(const Expr& value) {
+    std::vector<AxisSides> boundary(draft_.problem.axes.size());
+    for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
+      const State* across = nullptr;
+      for (const Changed& changed : changed_) {
+        const bool is_bound = reads(value, changed.state->name);
+        if (is_bound && changed.state->placement[axis]) across = changed.state;
+      }
+      const Axis& along = draft_.problem.axes[axis];
+      const bool are_waves = draft_.problem.scheme.derivative_order == spectral;  // check_waves: along periodic axes
+      if (!across && !are_waves) {
+        refuse(range_, fmt::format("no field of the constraint lies on the faces across {}", along.name),
+               "declare the velocity with vector u on faces, or take dx = spectral in the scheme");
+        return std::nullopt;
+      }
+      if (along.topology == Topology::periodic) continue;
+      for (const auto side : {&AxisSides::low, &AxisSides::high}) {
+        const SideCondition& wall = condition_of((across->boundary[axis].*side).kind);
+        const std::string place = along.name + (side == &AxisSides::low ? ".low" : ".high");
+        if (!wall.gives_value() && !wall.keeps_wall()) {
+          refuse(boundary_of_side(draft_, across->name, place).value_or(range_),
+                 fmt::format("{} has no value at {}", across->name, place),
+                 fmt::format("write boundary {}: {} = 0{}", across->name, place,
+                             along.holds_wall(side == &AxisSides::low) ? ", or = outflow" : ""));
+          return std::nullopt;
+        }
+        boundary[axis].*side = Side{wall.keeps_wall() ? SideKind::value : SideKind::zero_gradient};
+      }
+    }
+    return boundary;
+  }
+
+  Draft& draft_;
+  const ast::ConstraintItem& item_;
+  SourceRange range_;
+  std::string name_;
+  std::vector<Changed> changed_;
+};
+
+void bind_held(Draft& draft) {
+  std::map<std::string, SourceRange> seen;
+  std::vector<std::string> masks;
+  for (const Coefficient& coefficient : draft.problem.coefficients) {
+    if (coefficient.is_mask) masks.push_back(coefficient.name);
+  }
+  for (const auto& [mask, inside] : draft.moving_masks) masks.push_back(mask);
+  for (const auto& [item, range] : items_of<ast::HeldItem>(draft.model->items)) {
+    if (std::ranges::find(masks, item.mask.name) == masks.end()) {
+      const std::string near = did_you_mean(item.mask.name, masks);
+      draft.sink.report("not-a-mask", item.mask.range, {item.mask.name},
+                        near.empty() ? "declare it with mask " + item.mask.name : near);
+      continue;
+    }
+    const std::vector<State*> states = find_states(draft, item.field, "a value inside a mask");
+    if (states.empty() || !is_first(draft, "the value inside a mask", item.field, states, seen)) continue;
+    if (draft.multipliers.contains(item.field.name)) {
+      draft.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
+                        "hold the fields that the constraint binds");
+      continue;
+    }
+    draft.used.insert(item.mask.name);
+    const auto values = Expressions(draft, Purpose::equation, item.field.name).components(item.value, item.field.name);
+    for (std::size_t i = 0; values && i < states.size(); ++i) {
+      const Expr inside = inside_at(draft, *states[i], item.mask.name, {item.mask.range});
+      states[i]->held = Held{inside, (*values)[i]};
+      if (states[i]->rhs)
+        draft.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
+    }
+  }
+}
+
+}  // namespace
+
+void bind_projections(Draft& draft) {
+  bind_held(draft);
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) {
+    if (!is_refused_in_curves(draft, "a constraint", range)) Binder(draft, item, range).bind();
+  }
+  Projection alone;
+  for (const State& state : draft.problem.states) {
+    if (state.held && !draft.problem.is_projected(state.name))
+      alone.updates.push_back({state.name, with_held(state, field(state.name))});
+  }
+  if (alone.updates.empty()) return;
+  const SourceRange range = items_of<ast::HeldItem>(draft.model->items).front().range;
+  if (has_stages(draft, range, "a mask")) draft.problem.projections.push_back(std::move(alone));
+}
+
+/// What a projected start depends on and has no derivative by is refused.
+void check_projected_starts(Draft& draft) {
+  const Problem& problem = draft.problem;
+  // Of what acts by a coefficient the adjoint of the start says nothing.
+  const auto is_sought = [&](const Unknown& unknown) {
+    const auto is_it = [&](const Expr& e) {
+      const Param* param = std::get_if<Param>(&e->kind);
+      return (param != nullptr && param->name == unknown.name) ||
+             (unknown.kind == Unknown::Kind::network && std::holds_alternative<NetworkCall>(e->kind));
+    };
+    const auto holds_it = [&](const Coefficient& c) { return c.value.formula && any_part(*c.value.formula, is_it); };
+    return unknown.kind == Unknown::Kind::coefficient || unknown.kind == Unknown::Kind::control ||
+           std::ranges::any_of(problem.coefficients, holds_it);
+  };
+  for (const State& state : problem.states) {
+    if (!state.projected) continue;
+    const auto refuse = [&](std::string in, std::string hint) {
+      draft.sink.report("not-allowed-here", state.projected->range, {"projected", std::move(in)}, std::move(hint));
+    };
+    const auto binds = [&](const Projection& projection) {
+      return projection.potential &&
+             std::ranges::find(projection.updates, state.name, &Event::Update::state) != projection.updates.end();
+    };
+    const auto by = std::ranges::find_if(problem.projections, binds);
+    if (by == problem.projections.end())
+      return refuse(fmt::format("the initial state of {}, which no constraint binds", state.name), "leave it out");
+    const auto has_formula = [&](const std::string& name) {
+      const State* other = problem.find_state(name);
+      return other->initial.formula && (other->projected || name == by->multiplier);
+    };
+    const bool all = std::ranges::all_of(by->updates, [&](const auto& update) { return has_formula(update.state); });
+    if (!all || !has_formula(by->multiplier))
+      return refuse("a scene where fields of the constraint begin with a file or without it",
+                    "give each of them a formula and write projected behind it, or leave it out everywhere");
+    if (problem.task && std::ranges::any_of(problem.task->unknowns, is_sought))
+      return refuse("a task that seeks a coefficient, what a coefficient's formula holds, or a control",
+                    "leave it out: the first step makes the constraint true, and has derivatives by all of these");
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// dt(u) + c*du/dn = 0 at a side: of waves dt(dt(u)) = c^2*lap(u) that come to it straight, none comes back (Engquist
+// and Majda 1977, the first of their conditions). The slope there is -dt(u)/c: it needs a field that is dt(u).
+#include <fmt/format.h>
+
+#include "model/from_ast/names/known_values.h"
+#include "model/from_ast/parts.h"
+#include "model/print/print_model.h"
+
+namespace dpde::model {
+
+namespace {
+
+class RadiatingSide {
+ public:
+  RadiatingSide(Draft& draft, const State& state, std::size_t axis, bool is_low)
+      : draft_(draft), state_(state), axis_(draft.problem.axes[axis]), index_(axis) {
+    const AxisSides& sides = state.boundary[axis];
+    speed_ = is_low ? sides.low.value : sides.high.value;
+    range_ = boundary_of_side(draft, state.name, axis_.name + (is_low ? ".low" : ".high")).value_or(state.origin.range);
+  }
+
+  void check() {
+    const std::string& name = state_.name;
+    if (!draft_.problem.velocity_of(name)) {
+      refuse(fmt::format("the boundary of {0}, which has no equation dt(dt({0})) = ...", name),
+             "what is carried out of the grid leaves by linear, the flow of a constraint by outflow");
+    } else if (state_.placement[index_]) {
+      refuse(fmt::format("the boundary of {}, which lies on this wall", name), "declare field " + name);
+    } else if (axis_.stretch) {
+      draft_.sink.report("on-stretched-axis", range_, {"radiating", axis_.name}, "leave out stretched");
+    } else {
+      check_scheme();
+      check_speed();
+    }
+  }
+
+ private:
+  void refuse(std::string where, std::string hint) {
+    draft_.sink.report("not-allowed-here", range_, {"radiating", std::move(where)}, std::move(hint));
+  }
+
+  /// The rate of the same time has to be at hand wherever u is read.
+  void check_scheme() {
+    const Scheme& scheme = draft_.problem.scheme;
+    if (is_leapfrog(scheme.time) || is_implicit(scheme.time) || is_exponential(scheme.time))
+      draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "radiating"}, "take time = verlet or rk4");
+    else if (scheme.is_split())
+      refuse("a scene whose steps are split", "leave out split");
+    else if (state_.parts > 1)
+      refuse("a scene with subcycle", "make all steps shorter");
+  }
+
+  void check_speed() {
+    std::optional<double> bad;
+    const auto look = [&](KnownValues known) {
+      for (const double t : holds_time(speed_) ? times_of_run(draft_.problem) : std::vector{draft_.problem.t_begin}) {
+        known["t"] = t;
+        const std::optional<double> speed = known_value(speed_, known);
+        if (speed && !(*speed > 0)) bad = speed;
+      }
+    };
+    look(draft_.values);
+    if (draft_.problem.task) look(values_at_start(draft_));
+    if (bad)
+      draft_.sink.report("bad-setting", range_,
+                         {"the speed of radiating(c)", fmt::format("{}", *bad), "c > 0 goes outwards"},
+                         "write radiating(c) with the speed of the wave at both sides");
+  }
+
+  Draft& draft_;
+  const State& state_;
+  const Axis& axis_;
+  std::size_t index_;
+  Expr speed_ = 0.0;
+  SourceRange range_;
+};
+
+}  // namespace
+
+void check_radiating(Draft& draft, const State& state) {
+  for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
+    if (draft.problem.axes[axis].topology == Topology::periodic) continue;
+    for (const bool is_low : {true, false}) {
+      const AxisSides& sides = state.boundary[axis];
+      if (condition_of((is_low ? sides.low : sides.high).kind).takes_rate())
+        RadiatingSide(draft, state, axis, is_low).check();
+    }
+  }
+}
+
+void check_radiating(Draft& draft) {
+  for (const State& state : draft.problem.states) {
+    if (state.history_of.empty()) check_radiating(draft, state);  // others have the sides of what they remember
+  }
+}
+
+}  // namespace dpde::model

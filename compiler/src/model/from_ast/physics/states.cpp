@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene gives beside numbers: initial states, exact solutions, coefficient fields, accuracy.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// States, or coefficients, that the task gives a start.
+std::map<std::string, SourceRange> started_by_task(Draft& draft, bool initial) {
+  std::map<std::string, SourceRange> started;
+  if (!draft.task) return started;
+  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
+    if (unknown.initial != initial || !unknown.from) continue;
+    for (const std::string& name : components_of(draft, unknown.name.name)) started.emplace(name, unknown.name.range);
+  }
+  return started;
+}
+
+/// Calls `bind` with each item and its states, once a state.
+template <class Item, class Bind>
+std::map<std::string, SourceRange> for_each_target(Draft& draft, const std::string& article, const std::string& word,
+                                                   const Bind& bind) {
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<Item>(draft.scene->items)) {
+    const std::vector<State*> states = find_states(draft, item.field, article + " " + word);
+    if (!states.empty() && is_first(draft, "the " + word, item.field, states, seen)) bind(item, states);
+  }
+  return seen;
+}
+
+/// initial u = load("run.nc") at t = 1: only files of that kind hold times.
+void bind_time_of(Draft& draft, const ast::Expr& at, Source& source) {
+  if (source.file.ends_with(".nc")) {
+    source.time = evaluate(draft, at, "a time");
+  } else if (source.formula || !source.file.empty()) {
+    draft.sink.report("not-allowed-here", at.range(), {"a time", "an initial state that is not from a .nc file"},
+                      "write load(\"name.nc\", u) at t = 0.5");
+  }
+}
+
+}  // namespace
+
+bool is_load(const ast::Expr& e) {
+  const auto* call = std::get_if<ast::Call>(&e->kind);
+  return call && call->callee == "load";
+}
+
+std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e) {
+  if (!is_load(e)) return std::nullopt;
+  const auto* call = std::get_if<ast::Call>(&e->kind);
+  const std::vector<ast::Argument>& arguments = call->arguments;
+  const bool positional = std::all_of(arguments.begin(), arguments.end(), [](const auto& a) { return a.name.empty(); });
+  const bool fits = positional && (arguments.size() == 1 || arguments.size() == 2);
+  const auto* file = fits ? std::get_if<ast::Text>(&arguments[0].value->kind) : nullptr;
+  const auto* variable = fits && arguments.size() == 2 ? std::get_if<ast::Name>(&arguments[1].value->kind) : nullptr;
+  if (file && !file->value.empty() && (variable || arguments.size() == 1)) {
+    const bool holds_names = file->value.ends_with(".nc");
+    if (!variable || holds_names) return LoadedFile{file->value, variable ? variable->name : ""};
+  }
+  draft.sink.report("bad-load", e.range(), {}, "write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
+  return LoadedFile{};
+}
+
+std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject) {
+  const std::size_t count = components_of(draft, subject).size();
+  std::vector<Source> sources(count);
+  const auto* tuple = std::get_if<ast::Tuple>(&e->kind);
+  const bool has_files = tuple && std::any_of(tuple->elements.begin(), tuple->elements.end(), is_load);
+  if (count > 1 && has_files && tuple->elements.size() == count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      sources[i] = sources_of(draft, tuple->elements[i], purpose, components_of(draft, subject)[i]).front();
+    }
+    return sources;
+  }
+  for (Source& source : sources) source.origin = {e.range()};
+  if (count == 1 && is_load(e)) {
+    const LoadedFile file = file_of(draft, e).value_or(LoadedFile{});
+    sources.front().file = file.file;
+    sources.front().variable = file.variable;
+  } else if (const auto formulas = Expressions(draft, purpose, subject).components(e, subject)) {
+    for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
+  }
+  return sources;
+}
+
+bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name, const std::vector<State*>& states,
+              std::map<std::string, SourceRange>& seen) {
+  for (const State* state : states) {
+    const auto [first, is_new] = seen.emplace(state->name, name.range);
+    if (is_new) continue;
+    report_duplicate(draft, fmt::format("{} of {}", what, states.size() == 1 ? state->name : name.name), name.range,
+                     first->second);
+    return false;
+  }
+  return true;
+}
+
+void bind_states(Draft& draft) {
+  auto started = for_each_target<ast::InitialItem>(
+      draft, "an", "initial state", [&](const ast::InitialItem& item, const std::vector<State*>& states) {
+        const std::vector<Source> sources = sources_of(draft, item.value, Purpose::initial, item.field.name);
+        for (std::size_t i = 0; i < states.size(); ++i) states[i]->initial = sources[i];
+        for (State* state : states) {
+          if (item.at) bind_time_of(draft, *item.at, state->initial);
+          if (item.projected) state->projected = Origin{*item.projected};
+        }
+      });
+  started.merge(started_by_task(draft, true));
+  for (const std::string& name : states_not_in(draft, started)) {
+    if (draft.multipliers.contains(name)) {
+      std::ranges::find(draft.problem.states, name, &State::name)->initial.formula = Expr(0.0);
+      continue;
+    }
+    const std::string written = written_name(draft, name);
+    draft.sink.report("missing-initial", draft.scene->name.range, {written},
+                      fmt::format("write initial {} = 0 in scene {}", written, draft.problem.scene));
+  }
+  for_each_target<ast::ExactItem>(
+      draft, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {
+        const auto exact = Expressions(draft, Purpose::exact, item.field.name).components(item.value, item.field.name);
+        for (std::size_t i = 0; exact && i < states.size(); ++i) states[i]->exact = (*exact)[i];
+      });
+}
+
+namespace {
+
+void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
+  const std::vector<std::string> names = components_of(draft, item.name.name);
+  for (const std::string& name : names) {
+    const auto [first, is_new] = seen.emplace(name, item.name.range);
+    if (!is_new)
+      return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
+  }
+  const Coefficient* first = draft.problem.find_coefficient(names.front());
+  const bool is_control = first && first->is_control();
+  if (item.every && !is_control) {
+    draft.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
+                      fmt::format("declare it in the model: control field {}", item.name.name));
+  }
+  const int every =
+      is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
+  const bool is_bound = draft.moving_masks.contains(item.name.name) || (first && first->is_mask);
+  if (is_bound && !is_load(item.value)) return;  // by bind_masks
+  const std::vector<Source> sources =
+      sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (Coefficient& coefficient : draft.problem.coefficients) {
+      if (coefficient.name != names[i]) continue;
+      coefficient.value = sources[i];
+      coefficient.every = every;
+    }
+  }
+}
+
+}  // namespace
+
+void bind_coefficients(Draft& draft) {
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+    const Meaning* meaning = draft.scope.find(item.name.name);
+    if (!meaning || meaning->role != Role::coefficient) {
+      // a name without a dot that is none was reported by bind_parameters
+      const auto no_candidates = [] { return std::vector<std::string>(); };
+      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(draft, item.name, no_candidates);
+      continue;
+    }
+    bind_coefficient(draft, item, seen);
+  }
+  seen.merge(started_by_task(draft, false));
+  for (const Coefficient& coefficient : draft.problem.coefficients) {
+    if (seen.contains(coefficient.name)) continue;
+    Diagnostic& diagnostic = draft.sink.report(
+        "missing-value", draft.scene->name.range,
+        {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
+        fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
+    diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
+  }
+}
+
+void bind_accuracy(Draft& draft) {
+  std::optional<SourceRange> first;
+  for (const auto& [item, range] : items_of<ast::AccuracyItem>(draft.scene->items)) {
+    if (first) report_duplicate(draft, "the accuracy", range, *first);
+    first = first.value_or(range);
+    Accuracy accuracy{evaluate(draft, item.tolerance, "an accuracy").value_or(1), {}};
+    if (!(accuracy.tolerance > 0))
+      draft.sink.report("bad-step", item.tolerance.range(), {"accuracy", fmt::format("{}", accuracy.tolerance)});
+    for (const ast::Identifier& field : item.fields) {
+      for (const State* state : find_states(draft, field, "an accuracy")) accuracy.states.push_back(state->name);
+    }
+    draft.problem.accuracy = std::move(accuracy);
+  }
+}
+
+}  // namespace dpde::model

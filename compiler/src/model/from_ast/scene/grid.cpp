@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// The axes of the scene, sorted x, y, z.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "model/from_ast/scene/cells_setting.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr std::int64_t max_total_cells = std::int64_t{1} << 31;
+
+std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
+  const bool fits = value >= 1 && value <= std::numeric_limits<int>::max() && value == std::floor(value);
+  if (fits) return static_cast<int>(value);
+  draft.sink.report("bad-cells", range, {fmt::format("{}", value)});
+  return std::nullopt;
+}
+
+/// What the line `cells` says of each axis; none without one.
+struct Counts {
+  std::vector<const ast::Expr*> of_axes;
+  bool are_of_each = false;  // cells 64, 32, or 64 where no axis would take it: an axis has none of its own beside
+};
+
+/// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
+int cells_of(Draft& draft, const ast::GridItem& item, const Counts& counts, std::size_t axis,
+             std::optional<double> of_setting) {
+  const ast::Expr* counted = counts.of_axes[axis];
+  const std::string key = "cells." + axis_name(axis_of(draft, item.axis.name));
+  const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
+  if (is_set) {
+    const auto for_this = number_setting(draft, key);
+    const auto value = for_this ? for_this : of_setting;
+    return value ? as_cells(draft, *value, {}).value_or(1) : 1;
+  }
+  draft.settings.add_known(key);
+  if (item.cells && counted && counts.are_of_each)
+    report_duplicate(draft, "the cells of " + item.axis.name, counted->range(), item.cells->range());
+  if (item.cells) counted = &*item.cells;
+  if (!counted) {
+    draft.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 behind the extent");
+    return 1;
+  }
+  const auto value = evaluate(draft, *counted, "the number of cells");
+  return value ? as_cells(draft, *value, counted->range()).value_or(1) : 1;
+}
+
+Counts counts_of(Draft& draft, std::size_t axes) {
+  Counts counts{std::vector<const ast::Expr*>(axes, nullptr)};
+  const auto lines = items_of<ast::CellsItem>(draft.scene->items);
+  for (std::size_t i = 1; i < lines.size(); ++i) report_duplicate(draft, "cells", lines[i].range, lines[0].range);
+  if (lines.empty()) return counts;
+  const std::vector<ast::Expr>& written = lines.front().kind.counts;
+  if (written.size() != 1 && written.size() != axes) {
+    draft.sink.report("wrong-length", lines.front().range,
+                      {counted(static_cast<int>(axes), "number"), std::to_string(written.size())},
+                      "write one number for all axes, or one for each");
+  }
+  // after a mistake any of them will do
+  for (std::size_t i = 0; i < axes; ++i) counts.of_axes[i] = &written[written.size() == axes ? i : 0];
+  const bool is_unused = std::ranges::all_of(items_of<ast::GridItem>(draft.scene->items),
+                                             [](const auto& line) { return line.kind.cells.has_value(); });
+  counts.are_of_each = !lines.front().kind.is_of_other && (written.size() > 1 || is_unused);
+  return counts;
+}
+
+/// A scene without a grid is one cell: ordinary equations.
+void bind_one_cell(Draft& draft, std::optional<double> cells) {
+  draft.problem.has_grid = false;
+  Axis axis;
+  axis.name = axis_name(0);
+  axis.topology = Topology::periodic;
+  axis.cells = cells ? as_cells(draft, *cells, {}).value_or(1) : 1;
+  draft.problem.axes.push_back(axis);
+}
+
+/// Places of cells are computed in the precision of the fields.
+void check_precision(Draft& draft, const ast::GridItem& item, const Axis& axis) {
+  constexpr int most_single_cells = 1 << 24;
+  if (draft.problem.scheme.real == Precision::f64 || axis.cells <= most_single_cells) return;
+  draft.sink.report("bad-setting", item.cells ? item.cells->range() : item.axis.range,
+                    {"real", "f32",
+                     fmt::format("axis {} has {} cells, and single precision tells {} of them apart", axis.name,
+                                 axis.cells, most_single_cells)},
+                    "take fewer cells, or real = f64");
+}
+
+/// What knows of the order of cells has no meaning on an axis that runs down.
+void check_falling(Draft& draft, const ast::GridItem& item) {
+  const auto refuse = [&](const char* what, const char* hint) {
+    draft.sink.report("not-allowed-here", item.high.range(), {"an axis that runs down", what}, hint);
+  };
+  if (draft.program) refuse("a scene of a program", "the kernels of a program say which neighbour is which");
+  if (item.stretched) refuse("a grid line with stretched", "let it run up, or leave stretched out");
+}
+
+void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
+  const auto low = evaluate(draft, item.low, "the grid"), high = evaluate(draft, item.high, "the grid");
+  if (!low || !high) return;
+  if (*low == *high) {
+    draft.sink.report("empty-extent", item.high.range(), {fmt::format("{}", *low)});
+    return;
+  }
+  if (!std::isfinite(*high - *low)) {
+    draft.sink.report("not-finite", item.high.range(), {"the length of the axis"});
+    return;
+  }
+  axis.low = std::min(*low, *high);
+  axis.high = std::max(*low, *high);
+  if (*low < *high) return;
+  axis.ends = axis.low + axis.high;
+  check_falling(draft, item);
+}
+
+/// Of a name that is none: of coordinates it may be one.
+std::string hint_of_axis(const std::string& name) {
+  constexpr std::pair<std::string_view, std::string_view> lines[] = {
+      {"r", "polar, or coordinates cylinder,"}, {"theta", "polar"}, {"lon", "sphere(1)"}, {"lat", "sphere(1)"}};
+  for (const auto& [axis, coordinates] : lines) {
+    if (axis == name) return fmt::format("it is one with coordinates {} in the scene", coordinates);
+  }
+  return "the axes are x; x and y; or x, y and z";
+}
+
+/// The axes that are given, an empty place for each that is not.
+std::vector<const ast::GridItem*> grid_lines(Draft& draft) {
+  std::vector<const ast::GridItem*> lines;
+  for (const auto& [item, range] : items_of<ast::GridItem>(draft.scene->items)) {
+    const int axis = axis_of(draft, item.axis.name);
+    if (axis < 0) {
+      draft.sink.report("unknown-axis", item.axis.range, {item.axis.name}, hint_of_axis(item.axis.name));
+      continue;
+    }
+    if (axis >= static_cast<int>(lines.size())) lines.resize(axis + 1, nullptr);
+    if (lines[axis]) report_duplicate(draft, "axis " + item.axis.name, item.axis.range, lines[axis]->axis.range);
+    if (!lines[axis]) lines[axis] = &item;
+  }
+  return lines;
+}
+
+void check_total(Draft& draft) {
+  double total = 1;
+  for (const Axis& axis : draft.problem.axes) total *= axis.cells;
+  if (total <= static_cast<double>(max_total_cells)) return;
+  draft.sink.report("too-many-cells", draft.scene->name.range, {fmt::format("{}", total)});
+}
+
+}  // namespace
+
+void bind_grid(Draft& draft) {
+  const std::size_t before = draft.sink.all().size();
+  bind_axis_names(draft);
+  const std::vector<const ast::GridItem*> lines = grid_lines(draft);
+  const std::vector<std::optional<double>> set_cells = cells_setting(draft, std::max<std::size_t>(1, lines.size()));
+  const bool has_lines = !items_of<ast::GridItem>(draft.scene->items).empty();
+  const bool has_cells = !items_of<ast::CellsItem>(draft.scene->items).empty();
+  if (!has_lines && !has_cells && draft.model) return bind_one_cell(draft, set_cells[0]);
+  if (!has_lines) {
+    draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
+                      "write grid x = 0 .. 1, cells 128, periodic");
+  }
+  const Counts counts = counts_of(draft, lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    Axis axis;
+    axis.name = axis_name(static_cast<int>(i));
+    if (lines[i]) {
+      if (lines[i]->periodic) axis.topology = Topology::periodic;
+      if (!lines[i]->periodic) axis.topology = Topology::bounded;
+      bind_extent(draft, *lines[i], axis);
+      axis.cells = cells_of(draft, *lines[i], counts, i, set_cells[i]);
+      check_precision(draft, *lines[i], axis);
+    } else {
+      draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},
+                        fmt::format("call the axes x{}", lines.size() == 2 ? "" : " and y"));
+    }
+    draft.problem.axes.push_back(axis);
+  }
+  if (lines.empty()) draft.problem.axes.push_back({axis_name(0)});
+  check_total(draft);
+  if (draft.sink.all().size() != before) return;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i] && lines[i]->stretched) bind_stretch(draft, *lines[i]->stretched, static_cast<int>(i));
+  }
+  bind_metric(draft);
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene without a grid is one cell: ordinary equations, in which nothing may vary in space.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+#include "model/print/print_model.h"
+#include "model/uses.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool reads_neighbours(const Draft& draft, const NetworkCall& call) {
+  const DeclaredNetwork* declared = find_network(draft, call.network);
+  return declared != nullptr && declared->network && !declared->network->is_host() &&
+         !network::is_pointwise(*declared->network);
+}
+
+bool varies(const Draft& draft, const Expr& e) {
+  if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return reads_neighbours(draft, *call);
+  if (const auto* apply = std::get_if<Apply>(&e->kind))
+    return std::ranges::any_of(apply->function.body, [&](const Expr& part) {
+      return any_part(part, [&](const Expr& inner) { return varies(draft, inner); });
+    });
+  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
+         std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
+         std::holds_alternative<BandPass>(e->kind) || std::holds_alternative<Noise>(e->kind) ||
+         std::holds_alternative<Sample>(e->kind);
+}
+
+/// Whether what varies in space has no place in such a formula.
+bool needs_grid_to_vary(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step:
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::never: return true;
+    case UseTime::boundary:                // a single cell has no sides
+    case UseTime::geometry: return false;  // nor has it places
+  }
+  unreachable("time of a use");
+}
+
+/// What stands at `range` needs a grid.
+class Gridless {
+ public:
+  explicit Gridless(Draft& draft) : draft_(draft) {}
+
+  void check() {
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(draft_.scene->items)) refuse("coordinates", range);
+    for (const auto& [item, range] : items_of<ast::FieldItem>(draft_.model->items)) check_declared(item, range);
+    for (const auto& [item, range] : items_of<ast::CoefficientItem>(draft_.model->items)) check_declared(item, range);
+    if (draft_.task) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) check_place(item.on);
+    }
+    if (draft_.problem.rate) refuse("a Courant number", draft_.problem.time_origin.range);
+    for_each_formula(draft_.problem, [&](const Use& use) {
+      if (needs_grid_to_vary(use.kind)) check_formula(use.formula);
+    });
+  }
+
+ private:
+  void refuse(const std::string& what, SourceRange range) { report_no_grid(draft_, what, range); }
+
+  void check_place(const std::optional<ast::Identifier>& place) {
+    if (place && place->name != "centres") refuse("on " + place->name, place->range);
+  }
+
+  template <class Item>
+  void check_declared(const Item& item, SourceRange range) {
+    check_place(item.on);
+    if (item.vector) refuse("a vector, which has a component for each axis,", range);
+  }
+
+  void check_formula(const Expr& e) {
+    SourceRange range;
+    std::string what;
+    const bool is_any = any_part(e, [&](const Expr& part) {
+      if (!varies(draft_, part)) return false;
+      range = part->origin.range;
+      const auto* call = std::get_if<NetworkCall>(&part->kind);
+      const auto* apply = std::get_if<Apply>(&part->kind);
+      what = call    ? fmt::format("network {}, whose layers read other cells,", call->network)
+             : apply ? "operator " + apply->function.name
+                     : print(part);
+      return true;
+    });
+    if (is_any) refuse(what, range);
+  }
+
+  Draft& draft_;
+};
+
+}  // namespace
+
+void report_no_grid(Draft& draft, const std::string& what, SourceRange range) {
+  draft.sink.report("missing-grid", range.is_known() ? range : draft.scene->name.range, {draft.problem.scene},
+                    fmt::format("{} needs one: write grid x = 0 .. 1, cells 128, periodic", what));
+}
+
+void check_gridless(Draft& draft) {
+  if (!draft.problem.has_grid) Gridless(draft).check();
+}
+
+}  // namespace dpde::model

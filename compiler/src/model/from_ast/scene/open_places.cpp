@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Places that follow t or an unknown, with all the values that they are known to take before the run. (Beyond a wall
+// they would stay at the wall, as they do during a search.)
+#include <fmt/format.h>
+
+#include "model/from_ast/names/known_values.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Where the place leaves the grid: "x = 1.25 at t = 0.9"; nullopt when it does not, as far as is known.
+std::optional<std::string> leaves_grid(const Problem& problem, const OpenPlace& place, KnownValues values) {
+  for (std::size_t axis = 0; axis < place.position.size(); ++axis) {
+    const Axis& grid = problem.axes[axis];
+    const bool varies = holds_time(place.position[axis]);
+    if (grid.topology == Topology::periodic || grid.stretch)
+      continue;  // there it comes back on the other side; stretched axes have another coordinate by now
+    for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
+      values["t"] = t;
+      const std::optional<double> at = known_value(place.position[axis], values);
+      const double rounding = 1e-9 * (grid.high - grid.low);
+      if (!at || (*at >= grid.low - rounding && *at <= grid.high + rounding)) continue;
+      return fmt::format("{} = {:.6g}{}", grid.name, *at, varies ? fmt::format(" at t = {:.6g}", t) : "");
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void check_open_places(Draft& draft) {
+  for (const OpenPlace& place : draft.open_places) {
+    std::string when;
+    std::optional<std::string> outside = leaves_grid(draft.problem, place, draft.values);
+    if (!outside && draft.problem.task) {
+      when = fmt::format(" where task {} begins", draft.problem.task->name);
+      outside = leaves_grid(draft.problem, place, values_at_start(draft));
+    }
+    if (!outside) continue;
+    draft.sink.report("outside-the-grid", place.range, {place.callee, *outside + when},
+                      "where it shall stay at a wall say so: at = min(max(x0 + t, 0), 1)");
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// What would be divided by the length of a unit of another coordinate on a pole, where that is 0. Formulas at cell
+// centres have half a cell to the pole; derivatives of derivatives, and what lies on faces, are taken on the very pole.
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+#include <utility>
+
+#include "model/build.h"
+#include "model/analyse/formula.h"
+#include "model/from_ast/names/known_values.h"
+#include "model/from_ast/parts.h"
+#include "model/boundary/metric.h"
+#include "model/analyse/placement.h"
+#include "model/uses.h"
+
+namespace dpde::model {
+
+namespace {
+
+// Of a formula along the axis: how near to the pole it is taken, in halves of cells. 0 is the pole itself, 1 the centre
+// beside it, 2 the face behind that one. From there it is taken at all centres, or at all faces.
+constexpr int on_pole = 0, beside_it = 1, inner_face = 2;
+
+/// What differences read that reach so many halves of cells further; beyond the pole lie centres and faces again.
+int reaching(int nearest, int halves) { return nearest >= halves ? nearest - halves : (nearest + halves) % 2; }
+
+/// Beside the pole at one end of an axis.
+class Divisions {
+ public:
+  Divisions(const Draft& draft, const Placements& placements, std::size_t axis, bool is_low)
+      : problem_(draft.problem),
+        placements_(placements),
+        values_(draft.problem.task ? values_at_start(draft) : draft.values),
+        axis_(axis),
+        is_low_(is_low) {}
+
+  /// The division by a length of 0, or a formula that has no bound there; nullptr where there is none.
+  const Expr* find(const Expr& e, int nearest) const {
+    if (nearest == on_pole && depends_on_axis(e, static_cast<int>(axis_))) {
+      const Expr formula = with_numbers(e, 0), other = with_numbers(e, 1);  // in one of which a factor may be 0
+      if (is_formula(formula) && is_formula(other)) return is_unbounded(formula) || is_unbounded(other) ? &e : nullptr;
+    }
+    if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
+      return find(d->operand, read_by(*d, nearest));
+    if (const auto* here = std::get_if<Interpolate>(&e->kind)) {
+      const bool is_apart = natural(here->operand) % 2 != nearest % 2;
+      return find(here->operand, is_apart ? reaching(nearest, derivative_reach() - 1) : nearest);
+    }
+    if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return find(reduce->operand, natural(reduce->operand));
+    if (const auto* shift = std::get_if<Shift>(&e->kind))
+      return find(shift->operand, reaching(nearest, 2 * std::abs(shift->offset[axis_])));
+    if (const auto* solve = std::get_if<Solve>(&e->kind)) {  // at cell centres
+      const Expr* found = find(solve->operation, beside_it);
+      return found != nullptr ? found : find(solve->right, beside_it);
+    }
+    if (const auto* choice = std::get_if<Select>(&e->kind)) return in_choice(*choice, nearest);
+    const auto* quotient = std::get_if<Binary>(&e->kind);
+    const bool is_divided = quotient != nullptr && quotient->op == BinaryOp::divide && nearest == on_pole;
+    if (is_divided && is_unbounded_divisor(with_numbers(quotient->right, 0))) return &e;
+    const Expr* found = nullptr;
+    for_each_part(e, [&](const Expr& part) {
+      if (found == nullptr) found = find(part, nearest);
+    });
+    return found;
+  }
+
+  int natural(const Expr& e) const {
+    if (!placements_.is_staggered()) return beside_it;
+    const std::optional<Placement> place = placements_.natural(e);
+    return place && (*place)[axis_] ? on_pole : beside_it;
+  }
+
+ private:
+  const Axis& axis() const { return problem_.axes[axis_]; }
+
+  /// With the values that parameters begin with, or with others, as they may become: a factor that is 0 by chance hides
+  /// what it is a factor of. What has no value, as t and controls, may be any number.
+  Expr with_numbers(const Expr& e, double others) const {
+    constexpr double odd = 0.7316, growth = 0.3717;
+    KnownValues values = values_;
+    any_part(e, [&](const Expr& part) {
+      const auto* param = std::get_if<Param>(&part->kind);
+      if (param != nullptr && !values[param->name]) values[param->name] = odd;
+      return false;
+    });
+    for (auto& [name, value] : values) value = value.value_or(odd) * (1 + others * growth) + others * odd;
+    return with_known(e, values);
+  }
+
+  bool is_unbounded_divisor(const Expr& divisor) const {
+    return is_formula(divisor) && is_unbounded(binary(BinaryOp::divide, 1.0, divisor));
+  }
+
+  /// Of what grows towards the pole as a power of the way to it.
+  bool is_unbounded(const Expr& formula) const {
+    constexpr double way = 1e-3, most_growth = 1e5;  // for that part of the axis
+    const auto at = [&](double part) {
+      std::array<double, 3> place{};
+      for (std::size_t a = 0; a < problem_.axes.size(); ++a) place[a] = problem_.axes[a].centre(0);
+      place[axis_] =
+          is_low_ ? axis().low + part * (axis().high - axis().low) : axis().high - part * (axis().high - axis().low);
+      return std::abs(value_at(formula, place));
+    };
+    return !(at(0) <= most_growth * at(way));
+  }
+
+  /// As the differences of the back ends have it.
+  int read_by(const Derivative& d, int nearest) const {
+    const bool is_central = d.order > 1 || (nearest % 2 != 0 && !is_midway(d.operand));
+    const int reach =
+        d.order > 1 ? reach_of(problem_.scheme.laplacian_order) + (d.order > 2 ? 2 : 0) : derivative_reach();
+    return reaching(nearest, is_central ? reach : reach - 1);
+  }
+  /// In halves of cells, of a central difference.
+  int reach_of(int order) const { return order == spectral ? 2 * axis().cells : order; }
+  int derivative_reach() const { return reach_of(problem_.scheme.derivative_order); }
+
+  /// Whether a first derivative of `e` may be one between faces: `e` can be taken there, or is a derivative itself.
+  bool is_midway(const Expr& e) const {
+    std::optional<Placement> place = placements_.is_staggered() ? placements_.natural(e) : std::nullopt;
+    if (!place) return belongs_midway(e);
+    (*place)[axis_] = true;
+    return placements_.can_be_at(e, *place) || belongs_midway(e);
+  }
+  /// Of formulas of fields at centres.
+  bool belongs_midway(const Expr& e) const {
+    const auto* d = std::get_if<Derivative>(&e->kind);
+    if (d != nullptr && d->axis == static_cast<int>(axis_)) return belongs_midway(d->operand) != (d->order == 1);
+    bool found = false;
+    for_each_part(e, [&](const Expr& part) { found = found || belongs_midway(part); });
+    return found;
+  }
+
+  /// Each part from where on it is chosen, as far as that is known.
+  const Expr* in_choice(const Select& choice, int nearest) const {
+    const Expr* found = find(choice.condition, nearest);
+    for (const bool holds : {true, false}) {
+      int place = nearest;
+      while (place <= 2 * axis().cells && truth(choice.condition, place) == !holds) place += 2;
+      if (found == nullptr && place <= 2 * axis().cells) found = find(holds ? choice.yes : choice.no, place);
+    }
+    return found;
+  }
+
+  /// Whether a condition holds at a place, nullopt where that hangs on more than the coordinate along the axis.
+  std::optional<bool> truth(const Expr& condition, int place) const {
+    const bool is_elsewhere = any_part(condition, [&](const Expr& part) {
+      const auto* at = std::get_if<Coordinate>(&part->kind);
+      return at != nullptr && at->axis != static_cast<int>(axis_);
+    });
+    if (!is_elsewhere && is_formula(condition)) return value_at(condition, coordinate(place)) != 0;
+    const auto* both = std::get_if<Binary>(&condition->kind);
+    if (both == nullptr || (both->op != BinaryOp::logical_and && both->op != BinaryOp::logical_or)) return std::nullopt;
+    const auto left = truth(both->left, place), right = truth(both->right, place);
+    const bool decides = both->op == BinaryOp::logical_or;  // whatever the other is
+    if (left == decides || right == decides) return decides;
+    return left && right ? std::optional(!decides) : std::nullopt;
+  }
+
+  double coordinate(int place) const {
+    const bool is_first = is_low_ != axis().runs_down();
+    const int i = is_first ? place / 2 : axis().cells - (place + 1) / 2;
+    return place % 2 == 0 ? axis().face(i) : axis().centre(i);
+  }
+
+  const Problem& problem_;
+  const Placements& placements_;
+  KnownValues values_;
+  std::size_t axis_;
+  bool is_low_;
+};
+
+class PolePlaces {
+ public:
+  PolePlaces(Draft& draft, std::size_t axis, bool is_low)
+      : draft_(draft), placements_(draft.problem), divisions_(draft, placements_, axis, is_low), axis_(axis) {}
+
+  void check() {
+    for_each_formula(draft_.problem, [&](const Use& use) {
+      if (!is_of_states(use.kind)) return;  // others hold no differences, of which lengths make divisions
+      look_at(use.formula, use.home[axis_] ? inner_face : beside_it, use.origin);
+    });
+  }
+
+ private:
+  void look_at(const Expr& e, int nearest, const Origin& origin) {
+    const Expr* division = divisions_.find(e, nearest);
+    if (division == nullptr) return;
+    const SourceRange own = (*division)->origin.range, place = own.is_known() ? own : origin.range;
+    if (!told_.emplace(place.begin, place.end).second) return;  // a held value stands in a correction too
+    draft_.sink.report(
+        "on-pole", place, {},
+        "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let the axis end "
+        "before the pole, or leave out all cells that read it by an `if` of the coordinate and numbers");
+  }
+
+  Draft& draft_;
+  Placements placements_;
+  Divisions divisions_;
+  std::size_t axis_;
+  std::set<std::pair<int, int>> told_;  // where
+};
+
+}  // namespace
+
+void check_pole_places(Draft& draft) {
+  const Problem& problem = draft.problem;
+  // of an axis of symmetry, as that of a cylinder
+  const auto has_no_way_around = [&](std::size_t axis, bool is_low) {
+    return problem.metric && depends_on_axis(problem.metric->around, static_cast<int>(axis)) &&
+           vanishes_at(problem, problem.metric->around, axis, is_low);
+  };
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    for (const bool is_low : {true, false}) {
+      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low)) PolePlaces(draft, axis, is_low).check();
+    }
+  }
+}
+
+bool is_on_pole(const Problem& problem, const Expr& e) {
+  const std::optional<Placement> place = Placements(problem).natural(e);
+  for (std::size_t axis = 0; place && axis < problem.axes.size(); ++axis) {
+    if ((*place)[axis] && (is_pole_at(problem, axis, true) || is_pole_at(problem, axis, false))) return true;
+  }
+  return false;
+}
+
+}  // namespace dpde::model

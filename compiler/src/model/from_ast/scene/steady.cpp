@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// until steady 1e-8: runs that end where the state changes by less a unit of time, and what tasks can ask of them. The
+// gradient is that of the steady state, by the implicit function theorem: it knows neither the way there nor where that
+// began, and each step has to be the same.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/uses.h"
+#include "support/assert.h"
+#include "support/match.h"
+#include "syntax/expand/calls.h"
+#include "syntax/item_kinds.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_of_time(const Expr& e) {
+  return any_part(e, [](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    return param && param->name == "t";
+  });
+}
+
+/// Whether steps are made of it.
+bool is_part_of_steps(UseKind kind) {
+  switch (time_of(kind)) {
+    case UseTime::step:
+    case UseTime::boundary: return true;
+    case UseTime::result:
+    case UseTime::field:
+    case UseTime::geometry:
+    case UseTime::never: return false;
+  }
+  unreachable("time of a use");
+}
+
+/// The first thing that makes steps differ.
+const Origin* change_in_time(const Problem& problem) {
+  const Origin* found = nullptr;
+  for_each_formula(problem, [&](const Use& use) {
+    if (found == nullptr && is_part_of_steps(use.kind) && is_of_time(use.formula)) found = &use.origin;
+  });
+  const auto rare =
+      std::ranges::find_if(problem.events, [](const Event& event) { return !event.after_step && event.every != 1; });
+  return found == nullptr && rare != problem.events.end() ? &rare->origin : found;
+}
+
+using PlaceInText = std::optional<Origin>;
+
+PlaceInText time_in(const ast::Expr& e) {
+  PlaceInText found;
+  ast::for_each_name(e, [&](const std::string& name) {
+    if (name == "t") found = Origin{e.range()};
+  });
+  return found;
+}
+
+PlaceInText time_in(const Draft& draft, const ast::RunItem& run) {
+  const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
+  for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
+    if (kernel->parameters[i].name.name == "t") return Origin{kernel->parameters[i].name.range};
+  }
+  return std::nullopt;
+}
+
+/// What `place_in` finds in the first of these that has it.
+template <class Parts, class PlaceIn>
+PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
+  for (const auto& part : parts) {
+    if (const PlaceInText found = place_in(part)) return found;
+  }
+  return std::nullopt;
+}
+
+/// Where the lines of a program, or of a block in it, take the time: kernels that are run, sides and multipliers.
+PlaceInText time_in(const Draft& draft, const std::vector<ast::Item>& items) {
+  return first_place(items, [&](const ast::Item& item) {
+    return match(
+        item.kind, [&](const ast::RunItem& run) { return time_in(draft, run); },
+        [](const ast::FillItem& fill) {
+          return first_place(fill.sides, [](const ast::BoundarySide& side) { return time_in(side.value); });
+        },
+        [](const ast::TransformItem& transform) {
+          return first_place(transform.terms, [](const ast::TransformItem::Term& term) { return time_in(term.by); });
+        },
+        [&](const ast::RepeatItem& repeat) { return time_in(draft, repeat.items); },
+        [&](const ast::SolveItem& solve) { return time_in(draft, solve.items); },
+        [](const ast::OneOf<ast::ReduceItem, ast::SwapItem, ast::StackItem, ast::KeepItem, ast::AxesItem,
+                            ast::ApplyItem> auto&) { return PlaceInText(); },
+        [](const ast::OutsidePrograms auto&) { return PlaceInText(); });
+  });
+}
+
+void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {
+  draft.sink.report("not-allowed-here", origin.range, {what, "a task of a scene that runs until steady"}, hint);
+}
+
+void check_task(Draft& draft, const Task& task) {
+  const Problem& problem = draft.problem;
+  if (task.training) return refuse(draft, problem.time_origin, "learning from trajectories", "leave until steady out");
+  for (const Loss& loss : task.losses) {
+    if (loss.when.kind != When::Kind::end)
+      refuse(draft, loss.origin, "a loss at given times", "its loss is one of the steady state: name no time");
+  }
+  for (const Test& test : task.tests) {
+    if (test.when.kind != When::Kind::end)
+      refuse(draft, test.quantity.origin, "a test at given times", "its tests are of the steady state: name no time");
+  }
+  for (const Unknown& unknown : task.unknowns) {
+    if (unknown.kind == Unknown::Kind::initial)
+      refuse(draft, unknown.origin, "an unknown initial state",
+             "the steady state does not depend on where the run begins; leave until steady out");
+  }
+  const Origin* change = change_in_time(problem);
+  const PlaceInText in_program = draft.program ? time_in(draft, draft.program->items) : std::nullopt;
+  if (change != nullptr || in_program)
+    refuse(draft, change != nullptr ? *change : *in_program, "a step that depends on time",
+           "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
+}
+
+}  // namespace
+
+void check_steady(Draft& draft) {
+  const auto lines = items_of<ast::TimeItem>(draft.scene->items);
+  if (lines.empty() || !lines.front().kind.steady) return;
+  const ast::Expr& written = *lines.front().kind.steady;
+  const auto tolerance = evaluate(draft, written, "the tolerance");
+  if (!tolerance) return;
+  if (!(*tolerance > 0)) draft.sink.report("bad-step", written.range(), {"tolerance", fmt::format("{}", *tolerance)});
+  const bool has_control_fields = std::ranges::any_of(draft.problem.coefficients, &Coefficient::is_control);
+  if (!draft.problem.controls.empty() || has_control_fields)
+    draft.sink.report("not-allowed-here", written.range(),
+                      {"until steady", "a scene with controls, which vary in time"},
+                      "make them parameters and coefficients");
+  if (draft.problem.step_control)
+    draft.sink.report("not-allowed-here", written.range(),
+                      {"until steady", "a scene whose steps follow a tolerance, which are not all the same"},
+                      "leave the tolerance out, or run for a given time");
+  draft.problem.steady = *tolerance;
+  if (draft.problem.task) check_task(draft, *draft.problem.task);
+}
+
+}  // namespace dpde::model

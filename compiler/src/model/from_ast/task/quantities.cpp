@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers made of a state: losses, observables, tests. Sums of mean, sum and integral over the grid, each times a
+// number, are left as they are, for they cost one sweep; any other number, (integral(u) - d)^2, is the mean of itself.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_sum(const Binary& b) { return b.op == BinaryOp::add || b.op == BinaryOp::subtract; }
+
+/// a*mean(u), mean(u)/a: the factor is what no reduction is in.
+const Expr* scaled_reduction(const Binary& b) {
+  const bool in_left = holds_reduction(b.left), in_right = holds_reduction(b.right);
+  if (b.op == BinaryOp::multiply && in_right && is_uniform(b.left)) return &b.right;
+  const bool is_product = b.op == BinaryOp::multiply || b.op == BinaryOp::divide;
+  return is_product && in_left && is_uniform(b.right) ? &b.left : nullptr;
+}
+
+/// The part of `e` that is no number: what varies in space outside of all reductions; nullptr where there is none.
+/// Data that stand outside are one number a state, where they can be.
+const Expr* varying_part(const Draft& draft, const Expr& e) {
+  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
+  if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(draft, field->name) ? nullptr : &e;
+  if (is_uniform(e)) return nullptr;
+  const Expr* found = nullptr;
+  bool has_parts = false;
+  for_each_part(e, [&](const Expr& part) {
+    has_parts = true;
+    if (found == nullptr) found = varying_part(draft, part);
+  });
+  const bool is_made_of_parts = std::holds_alternative<Neg>(e->kind) || std::holds_alternative<Binary>(e->kind) ||
+                                std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind);
+  return has_parts && is_made_of_parts ? found : &e;
+}
+
+/// What to write for it.
+std::string reduced(const Draft& draft, const Expr& varying) {
+  const auto* field = std::get_if<Field>(&varying->kind);
+  if (field != nullptr && draft.problem.task) {
+    const auto datum = std::ranges::find(draft.problem.task->data, field->name, &Datum::name);
+    if (datum != draft.problem.task->data.end() && !datum->scene.empty())
+      return fmt::format(
+          "write mean((u - {0})^2) or another mean, or let {0} be a number: observe seen = mean({1}) in "
+          "scene {2}, and here data {0} = seen from scene {2}",
+          datum->name, datum->field, datum->scene);
+  }
+  return "write mean(u^2), sum, integral, max or min of what varies in space, as in mean((u - v)^2)";
+}
+
+/// The data that stand outside of reductions.
+void mark_series(Draft& draft, const Expr& e) {
+  if (std::holds_alternative<Reduce>(e->kind)) return;
+  if (const auto* field = std::get_if<Field>(&e->kind)) mark_as_series(draft, field->name);
+  for_each_part(e, [&](const Expr& part) { mark_series(draft, part); });
+}
+
+/// Of a number: a sum of reductions with factors. A max or min over the grid is the mean of itself, too.
+Expr as_reductions(const Expr& e) {
+  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+    const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
+    return is_extreme ? model::reduce(Reduce::Kind::mean, e, e->origin) : e;
+  }
+  if (is_uniform(e)) return e;
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(as_reductions(neg->operand), e->origin);
+  if (const auto* b = std::get_if<Binary>(&e->kind)) {
+    const Expr* scaled = scaled_reduction(*b);
+    const auto side = [&](const Expr& part) { return is_sum(*b) || &part == scaled ? as_reductions(part) : part; };
+    if (is_sum(*b) || scaled) return binary(b->op, side(b->left), side(b->right), e->origin);
+  }
+  return model::reduce(Reduce::Kind::mean, e, e->origin);
+}
+
+/// The term whose values at several times could be added up or averaged: that no mean, sum or integral says which;
+/// nullptr where all do.
+const Expr* uncounted_part(const Expr& e) {
+  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+    const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
+    return is_extreme ? &e : nullptr;
+  }
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return uncounted_part(neg->operand);
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b == nullptr || !holds_reduction(e)) return &e;
+  if (const Expr* scaled = scaled_reduction(*b)) return uncounted_part(*scaled);
+  if (!is_sum(*b)) return &e;
+  const Expr* left = uncounted_part(b->left);
+  return left != nullptr ? left : uncounted_part(b->right);
+}
+
+/// False after a diagnostic.
+bool is_counted(Draft& draft, const Expr& value, const When& when, SourceRange whole) {
+  const bool is_of_many = when.kind == When::Kind::over || (when.kind == When::Kind::steps && !when.is_last);
+  const Expr* term = is_of_many && !when.counted ? uncounted_part(value) : nullptr;
+  if (term == nullptr) return true;
+  const SourceRange range = (*term)->origin.range;
+  const std::string over = when.kind == When::Kind::over ? "time" : fmt::format("{} steps", when.count);
+  draft.sink.report("not-counted", range.is_known() ? range : whole, {"over " + over},
+                    fmt::format("write , mean over {0} or , sum over {0}, which hold for the whole line", over));
+  return false;
+}
+
+}  // namespace
+
+std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what, const When& when) {
+  const auto value = Expressions(draft, Purpose::quantity, what).number(e);
+  const bool counts_once = draft.takes_averages && !draft.averages.empty();
+  if (!value || (!counts_once && !is_counted(draft, *value, when, e.range()))) return std::nullopt;
+  return quantity_of(draft, *value, what, e.range());
+}
+
+std::optional<Expr> quantity_of(Draft& draft, const Expr& value, const std::string& what, SourceRange whole) {
+  const Expr number = over_one_cell(draft, value);
+  const Expr* mistake = draft.problem.has_grid ? varying_part(draft, number) : nullptr;  // of one cell: a number
+  if (mistake != nullptr) {
+    const SourceRange range = (*mistake)->origin.range;
+    draft.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(draft, *mistake));
+    return std::nullopt;
+  }
+  mark_series(draft, number);
+  return as_reductions(number);
+}
+
+bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen) {
+  if (is_reserved(name.name)) {
+    draft.sink.report("reserved-name", name.range, {name.name, "number"}, "choose another name");
+    return false;
+  }
+  const Meaning* meaning = draft.scope.find(name.name);
+  const auto [first, is_new] = seen.emplace(name.name, name.range);
+  if (meaning || !is_new) report_duplicate(draft, name.name, name.range, meaning ? meaning->declared : first->second);
+  return !meaning && is_new;
+}
+
+void bind_observables(Draft& draft) {
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<ast::ObserveItem>(draft.scene->items)) {
+    const bool fine = can_name_a_quantity(draft, item.name, seen);
+    const auto value = quantity_of(draft, item.value, "the observable");
+    if (fine && value) draft.problem.observables.push_back({item.name.name, *value, {range}});
+  }
+}
+
+}  // namespace dpde::model

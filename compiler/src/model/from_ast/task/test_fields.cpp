@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// What spectra and correlations are of: a field or vector made of the states, at every cell.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr double usual_threshold = 0.8;
+
+/// Waves fit on what is periodic and uniform alone.
+bool has_waves(Draft& draft, SourceRange range) {
+  for (const Axis& axis : draft.problem.axes) {
+    if (axis.topology == Topology::periodic && !axis.stretch) continue;
+    draft.sink.report("not-allowed-here", range,
+                      {"a spectrum", fmt::format("a scene whose axis {} is {}", axis.name,
+                                                 axis.stretch ? "stretched" : "not periodic")},
+                      "its waves need periodic axes with cells of one width; statistic and correlation do without");
+    return false;
+  }
+  return true;
+}
+
+double threshold_of(Draft& draft, const ast::TestItem& item) {
+  if (!item.above) return usual_threshold;
+  const auto value = evaluate(draft, *item.above, "the threshold");
+  if (!value || (*value > 0 && *value < 1)) return value.value_or(usual_threshold);
+  draft.sink.report("bad-optimiser-option", item.above->range(),
+                    {"the threshold", item.name.name, fmt::format("lies between 0 and 1: {} does not", *value)});
+  return usual_threshold;
+}
+
+}  // namespace
+
+/// Its number is the mean energy, of which a spectrum is the parts: that tells what is read, and where it lies.
+bool bind_fields(Draft& draft, const ast::TestItem& item, Test& test) {
+  const bool is_spectrum = item.kind == ast::TestItem::Kind::spectrum;
+  const char* what = is_spectrum ? "the field of a spectrum" : "the field of a correlation";
+  const SourceRange range = item.value.range();
+  const Typed value = Expressions(draft, Purpose::quantity, what).numeric(item.value);
+  if (value.type == Typed::Type::none || (is_spectrum && !has_waves(draft, range))) return false;
+  const auto is_sample = [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); };
+  if (std::ranges::any_of(value.parts, [&](const Expr& each) { return any_part(each, is_sample); })) {
+    draft.sink.report("not-allowed-here", range, {"the point value sample", what});
+    return false;
+  }
+  Expr energy = 0.0;
+  for (const Expr& each : value.parts) {
+    const Expr square = binary(BinaryOp::multiply, each, each, {range});
+    energy = binary(BinaryOp::add, energy,
+                    binary(BinaryOp::multiply, 0.5, reduce(Reduce::Kind::mean, square, {range}), {range}), {range});
+  }
+  test.quantity.value = energy;
+  test.fields = value.parts;
+  if (!is_spectrum) test.threshold = threshold_of(draft, item);
+  return true;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels of a step with numbers in the place of names: a step is run about many points, with many lengths, and its
+// names are looked up once.
+#pragma once
+
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "stencil/stencil.h"
+#include "stencil/analyse/symbol.h"
+
+namespace dpde::stability {
+
+class FrozenKernels {
+ public:
+  using Id = int;  // of a node, a field, a parameter, a local
+  struct Literal {
+    double value;
+  };
+  struct Param {
+    Id param;
+  };
+  struct Local {
+    Id local;
+  };
+  struct Access {
+    Id field;
+    stencil::Offset offset;
+  };
+  struct Interp {
+    Id field;
+    stencil::Offset offset;
+    std::vector<Id> displacement;
+    std::array<Along, stencil::max_rank> along;
+  };
+  struct Inside {};
+  struct Neg {
+    Id operand;
+  };
+  struct Binary {
+    BinaryOp op;
+    Id left, right;
+  };
+  struct Call {
+    Fn fn;
+    std::vector<Id> arguments;
+  };
+  struct Select {
+    Id condition, yes, no;
+  };
+  using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
+  struct Node {
+    Kind kind;
+    bool is_number = false;  // nothing in it is perturbed
+  };
+  struct Store {
+    Id field;
+    bool accumulate;
+    Id value;
+    bool is_perturbation;  // its number is 0: that of a perturbation which is none
+  };
+  struct Kernel {
+    int rank = 1;
+    std::vector<Id> lets;  // the local i is the let i
+    std::vector<Store> stores;
+    bool makes_states = false;  // and nothing else: fields that depend on states
+  };
+  struct Field {
+    std::string name;
+    int axis = -1;                   // of a coordinate
+    std::array<bool, 3> waves = {};  // axes along which transforms of it have wave numbers
+  };
+
+  /// Of the first program of the module. `varied`: fields that depend on the states; `rates`: their perturbations.
+  FrozenKernels(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates);
+
+  const Node& node(Id id) const { return nodes_[static_cast<std::size_t>(id)]; }
+  const std::vector<Field>& fields() const { return fields_; }
+  const std::vector<std::string>& params() const { return params_; }
+  const Kernel& kernel(const std::string& name) const { return kernels_.at(name); }
+  Id field(const std::string& name) const { return field_ids_.at(name); }
+  /// Whether what the program makes of perturbations is a rational function of dt, by its text: kernels alone make it,
+  /// and dt is in no condition and no function, not by way of a field either. Where all stages of states are known.
+  bool is_rational_in_step() const { return is_rational_in_step_; }
+  /// Of the argument or the factor of a transform of the program.
+  const std::vector<stencil::Monomial>& polynomial(const stencil::Expr& symbol) const {
+    return symbols_.at(&symbol.node()).polynomial;
+  }
+  /// -1: nothing reads it.
+  Id param(const std::string& name) const;
+
+ private:
+  class Reader;
+  class StepDependence;
+  Id add_field(const std::string& name);
+  Id add_param(const std::string& name);
+  struct Symbol {
+    stencil::Expr symbol;  // which keeps the node
+    std::vector<stencil::Monomial> polynomial;
+  };
+  void add_symbols_of(const stencil::Transform& transform);
+  void add_waves_of(const stencil::Transform::Term& term, Id result);
+  std::ptrdiff_t count_waves() const;
+  void add_fields_of(const std::vector<stencil::Statement>& body);
+
+  std::vector<Node> nodes_;
+  std::vector<Field> fields_;
+  std::vector<std::string> params_;
+  std::map<std::string, Id> field_ids_, param_ids_;
+  std::map<std::string, Kernel> kernels_;
+  std::map<const stencil::Node*, Symbol> symbols_;
+  bool is_rational_in_step_ = false;
+};
+
+}  // namespace dpde::stability

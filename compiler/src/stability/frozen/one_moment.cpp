@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/frozen/one_moment.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+
+#include "stencil/build.h"
+#include "support/contains.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+bool reads_param(const Expr& e, const std::string& name) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    found = found || (param != nullptr && param->name == name);
+  });
+  return found;
+}
+
+/// Events ask how many steps are done, (t - t_begin)/dt: a number that steps of no length have not.
+bool divides_by_step(const Expr& e) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const auto* b = std::get_if<Binary>(&part->kind);
+    found = found || (b != nullptr && b->op == BinaryOp::divide && reads_param(b->right, "dt"));
+  });
+  return found;
+}
+
+bool compares_times(const Expr& e) {
+  constexpr std::array comparisons{BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
+  const auto* b = std::get_if<Binary>(&e->kind);
+  return b != nullptr && std::ranges::find(comparisons, b->op) != comparisons.end() && reads_param(e, "t") &&
+         reads_param(e, "dt") && !divides_by_step(e);
+}
+
+/// Of a time that no later step has.
+bool is_before(const Expr& e, double t_begin) {
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (b == nullptr || b->op != BinaryOp::less) return false;
+  const auto* time = std::get_if<Param>(&b->left->kind);
+  const auto* bound = std::get_if<Literal>(&b->right->kind);
+  return time != nullptr && time->name == "t" && bound != nullptr && bound->value <= t_begin;
+}
+
+Expr with_one_moment(const Expr& e, double t_begin) {
+  if (!compares_times(e)) return map_children(e, [&](const Expr& part) { return with_one_moment(part, t_begin); });
+  const Expr compared = substitute_params(e, {{"dt", 0.0}});
+  return is_before(compared, t_begin) ? Expr(0.0) : compared;
+}
+
+}  // namespace
+
+Module at_one_moment(Module module, double t_begin) {
+  for (Kernel& kernel : module.kernels) {
+    if (contains(signature(kernel).params, std::string("t")))
+      kernel = map_kernel(kernel, [&](const Expr& e) { return with_one_moment(e, t_begin); });
+  }
+  return module;
+}
+
+}  // namespace dpde::stability

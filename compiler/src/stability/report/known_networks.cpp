@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/report/known_networks.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "stability/frozen/zero_step.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+bool is_known(const Module& module, const NetworkCall& call) {
+  const auto network = std::ranges::find(module.networks, call.network, &network::Network::name);
+  return call.mode == NetworkCall::Mode::value && network != module.networks.end() && !network->is_host();
+}
+
+/// Solves keep theirs: nothing looks into a block that has any.
+void take_out_networks(const Module& module, std::vector<Statement>& body, std::set<std::string>& results) {
+  std::vector<Statement> others;
+  for (Statement& statement : body) {
+    const bool is_taken = match(
+        statement, [](const Fill&) { return false; }, [](const Fold&) { return false; },
+        [](const Reduce&) { return false; },
+        [&](const NetworkCall& call) {
+          if (!is_known(module, call)) return false;
+          for (const std::string& result : fields_written(call)) results.insert(result);
+          return true;
+        },
+        [](const Transform&) { return false; }, [](const Run&) { return false; }, [](const Solve&) { return false; },
+        [&](Repeat& repeat) {
+          take_out_networks(module, repeat.body, results);
+          return false;
+        });
+    if (!is_taken) others.push_back(std::move(statement));
+  }
+  body = std::move(others);
+}
+
+}  // namespace
+
+Module without_known_networks(Module module, std::set<std::string>& results) {
+  Program& program = module.programs.front();
+  std::vector<Statement> body = std::move(program.body);
+  take_out_networks(module, body, results);
+  program.body = std::move(body);
+  return module;
+}
+
+std::map<std::string, std::vector<double>> values_of_networks(driver::Session& session,
+                                                              const std::set<std::string>& results, double t) {
+  if (results.empty()) return {};
+  const Module& module = session.compiled().stencil;
+  std::vector<Statement> body = module.find_program(session.compiled().step_name())->body;
+  std::set<std::string> made;  // a step of another scheme has others, too, of stages that this one has not
+  take_out_networks(module, body, made);
+  std::vector<std::string> fields;
+  std::ranges::set_intersection(results, made, std::back_inserter(fields));
+  return after_step_of_no_length(session, fields, t, CoarseGrid::own(session.axes()));
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/report/local_character.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <iterator>
+#include <numbers>
+
+#include "stability/waves/amplification.h"
+#include "stability/frozen/consistent_start.h"
+#include "stability/waves/courant_number.h"
+#include "stability/equations.h"
+#include "stability/frozen/frozen_points.h"
+#include "stability/waves/step_of_rates.h"
+
+namespace dpde::stability {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double every_step = std::numeric_limits<double>::infinity();
+constexpr double negative = -1e-12;  // of the largest weight: rounding
+constexpr double negative_of_sums = -1e-11;
+constexpr double shortest_try = 1e-6, first_positive_try = 1e-3, last_positive_try = 1e4, step_factor = 1.1,
+                 step_factor_with_solves = 2;  // in units of 1 / largest rate
+constexpr double step_precision = 1e-7;
+
+bool is_positive(const Response& response) {
+  double smallest = 0, largest = 0;
+  for (const Form& row : response.rows) {
+    for (const Form::Term& term : row.terms()) {
+      smallest = std::min(smallest, term.coefficient);
+      largest = std::max(largest, std::abs(term.coefficient));
+    }
+  }
+  return smallest >= negative * largest;
+}
+
+/// What the rates make of what they have made: each place that a row reads is what `inner` has there.
+Response applied_to(const Response& outer, const Response& inner) {
+  Response result;
+  FormSum sum;
+  for (const Form& row : outer.rows) {
+    for (const Form::Term& term : row.terms()) {
+      const Form& read = inner.rows[static_cast<std::size_t>(Form::component_of(term.key))];
+      sum.add(read, Form::offset_of(term.key), term.coefficient);
+    }
+    result.rows.push_back(sum.take());
+  }
+  return result;
+}
+
+/// The weights of a step that is a polynomial of its rates (see step_of_rates.h): powers of these are had once for
+/// steps of all lengths.
+class WeightsByLength {
+ public:
+  WeightsByLength(const Response& rates, const std::vector<double>& polynomial) {
+    std::vector<Response> powers(1);
+    for (std::size_t row = 0; row < rates.rows.size(); ++row) powers[0].rows.emplace_back(static_cast<int>(row));
+    while (powers.size() < polynomial.size()) powers.push_back(applied_to(rates, powers.back()));
+    std::vector<std::vector<std::int64_t>> places;  // that some power reads, of each row
+    for (std::size_t row = 0; row < rates.rows.size(); ++row) {
+      std::vector<std::int64_t>& of_row = places.emplace_back();
+      for (const Response& power : powers)
+        std::ranges::transform(power.rows[row].terms(), std::back_inserter(of_row), &Form::Term::key);
+      std::ranges::sort(of_row);
+      of_row.erase(std::unique(of_row.begin(), of_row.end()), of_row.end());
+    }
+    by_powers_.setZero(count_of(places), std::ssize(polynomial));
+    Eigen::Index first = 0;
+    for (std::size_t row = 0; row < places.size(); first += std::ssize(places[row++])) {
+      for (std::size_t k = 0; k < powers.size(); ++k) {
+        auto place = places[row].begin();  // terms are in their order
+        for (const Form::Term& term : powers[k].rows[row].terms()) {
+          place = std::find(place, places[row].end(), term.key);
+          by_powers_(first + (place - places[row].begin()), static_cast<Eigen::Index>(k)) =
+              polynomial[k] * term.coefficient;
+        }
+      }
+    }
+  }
+
+  bool are_positive(double length) const {
+    Eigen::VectorXd powers = Eigen::VectorXd::Ones(by_powers_.cols());
+    for (Eigen::Index k = 1; k < powers.size(); ++k) powers[k] = powers[k - 1] * length;
+    const Eigen::VectorXd weights = by_powers_ * powers;
+    return weights.minCoeff() >= negative * weights.cwiseAbs().maxCoeff();
+  }
+
+ private:
+  static Eigen::Index count_of(const std::vector<std::vector<std::int64_t>>& places) {
+    Eigen::Index count = 0;
+    for (const std::vector<std::int64_t>& of_row : places) count += std::ssize(of_row);
+    return count;
+  }
+
+  Eigen::MatrixXd by_powers_;  // a line each
+};
+
+/// Sums of waves, along one axis after the other: values of the waves become those of the cells of a ring.
+void add_up_waves(std::vector<Complex>& values, int along, int rank) {
+  std::size_t stride = 1;
+  const auto count = static_cast<std::size_t>(along);
+  std::vector<Complex> line(count);
+  for (int axis = 0; axis < rank; ++axis, stride *= count) {
+    for (std::size_t first = 0; first < values.size(); ++first) {
+      if (first / stride % count != 0) continue;
+      for (std::size_t k = 0; k < count; ++k) {
+        line[k] = 0;
+        for (std::size_t wave = 0; wave < count; ++wave)
+          line[k] += values[first + wave * stride] *
+                     std::polar(1.0 / along, 2 * std::numbers::pi * static_cast<double>(wave * k % count) / along);
+      }
+      for (std::size_t k = 0; k < count; ++k) values[first + k * stride] = line[k];
+    }
+  }
+}
+
+/// The same of a step that solves: its weights reach all cells, here of a small ring.
+bool is_positive(const Amplification& step, int rank) {
+  constexpr int cells_along[] = {64, 16, 8};
+  const int along = cells_along[rank - 1];
+  const auto count = static_cast<std::size_t>(std::lround(std::pow(along, rank)));
+  std::vector<Eigen::MatrixXcd> waves;
+  for (std::size_t i = 0; i < count; ++i) {
+    Angles angles{};
+    std::size_t rest = i;
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis, rest /= static_cast<std::size_t>(along))
+      angles[axis] = 2 * std::numbers::pi * static_cast<double>(rest % static_cast<std::size_t>(along)) / along;
+    waves.push_back(step.at(angles));
+  }
+  double smallest = 0, largest = 0;
+  std::vector<Complex> weights(count);
+  for (Eigen::Index entry = 0; entry < waves.front().size(); ++entry) {
+    for (std::size_t i = 0; i < count; ++i) weights[i] = waves[i].data()[entry];
+    add_up_waves(weights, along, rank);
+    for (const Complex& weight : weights) {
+      smallest = std::min(smallest, weight.real());
+      largest = std::max(largest, std::abs(weight.real()));
+    }
+  }
+  return smallest >= negative_of_sums * largest;
+}
+
+/// The largest rate of a step that solves, by a short one.
+double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
+  const double dt = shortest_try * step;
+  const std::optional<Response> rows = linear.response(point, dt);
+  if (!rows) return 0;
+  const Amplification short_step(*rows, rank);
+  const auto change = [&](const Angles& angles) {
+    const Eigen::MatrixXcd at = short_step.at(angles);
+    return (at - Eigen::MatrixXcd::Identity(at.rows(), at.cols())).cwiseAbs().maxCoeff();
+  };
+  return largest_over_waves(rank, change).value / dt;
+}
+
+/// The largest of what a step adds to the states.
+double change_of(const Response& rows) {
+  Response change;
+  for (std::size_t row = 0; row < rows.rows.size(); ++row)
+    change.rows.push_back(rows.rows[row].plus(Form(static_cast<int>(row)).times(-1)));
+  return magnitude_of(change);
+}
+
+/// The largest step up to which `holds` does, for rates of at most `rate`.
+double largest_step_where(double rate, double factor, const std::function<bool(double)>& holds) {
+  if (rate == 0) return every_step;
+  if (!holds(shortest_try / rate)) return 0;
+  double low = first_positive_try / rate;
+  if (!holds(low)) return 0;
+  double high = low;
+  while (holds(high)) {
+    low = high;
+    if (high > last_positive_try / rate) return every_step;
+    high *= factor;
+  }
+  while (high - low > step_precision * high) {
+    const double middle = 0.5 * (low + high);
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+namespace {
+
+/// What the step of a problem does at its points, where that is a polynomial of its rates.
+class StepsByLength {
+ public:
+  StepsByLength(const model::Problem& problem, const LinearStep& linear)
+      : equations_(problem, linear.group()),
+        step_of_rates_(equations_.step_of_rates()),
+        polynomial_(step_of_rates_.polynomial()),
+        rank_(static_cast<int>(problem.axes.size())) {
+    if (!polynomial_.empty()) places_ = equations_.places_in(linear);
+  }
+
+  struct Found {
+    double rate;  // the largest
+    WeightsByLength weights;
+  };
+  /// `rows`: of a step of this length. nullopt where it is no such polynomial.
+  std::optional<Found> at(const FrozenPoint& point, const Response& rows, double step) const {
+    if (polynomial_.empty()) return std::nullopt;
+    const std::optional<Response> rates = equations_.rates_at(point);
+    if (!rates) return std::nullopt;
+    if (!step_of_rates_.makes(Amplification(rows, rank_), Amplification(*rates, rank_), places_, step))
+      return std::nullopt;
+    return Found{magnitude_of(*rates), WeightsByLength(*rates, polynomial_)};
+  }
+
+ private:
+  Equations equations_;
+  StepOfRates step_of_rates_;
+  std::vector<double> polynomial_;
+  std::vector<StepOfRates::Place> places_;
+  int rank_;
+};
+
+/// A long step of a Runge-Kutta scheme changes by powers of the rate: a short one tells it.
+double rate_by_short_step(const LinearStep& linear, const FrozenPoint& point, const Response& rows, double step) {
+  const double by_step = change_of(rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
+  const std::optional<Response> short_rows = linear.response(point, std::min(step, short_step));
+  return short_rows ? change_of(*short_rows) / std::min(step, short_step) : 0;
+}
+
+/// Of the step of a problem, which is the session's or one of its equations.
+Positivity positivity_of(driver::Session& session, const model::Problem& problem, const LinearStep& linear,
+                         double step) {
+  Positivity found;
+  const int rank = static_cast<int>(session.axes().size());
+  const StepsByLength by_length(problem, linear);
+  std::vector<FrozenPoint> points;
+  std::vector<std::optional<WeightsByLength>> weights;  // of the points that have them
+  double rate = 0;
+  for (const ScenePoint& at : frozen_points(session, linear)) {
+    points.push_back(flat(at.point));
+    weights.emplace_back();
+    const std::optional<Response> rows = linear.response(points.back(), step);
+    if (!rows) continue;
+    if (linear.solves()) {
+      rate = std::max(rate, rate_of(linear, points.back(), rank, step));
+      continue;
+    }
+    if (!rows->waves.empty()) {
+      found.why = linear.reduces() ? "a mean reaches all cells"
+                                   : "a Fourier series reaches all cells, with weights of both signs";
+      return found;
+    }
+    if (std::optional<StepsByLength::Found> of_rates = by_length.at(points.back(), *rows, step)) {
+      rate = std::max(rate, of_rates->rate);
+      weights.back() = std::move(of_rates->weights);
+    } else {
+      rate = std::max(rate, rate_by_short_step(linear, points.back(), *rows, step));
+    }
+  }
+  if (linear.solves() && rate == 0) {
+    found.why = "a solve is in it";
+    return found;
+  }
+  std::vector<FrozenStages> stages(points.size());
+  const auto holds = [&](double dt) {
+    return std::ranges::all_of(points, [&](const FrozenPoint& point) {
+      const auto number = static_cast<std::size_t>(&point - points.data());
+      if (weights[number]) return weights[number]->are_positive(dt);
+      const std::optional<Response> rows = linear.response(point, dt, stages[number]);
+      if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
+      return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
+    });
+  };
+  found.largest_step = largest_step_where(rate, linear.solves() ? step_factor_with_solves : step_factor, holds);
+  // Far above it polynomials of schemes, as that of rk4, may have weights above 0 again, which are those of no
+  // solution.
+  found.is_kept = step <= found.largest_step * (1 + step_precision) && holds(step);
+  return found;
+}
+
+/// Limited slopes add to the weight of the cell upstream at most L/2 of what upwind(1) gives it, L being the steepest
+/// slope that is taken (P. K. Sweby, SIAM J. Numer. Anal. 21 (1984)): a step of Euler's method keeps
+///   1 - dt/dt_1 - L/2*c*dt >= 0
+/// up to 1/(1/dt_1 + L/2*c), with the largest step dt_1 of upwind(1) and c dt the Courant number. ssp_rk3 is made of
+/// such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
+Positivity positivity_with_limiter(driver::Session& session, double step, const StateGroup& group) {
+  const model::Problem& problem = session.problem();
+  Positivity found;
+  found.why = "its limiter is not linear";
+  const bool is_of_euler = problem.scheme.time->is_made_of_euler;
+  const std::optional<LinearStep> euler = linear_step(by_euler(problem), group);
+  if (!is_of_euler || problem.scheme.is_split() || !euler) return found;
+  double rate = 0;
+  for (const ScenePoint& at : frozen_points(session, *euler)) {
+    const std::optional<double> courant = courant_number(problem, at.point, 1, group);
+    if (!courant) return found;
+    rate = std::max(rate, *courant);
+  }
+  found = positivity_of(session, by_euler(problem), *euler, step);
+  if (!found.why.empty() || found.largest_step == 0) return found;
+  found.largest_step = 1 / (1 / found.largest_step + 0.5 * problem.scheme.steepest_slope() * rate);
+  found.is_kept = step <= found.largest_step * (1 + step_precision);
+  return found;
+}
+
+}  // namespace
+
+Positivity positivity_of(driver::Session& session, double step, const StateGroup& group) {
+  const ConsistentStart start(session);
+  if (session.problem().scheme.has_limiter()) return positivity_with_limiter(session, step, group);
+  Positivity found;
+  const std::optional<LinearStep> linear = linear_step(session, found.why, group);
+  if (!linear) return found;
+  if (session.problem().scheme.has_clamp() && linear->follows_flow()) {
+    found.why = "its clamp is not linear";
+    return found;
+  }
+  return positivity_of(session, session.problem(), *linear, step);
+}
+
+std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at, double step,
+                           const StateGroup& group) {
+  constexpr double lengths[] = {4, 8, 16, 32};
+  const int rank = static_cast<int>(session.axes().size());
+  std::string why;
+  const std::optional<LinearStep> linear = linear_step(session, why, group);
+  if (!linear) return {};
+  const FrozenPoint point = flat(at);
+  const std::optional<Response> rows = linear->response(point, step);
+  const std::optional<Symbol> equations = Equations(session.problem(), group).about(point);
+  if (!rows || !equations) return {};
+  const Amplification scheme(*rows, rank);
+  std::vector<Wave> result;
+  for (int axis = 0; axis < rank; ++axis) {
+    for (const double cells : lengths) {
+      Angles angle{};
+      angle[static_cast<std::size_t>(axis)] = 2 * std::numbers::pi / cells;
+      const Eigen::VectorXcd factors = scheme.eigenvalues(angle);
+      for (const Complex rate : equations->eigenvalues(angle)) {
+        const Complex exact = std::exp(step * rate);
+        const auto is_nearer = [&](const Complex& a, const Complex& b) {
+          return std::abs(a - exact) < std::abs(b - exact);
+        };
+        const Complex factor = *std::min_element(factors.begin(), factors.end(), is_nearer);
+        Wave wave{axis, cells, std::abs(factor), std::exp(step * rate.real())};
+        const double turn = step * rate.imag();
+        if (std::abs(turn) > 1e-9) wave.phase = (turn + std::arg(factor * std::exp(Complex(0, -turn)))) / turn;
+        result.push_back(wave);
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a pole has to do with a limit of steps, and what helps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/build.h"
+#include "model/boundary/metric.h"
+#include "stability/state_groups.h"
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+
+namespace {
+
+/// Whether a value is made of those of neighbours along an axis.
+bool reads_along(const model::Expr& e, int axis) {
+  return model::any_part(e, [&](const model::Expr& part) {
+    const auto* d = std::get_if<model::Derivative>(&part->kind);
+    const auto* shift = std::get_if<model::Shift>(&part->kind);
+    return (d != nullptr && d->axis == axis) ||
+           (shift != nullptr && shift->offset[static_cast<std::size_t>(axis)] != 0);
+  });
+}
+
+bool solves(const model::Expr& e) {
+  return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Solve>(part->kind); });
+}
+
+/// Whether it is a number that an implicit scheme knows how to spread.
+bool spreads(const model::State& state) {
+  const bool is_number = state.name.find('.') == std::string::npos && state.velocity_of.empty();
+  return is_number && std::ranges::any_of(model::terms_of(*state.rhs), [](const model::Term& term) {
+           return !solves(term.value) && model::nested_order(term.value) > 1;
+         });
+}
+
+/// What a group's rates are made of.
+struct Rates {
+  bool diffuse = false, are_filtered = false;  // along the axis around the pole alone
+
+  Rates(const model::Problem& problem, const Verdict& verdict, int around) {
+    for (const model::State& state : problem.states) {
+      if (!state.rhs || !is_in(verdict.group, state.name)) continue;
+      diffuse = diffuse || spreads(state);
+      are_filtered = are_filtered || model::any_part(*state.rhs, [&](const model::Expr& part) {
+                       const auto* solve = std::get_if<model::Solve>(&part->kind);
+                       return solve != nullptr && reads_along(solve->operation, around) &&
+                              !reads_along(solve->operation, 1 - around);
+                     });
+    }
+  }
+};
+
+std::string remedy(const Rates& rates, const std::string& around) {
+  std::string text = fmt::format("fewer cells along {} make them wider", around);
+  if (rates.diffuse) text += ", and an implicit scheme (time = ars222) has no such limit for lap(u) of a number";
+  if (!rates.are_filtered)
+    text += fmt::format(
+        ", and rates that are filtered along {} let {}steps be longer, as in "
+        "dsl-examples/sphere/filtered.dpde",
+        around, rates.diffuse ? "what waves and flows set of " : "");
+  return text;
+}
+
+}  // namespace
+
+std::string pole_text(const model::Problem& problem, const Verdict& verdict) {
+  if (verdict.limit.kind != StepLimit::Kind::limit) return "";
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const model::Axis& axis = problem.axes[a];
+    for (const bool is_low : {true, false}) {
+      const double h = axis.spacing(), beside = is_low == axis.runs_down() ? axis.high - h / 2 : axis.low + h / 2;
+      const bool is_there = std::abs(verdict.worst.place[a] - beside) < 0.5 * h;
+      if (!is_there || !model::is_pole_at(problem, a, is_low)) continue;
+      const std::size_t around = a == 0 ? 1 : 0;
+      return fmt::format(
+          "the narrow cells around the pole at {} set it: {}", model::name_of_side(problem, a, is_low),
+          remedy(Rates(problem, verdict, static_cast<int>(around)), model::name_of_axis(problem, around)));
+    }
+  }
+  return "";
+}
+
+}  // namespace dpde::stability

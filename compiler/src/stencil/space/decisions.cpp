@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/space/decisions.h"
+
+#include "stencil/build.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+void add_locals(const Expr& e, std::set<std::string>& locals) {
+  visit(e, [&](const Expr& part) {
+    if (const Local* local = std::get_if<Local>(&part->kind)) locals.insert(local->name);
+  });
+}
+
+void add_decisive(const Expr& e, std::set<std::string>& locals) {
+  visit(e, [&](const Expr& part) {
+    if (!is_decision(part)) return;
+    for_each_child(part, [&](const Expr& operand) { add_locals(operand, locals); });
+  });
+}
+
+}  // namespace
+
+bool is_decision(const Expr& e) {
+  if (std::holds_alternative<Interp>(e->kind)) return true;
+  if (const Binary* b = std::get_if<Binary>(&e->kind)) return precedence(b->op) == precedence(BinaryOp::less);
+  const Call* call = std::get_if<Call>(&e->kind);
+  return call && (call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction);
+}
+
+std::set<std::string> decisive_lets(const Kernel& kernel) {
+  std::set<std::string> locals;
+  for (const Store& store : kernel.stores) add_decisive(store.value, locals);
+  for (const Sum& sum : kernel.sums) add_decisive(sum.value, locals);
+  for (const Scatter& scatter : kernel.scatters) {
+    add_decisive(scatter.value, locals);
+    add_decisive(interp(scatter.target), locals);
+  }
+  for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
+    add_decisive(let->value, locals);
+    if (locals.contains(let->name)) add_locals(let->value, locals);
+  }
+  return locals;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives by Fourier series: fields of their own, made by transforms before the kernel.
+#include "model/build.h"
+#include "model/analyse/solves.h"
+#include "stencil/build.h"
+#include "stencil/space/discretise.h"
+#include "stencil/analyse/symbol.h"
+
+namespace dpde::stencil {
+
+WaveReading Discretiser::wave_reading() {
+  return waves_of(scheme_, [this](const model::Expr& uniform) { return at(uniform, {}).value(); });
+}
+
+/// The transform that makes `e`, of operands at the cells; read at another cell it is displaced.
+Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& place) {
+  const WaveReading reading = wave_reading();
+  std::vector<WavePart> parts;
+  if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind); d && !reading.is_multiplier(e)) {
+    parts = {{d->operand, wave_number(d->axis)}};  // the slope in an advect: what dx is does not matter
+  } else {
+    parts = wave_parts(e, reading);
+  }
+  return Quotient{access(stored_waves(parts), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
+}
+
+/// The field that holds their sum. What solves an equation wave by wave is its right side, divided by the operator: so
+/// the velocities of a stream function are made of the vorticity itself.
+std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
+  Transform transform;
+  for (const WavePart& part : parts) {
+    const model::Solve* solve = std::get_if<model::Solve>(&part.operand->kind);
+    if (solve == nullptr || !model::is_of_waves(*solve, scheme_)) {
+      transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
+      continue;
+    }
+    WaveReading of_operation = wave_reading();
+    of_operation.one_by_one = true;
+    const std::vector<WavePart> operation = wave_parts(solve->operation, of_operation);
+    require(operation.size() == 1, "the operator holds the unknown alone");
+    std::vector<WavePart> rights = wave_parts(solve->right, wave_reading());
+    // Of a wave of two cells the mean of a product is not the product of the means: derivatives stay by themselves.
+    const auto has_waves = [](const WavePart& right) { return holds_wave_number(right.symbol); };
+    if (std::ranges::any_of(rights, has_waves)) rights = {{solve->right, 1.0}};
+    for (const WavePart& right : rights) {
+      const Multiplier by{
+          {WaveFunction::Kind::inverse, 1}, operation.front().symbol, right.symbol * part.symbol, false};
+      transform.terms.push_back({stored_operand(right.operand, {}), by});
+    }
+  }
+  return stored_transform(std::move(transform));
+}
+
+/// All waves below the upper end less those below the lower one: -|k|^2 is the sum of the squares of i k. What waves
+/// make lies where their operand does, and is displaced as that is.
+Expr Discretiser::band_at(const model::BandPass& band, const Place& place) {
+  Place own{};
+  Offset displaced{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) {
+    own[axis] = std::abs(place[axis] % 2);
+    displaced[axis] = (place[axis] - own[axis]) / 2;
+  }
+  Expr squares = 0.0;
+  for (int axis = 0; axis < static_cast<int>(rank_); ++axis) squares = squares + power(wave_number(axis), 2);
+  const std::string operand = stored_operand(band.operand, own);
+  Transform transform;
+  const auto add_below = [&](double shell, double factor) {
+    const double end = shell * band.unit;
+    transform.terms.push_back(
+        {operand,
+         {{WaveFunction::Kind::heaviside, 0}, squares + end * end * (1 - model::shell_rounding), factor, false}});
+  };
+  add_below(band.last + 0.5, 1);
+  if (band.first > 0) add_below(band.first - 0.5, -1);
+  return access(stored_transform(std::move(transform)), displaced);
+}
+
+/// Terms of a sum that are made of waves are one transform, where there are several.
+std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Binary& e, const Place& place) {
+  if (e.op != BinaryOp::add && e.op != BinaryOp::subtract) return std::nullopt;
+  const WaveReading reading = wave_reading();
+  model::Expr waves = 0.0, rest = 0.0;
+  int count = 0;
+  for (const model::Term& term : model::terms_of(model::Expr(model::Node{e}))) {
+    const bool is_wave = is_of_waves(term.value, reading);
+    model::Expr& sum = is_wave ? waves : rest;
+    sum = model::binary(term.negative ? BinaryOp::subtract : BinaryOp::add, sum, term.value);
+    count += is_wave;
+  }
+  if (count < 2) return std::nullopt;
+  const Quotient of_waves = waves_at(waves, place);
+  if (model::is_constant(rest, 0)) return of_waves;
+  return Quotient{at(rest, place).value() + of_waves.value()};
+}
+
+/// The field that holds the result.
+std::string Discretiser::stored_transform(Transform transform) {
+  for (const Preparation& made : preparations_) {
+    const Transform* known = std::get_if<Transform>(&made);
+    if (known && known->terms == transform.terms) return known->result;
+  }
+  transform.result = names_.fresh(transform.terms.front().field + "_waves");
+  preparations_.push_back(transform);
+  return transform.result;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "source/diagnostic.h"
+#include "stencil/lower/lowering.h"
+
+namespace dpde::stencil {
+
+/// Reports solves whose iterations derivatives are to go through and whose operator is not symmetric.
+void check_iterations(const Lowering& lowering, DiagnosticSink& sink);
+
+}  // namespace dpde::stencil

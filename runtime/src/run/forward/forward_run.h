@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs forward: steps, losses along the way, and the search for the first value that is not finite. Inside the runtime
+// only.
+#pragma once
+
+#include "run/losses.h"
+#include "run/forward/run_watch.h"
+#include "run/states.h"
+#include "run/forward/steady_run.h"
+#include "run/forward/step_inputs.h"
+#include "run/forward/stepper.h"
+
+namespace dpde {
+
+class ForwardRun {
+ public:
+  ForwardRun(const RolloutSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, Losses& losses,
+             SteadyRun& steady, RunWatch& watch)
+      : setup_(setup),
+        inputs_(inputs),
+        states_(states),
+        stepper_(stepper),
+        losses_(losses),
+        steady_(steady),
+        watch_(watch) {}
+
+  /// Once the states have memory: until a run has ended final_states() are the initial ones.
+  void begin() { final_ = states_.first(); }
+  /// From the initial state, which is state `first`; the halos of all inputs of steps are filled.
+  RunResult run(const Observer& observer, int first, FloatMode of_host);
+  /// The same, for the losses: false when stopped or, until steady, where values are not finite.
+  bool add_losses();
+  /// Where run() or advance() has ended.
+  const StateBuffer& final_states() const { return final_; }
+
+  // By hand
+  void restart(int step);
+  RunResult advance(int count, bool until_steady);
+
+ private:
+  BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
+  std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const {
+    return states_.find_blow_up(step, inputs_.time(step), state);
+  }
+  /// From the current state, and goes on to it: how many were made, of at most those until state `until`. `kept` is a
+  /// buffer that is left alone.
+  int make_steps(int n, int until, int kept);
+
+  const RolloutSetup& setup_;
+  const StepInputs& inputs_;
+  States& states_;
+  Stepper& stepper_;
+  Losses& losses_;
+  SteadyRun& steady_;
+  RunWatch& watch_;
+  StateBuffer final_;
+  int reached_ = 0;        // steps of advance() since restart()
+  bool compares_ = false;  // each state is looked at beside the one before
+};
+
+}  // namespace dpde

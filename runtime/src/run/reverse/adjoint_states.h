@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The adjoints of the states at one time, and of those a step before. Inside the runtime only.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dpde/runtime/rollout.h"
+#include "base/reversal.h"
+#include "run/run_memory.h"
+
+namespace dpde {
+
+class AdjointStates {
+ public:
+  AdjointStates(const RolloutSetup& setup, size_t states) : setup_(setup), states_(states) {}
+  /// Of states that are `over` results have the memory of seeds.
+  void allocate(RunMemory& memory, const std::vector<char>& over);
+
+  void begin() { seeds_ = 0; }
+  /// Where the adjoint of a step reads, and where it writes.
+  const StateBuffer& seeds() const { return buffers_[seeds_]; }
+  const StateBuffer& results() const { return buffers_[1 - seeds_]; }
+  /// For what is to be added to seeds.
+  const StateBuffer& spare() const { return buffers_[2]; }
+  /// The results are the seeds of the step before.
+  void swap() { seeds_ = 1 - seeds_; }
+  size_t count() const { return states_; }
+
+  /// The seeds, of all states or of one.
+  void zero() const;
+  void zero(size_t state) const;
+  /// What lies in spare() is added to the seeds of a state.
+  void add_spare(size_t state) const;
+  /// Of the seeds, over all states and cells.
+  double norm() const;
+
+ private:
+  const RolloutSetup& setup_;
+  size_t states_;
+  FieldPool pool_;
+  std::array<StateBuffer, 3> buffers_;
+  size_t seeds_ = 0;
+};
+
+}  // namespace dpde

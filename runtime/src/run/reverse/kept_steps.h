@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The step that keeps for its adjoint what that reads of states; see RolloutSetup::keeping_step. Inside the runtime
+// only.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "run/binder.h"
+#include "run/run_memory.h"
+#include "run/forward/step_inputs.h"
+
+namespace dpde {
+
+/// The inputs of the adjoint that the step makes and that are no states: fields of the step, and of the adjoint.
+std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup);
+
+class KeptSteps {
+ public:
+  KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder);
+  void allocate(RunMemory& memory) { pool_ = memory.pool(setup_.layout, fields()); }
+  /// As the adjoint knows them, too.
+  std::vector<ValueId> ids() const { return ids_of(kept_); }
+  /// Of all steps.
+  int64_t fields() const { return int64_t{steps_} * std::ssize(kept_); }
+  BoundProgram& program() { return step_.program; }
+  /// As of Stepper.
+  const std::vector<char>& may_be_over() const { return step_.is_over; }
+
+  /// Step n.
+  void step(int n, const StateBuffer& from, const StateBuffer& to);
+  /// What it has kept, to its adjoint.
+  void bind(Executor& adjoint, int n) const;
+
+ private:
+  std::vector<ValueId> ids_of(const std::vector<std::pair<int, int>>& kept) const;
+  void* at(int n, size_t i) const {
+    return pool_.base(static_cast<int64_t>(n) * std::ssize(kept_) + static_cast<int64_t>(i));
+  }
+
+  const ResolvedSetup& setup_;
+  const StepInputs& inputs_;
+  int steps_;
+  std::vector<std::pair<int, int>> kept_;
+  BoundStep step_;
+  FieldPool pool_;  // all of a step, step by step
+};
+
+}  // namespace dpde

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pseudo-inverse of a symmetric operator: of each singular part one cell is held. Of few cells it is a matrix,
+// which is multiplied by; of more sparse factors L*D*L^T, by Eigen. A solve allocates nothing, nor does another
+// operator of few cells of the same grid.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solve/matrix/null_space.h"
+#include "solve/matrix/stencil_matrix.h"
+
+namespace dpde {
+
+class SymmetricFactors {
+ public:
+  static constexpr std::size_t few = 64;  // cells: 32 KiB
+
+  /// `write`(matrix) in the memory of one of before. `sums`: of its rows. False where it is singular in another way.
+  template <class Write>
+  bool set(const Write& write, std::span<const double> sums) {
+    write(matrix_);
+    return find(sums);
+  }
+  /// `b` is made compatible.
+  void solve(std::span<double> b, std::span<double> x);
+
+ private:
+  bool find(std::span<const double> sums);
+  bool invert();
+  bool factor();
+  void solve_by_factors(std::span<const double> b, std::span<double> x);
+
+  StencilMatrix matrix_;
+  NullSpace null_space_;
+  NullSpaceMemory memory_;
+  std::vector<double> inverse_;        // of few cells, row by row; else 1/D
+  Eigen::SparseMatrix<double> lower_;  // L; its diagonal is 1
+  std::vector<std::uint32_t> cells_;   // the cell of each row of L
+  std::vector<double> values_;
+};
+
+}  // namespace dpde

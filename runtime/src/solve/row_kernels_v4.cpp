@@ -1,9 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "solve/row_kernels.h"
-#include "solve/row_loops.h"
-
-namespace dpde {
-
-RowKernels row_kernels_v4() { return loops(); }
-
-}  // namespace dpde
