@@ -216,7 +216,8 @@ std::string code_of_error(const std::string& text, const Activity& wrt) {
   return reverse.has_errors() ? std::string(reverse.all()[0].kind->code) : "";
 }
 
-/// As sign has it: what jumps is refused where a task is known (driver/compile/switches.h). x - floor(x) is fraction(x).
+/// As sign has it: what jumps is refused where a task is known (driver/compile/switches.h). x - floor(x) is
+/// fraction(x).
 TEST(Adjoint, FloorHasTheDerivativeZero) {
   const auto text_of = [](const std::string& value) {
     const stencil::Module module =

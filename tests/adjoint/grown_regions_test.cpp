@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/derivative_check.h"
 #include "support/program_cases.h"
 

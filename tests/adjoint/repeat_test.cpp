@@ -6,10 +6,10 @@
 
 #include "adjoint/adjoint.h"
 #include "source/render.h"
-#include "stencil/text/from_ast.h"
-#include "stencil/passes/passes.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/passes/passes.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "support/derivative_check.h"
 #include "support/program_texts.h"
 #include "syntax/parser.h"

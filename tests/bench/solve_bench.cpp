@@ -10,8 +10,8 @@
 
 #include "bare_transform.h"
 #include "solve/fourier/fourier.h"
-#include "solve/solver/linear_solver.h"
 #include "solve/multigrid/multigrid.h"
+#include "solve/solver/linear_solver.h"
 
 namespace dpde {
 namespace {

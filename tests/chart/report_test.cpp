@@ -81,7 +81,7 @@ TEST(Reports, SayOnWhichCellsAVerdictSolved) {
   testing::OpenedScene opened(text, "rod");
   ASSERT_NE(opened.session, nullptr);
   const model::Problem& problem = opened.session->problem();
-  stability::Verdict verdict = stability::verdict_of(*opened.session);
+  stability::StabilityReport verdict = stability::verdict_of(*opened.session);
   EXPECT_FALSE(verdict_report(problem, verdict, opened.source).json.contains("solution_cells"));
   verdict.solution_cells = {8, 4};
   const Report report = verdict_report(problem, verdict, opened.source);

@@ -224,7 +224,10 @@ TEST(CppSinglePrecision, IsNeverPromoted) {
   for (int kind = 0; kind < along_count; ++kind) {
     total =
         total +
-        interp({"q", {}, {u, access("w")}, {static_cast<Along>(kind), static_cast<Along>((kind + 1) % along_count)}});
+        interp({"q",
+                {},
+                {u, access("w")},
+                {static_cast<InterpolationBasis>(kind), static_cast<InterpolationBasis>((kind + 1) % along_count)}});
   }
   for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn) {
     total = total +

@@ -112,7 +112,7 @@ std::vector<Expr> masks_and_places(int rank) {
     for (const int offset : {0, 1}) {
       Interp interp{"q", {offset, 0, rank > 2 ? -offset : 0}, {d.begin(), d.begin() + rank}, {}};
       for (int axis = 0; axis < rank; ++axis)
-        interp.along[axis] = static_cast<Along>((kind + 3 * axis * offset) % along_count);
+        interp.along[axis] = static_cast<InterpolationBasis>((kind + 3 * axis * offset) % along_count);
       all.push_back(stencil::interp(interp));
     }
   }
@@ -158,8 +158,12 @@ TEST(CppPrograms, AdjointLikePrograms) {
       more.sums = {{"total", access("v") * u}, {"plain", local("d")}};
       more.scatters = {
           {Interp{"s", {}, std::vector<Expr>(rank, local("d")), {}}, w * b},
-          {Interp{"s", {1}, std::vector<Expr>(rank, w - 1), {Along::slope, Along::upper}}, u},
-          {Interp{"s", {}, std::vector<Expr>(rank, w - 1), {Along::linear, Along::cubic, Along::cubic_slope}}, u}};
+          {Interp{"s", {1}, std::vector<Expr>(rank, w - 1), {InterpolationBasis::slope, InterpolationBasis::upper}}, u},
+          {Interp{"s",
+                  {},
+                  std::vector<Expr>(rank, w - 1),
+                  {InterpolationBasis::linear, InterpolationBasis::cubic, InterpolationBasis::cubic_slope}},
+           u}};
       Kernel clear{.name = "clear", .rank = rank, .stores = {{"s", false, 0.0, {}}}};
       Program program{.name = "p", .axes = topologies(axes)};
       program.body = {Fill{"u", axes}, run("gather", 1), Fold{"v", 1, axes},
@@ -208,8 +212,8 @@ TEST(CppPrograms, NoDisplacementLeavesTheField) {
                                       -1e300, inf,  -inf, NAN,  5e-324, -5e-324, -1e-17};
   for (const std::vector<AxisBoundary>& axes : {std::vector{periodic()}, std::vector{insulated()}}) {
     stencil::Module module =
-        outputs({stencil::interp({"w", {}, {u}, {}}), stencil::interp({"w", {-1}, {u}, {Along::slope}}),
-                 stencil::interp({"w", {-1}, {u}, {Along::cubic}})},
+        outputs({stencil::interp({"w", {}, {u}, {}}), stencil::interp({"w", {-1}, {u}, {InterpolationBasis::slope}}),
+                 stencil::interp({"w", {-1}, {u}, {InterpolationBasis::cubic}})},
                 axes);
     std::erase_if(module.programs[0].body,
                   [](const Statement& s) { return std::holds_alternative<Fill>(s) && std::get<Fill>(s).field == "u"; });

@@ -112,7 +112,7 @@ TEST(CppText, MasksAndSums) {
 
 TEST(CppText, Places) {
   Kernel kernel{.name = "k", .rank = 1};
-  kernel.stores = {{"v", false, interp({"u", {1}, {access("d") * param("a")}, {Along::slope}}), {}}};
+  kernel.stores = {{"v", false, interp({"u", {1}, {access("d") * param("a")}, {InterpolationBasis::slope}}), {}}};
   EXPECT_EQ(function_text(kernel, {Topology::periodic}),
             R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict d,
                     const double* __restrict u_grid, const double a) {

@@ -80,7 +80,7 @@ TEST(LlvmPlaces, SlopesCellsAndCubicsAlongEveryAxis) {
         ModuleBuilder b(axes);
         std::array<Along, loop::max_rank> along{};
         for (std::size_t a = 0; a < axes.size(); ++a)
-          along[a] = static_cast<Along>((kind + a - axis + along_count) % along_count);
+          along[a] = static_cast<InterpolationBasis>((kind + a - axis + along_count) % along_count);
         b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 2.5), {}, along)));
         expect_same_for_all_sizes(b.finish());
       }
@@ -91,7 +91,7 @@ TEST(LlvmPlaces, SlopesCellsAndCubicsAlongEveryAxis) {
 TEST(LlvmPlaces, WholeCellsTakeTheNeighbourAndTheSlopeToTheRight) {
   ModuleBuilder b({B});
   b.store("v", loop::make(b.place("u", {b.load("d")})));
-  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {Along::slope})));
+  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {InterpolationBasis::slope})));
   const loop::Module module = b.finish();
   const auto compiled = compile(module);
   for (const int d : {-2, -1, 0, 1}) {
@@ -123,7 +123,7 @@ TEST(LlvmPlaces, WholeTurnsLeadBackOnRings) {
 
 TEST(LlvmPlaces, TheEdgeItselfIsNotClamped) {
   ModuleBuilder b({B});
-  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {Along::slope})));
+  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {InterpolationBasis::slope})));
   const loop::Module module = b.finish();
   const auto compiled = compile(module);
   const int n = 1000;
@@ -153,7 +153,7 @@ void set_readable_cells(Memory& memory, const std::vector<Topology>& axes, int r
   }
 }
 
-void expect_any_displacement_stays_inside(Along along) {
+void expect_any_displacement_stays_inside(InterpolationBasis along) {
   for (const std::vector<Topology>& axes : all_axes) {
     ModuleBuilder b(axes);
     b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 0.5), {}, {along, along, along})));
@@ -180,7 +180,8 @@ void expect_any_displacement_stays_inside(Along along) {
 }
 
 TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
-  for (const Along along : {Along::linear, Along::lower, Along::upper, Along::cubic})
+  for (const Along along :
+       {InterpolationBasis::linear, InterpolationBasis::lower, InterpolationBasis::upper, InterpolationBasis::cubic})
     expect_any_displacement_stays_inside(along);
 }
 
@@ -188,7 +189,7 @@ TEST(LlvmPlaces, NothingAtNoPlaceIsANumber) {
   for (int kind = 0; kind < 2 * along_count; ++kind) {
     const Topology axis = kind % 2 == 0 ? P : B;
     ModuleBuilder b({axis});
-    b.store("v", loop::make(b.place("u", {b.load("d")}, {}, {static_cast<Along>(kind / 2)})));
+    b.store("v", loop::make(b.place("u", {b.load("d")}, {}, {static_cast<InterpolationBasis>(kind / 2)})));
     const loop::Module module = b.finish();
     const auto compiled = compile(module);
     Memory memory(module, {23, 1, 1});
@@ -203,15 +204,15 @@ TEST(LlvmPlaces, ScatterOnAllRanks) {
     for (const double reach : {0.75, 40.0}) {
       ModuleBuilder b(axes);
       std::array<Along, loop::max_rank> slope{}, cubic{};
-      slope[axes.size() - 1] = Along::slope;
-      cubic[0] = Along::cubic;
-      cubic[axes.size() - 1] = reach < 1 ? Along::cubic_slope : Along::cubic;
+      slope[axes.size() - 1] = InterpolationBasis::slope;
+      cubic[0] = InterpolationBasis::cubic;
+      cubic[axes.size() - 1] = reach < 1 ? InterpolationBasis::cubic_slope : InterpolationBasis::cubic;
       const std::vector<Expr> d = displacements(b, axes.size(), reach);
       b.scatter(b.place("u_bar", d), b.load("v_bar"));
       b.scatter(b.place("w_bar", d, {1}), b.load("v_bar") * loop::make(b.place("u", d, {}, slope)));
       b.scatter(b.place("u_bar", d, {-1}), Expr(0.5));
       b.scatter(b.place("w_bar", d, {}, cubic), b.load("v_bar"));
-      b.scatter(b.place("u_bar", d, {}, {Along::lower}), Expr(0.5));
+      b.scatter(b.place("u_bar", d, {}, {InterpolationBasis::lower}), Expr(0.5));
       expect_same_for_all_sizes(b.finish());
     }
   }
@@ -239,7 +240,7 @@ TEST(LlvmPlaces, ScatterIsTheTransposeOfInterpolation) {
   }
 }
 
-void expect_any_scatter_stays_inside(Along along) {
+void expect_any_scatter_stays_inside(InterpolationBasis along) {
   for (const std::vector<Topology>& axes : all_axes) {
     ModuleBuilder b(axes);
     b.scatter(b.place("u", displacements(b, axes.size(), 0.5), {}, {along, along, along}), Expr(1.0));
@@ -263,7 +264,8 @@ void expect_any_scatter_stays_inside(Along along) {
 }
 
 TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
-  for (const Along along : {Along::linear, Along::lower, Along::cubic}) expect_any_scatter_stays_inside(along);
+  for (const Along along : {InterpolationBasis::linear, InterpolationBasis::lower, InterpolationBasis::cubic})
+    expect_any_scatter_stays_inside(along);
 }
 
 }  // namespace

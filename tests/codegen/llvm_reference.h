@@ -80,28 +80,28 @@ class Reference {
     return weights;
   }
 
-  static std::array<double, 4> weights_at(Along along, double f) {
+  static std::array<double, 4> weights_at(InterpolationBasis along, double f) {
     switch (along) {
-      case Along::linear: return {0, 1 - f, f, 0};
-      case Along::slope: return {0, -1, 1, 0};
-      case Along::lower: return {0, 1, 0, 0};
-      case Along::upper: return {0, 0, 1, 0};
-      case Along::cubic: return cubic_weights(f, 0);
-      case Along::cubic_slope: return cubic_weights(f, 1);
-      case Along::cubic_bend: return cubic_weights(f, 2);
-      case Along::cubic_third: return cubic_weights(f, 3);
+      case InterpolationBasis::linear: return {0, 1 - f, f, 0};
+      case InterpolationBasis::slope: return {0, -1, 1, 0};
+      case InterpolationBasis::lower: return {0, 1, 0, 0};
+      case InterpolationBasis::upper: return {0, 0, 1, 0};
+      case InterpolationBasis::cubic: return cubic_weights(f, 0);
+      case InterpolationBasis::cubic_slope: return cubic_weights(f, 1);
+      case InterpolationBasis::cubic_bend: return cubic_weights(f, 2);
+      case InterpolationBasis::cubic_third: return cubic_weights(f, 3);
     }
     return {};
   }
 
-  std::vector<Tap> taps(int axis, int64_t at, double d, Along along) {
+  std::vector<Tap> taps(int axis, int64_t at, double d, InterpolationBasis along) {
     const int64_t n = memory_.layout().cells[axis];
     const bool periodic = row_->axes[axis] == Topology::periodic;
     const double position = periodic ? at + d : std::clamp<double>(at + d, -0.5, n - 0.5);
     const double whole = periodic ? at + std::floor(d) : std::floor(position);
     const double f = periodic ? d - std::floor(d) : position - whole;
-    const bool is_slope = along == Along::slope || along == Along::cubic_slope || along == Along::cubic_bend ||
-                          along == Along::cubic_third;
+    const bool is_slope = along == InterpolationBasis::slope || along == InterpolationBasis::cubic_slope ||
+                          along == InterpolationBasis::cubic_bend || along == InterpolationBasis::cubic_third;
     std::vector<Tap> result;
     for (int k = 0; k < 4; ++k) {
       const double weight = is_slope && !periodic && position != at + d ? 0 : weights_at(along, f)[k];

@@ -14,7 +14,7 @@
 #include "dpde/runtime/optimise.h"
 #include "driver/scene/scene_text.h"
 #include "loop/print_loop.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stencil/text/print_stencil.h"
 #include "support/opened_scene.h"
 #include "support/scene_run.h"
@@ -170,7 +170,7 @@ void expect_certified(const testing::OpenedScene& scene) {
 }
 
 void expect_verdict(Session& session) {
-  const stability::Verdict verdict = stability::verdict_of(session);
+  const stability::StabilityReport verdict = stability::verdict_of(session);
   EXPECT_EQ(verdict.why, "");
   DiagnosticSink sink;
   EXPECT_TRUE(stability::check_step(session, false, sink));

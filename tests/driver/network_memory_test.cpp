@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradients through networks are the same to the last bit, however much of what the networks computed is kept, for any
 // number of stored states and threads; memory stays within the budget.
+#include "driver/memory/storage.h"
 #include "driver/scene/inverse.h"
 #include "driver/scene/session.h"
-#include "driver/memory/storage.h"
 #include "driver_support.h"
 
 namespace dpde::driver {

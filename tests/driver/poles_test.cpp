@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "driver/scene/inverse.h"
 #include "driver/compile/switches.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 #include "support/setting.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradients through solves are the same to the last bit, however many solutions are kept for the adjoints, for any
 // number of stored states; memory stays within the budget.
+#include "driver/memory/storage.h"
 #include "driver/scene/inverse.h"
 #include "driver/scene/session.h"
-#include "driver/memory/storage.h"
 #include "driver_support.h"
 
 namespace dpde::driver {

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "dpde/runtime/unsolved.h"
-#include "driver/scene/inverse.h"
 #include "driver/compile/switches.h"
+#include "driver/scene/inverse.h"
 #include "driver_support.h"
 
 namespace dpde::testing {

@@ -4,10 +4,10 @@
 #include "model/from_ast.h"
 #include "model/verify_model.h"
 #include "source/render.h"
-#include "stencil/text/from_ast.h"
-#include "stencil/lower/from_model.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/lower/from_model.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 #include "syntax/print/print_ast.h"
 

@@ -97,8 +97,8 @@ TEST(House, IncludesPointDownwards) {
   }
 }
 
-/// Analyses know every kind of statement: they ask stencil/analyse/effects.h or match() over all kinds. Below the model level
-/// these names mean statements; expressions of models and networks have others of the same names.
+/// Analyses know every kind of statement: they ask stencil/analyse/effects.h or match() over all kinds. Below the model
+/// level these names mean statements; expressions of models and networks have others of the same names.
 TEST(House, StatementsAreClosed) {
   const std::regex one_kind(
       R"((get_if|holds_alternative|std::get)<(const )?(stencil::|loop::)?(Fill|Fold|Reduce|NetworkCall|Run|Sweep|Transform|Solve|Repeat)>)");
@@ -203,14 +203,14 @@ const std::vector<Level> levels{
       "discretise_waves",
       "events",
       "exponential",
-      "idle_walls",
+      "unread_boundaries",
       "implicit_schemes",
       "lowering",
       "lowering_solves",
       "multistep",
       "newton_stages",
       "operator_order",
-      "own_names",
+      "alpha_rename",
       "projections",
       "quantities",
       "semi_lagrangian",

@@ -12,8 +12,8 @@
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
 #include "model/from_ast.h"
-#include "stencil/text/from_ast.h"
 #include "stencil/lower/from_model.h"
+#include "stencil/text/from_ast.h"
 #include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 

@@ -10,8 +10,8 @@
 
 #include "lsp/client.h"
 #include "lsp/word_texts.h"
-#include "support/side_conditions.h"
 #include "support/names/units.h"
+#include "support/side_conditions.h"
 #include "syntax/words.h"
 
 namespace dpde::lsp {

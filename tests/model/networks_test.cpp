@@ -2,8 +2,8 @@
 // Network blocks: which layers they become, on which grids, with which padding; and what cannot be a network.
 #include <gtest/gtest.h>
 
-#include "model/model_support.h"
 #include "model/from_ast/network_from_ast.h"
+#include "model/model_support.h"
 #include "network/print_network.h"
 
 namespace dpde::model {

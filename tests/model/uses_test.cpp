@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <set>
 
-#include "model/build.h"
 #include "model/analyse/solves.h"
+#include "model/build.h"
 #include "model_support.h"
 #include "support/assert.h"
 

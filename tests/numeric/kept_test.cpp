@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients where the step keeps values for its adjoint in place of states (adjoint/reverse/kept.h), against those without: by
-// the interpreter, which has no such programs, and with few checkpoints.
+// Gradients where the step keeps values for its adjoint in place of states (adjoint/reverse/kept.h), against those
+// without: by the interpreter, which has no such programs, and with few checkpoints.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -9,10 +9,10 @@
 
 #include "../driver/driver_support.h"
 #include "driver/scene/session.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil/passes/displaced_values.h"
 #include "stencil/passes/work.h"
 #include "stencil/text/print_stencil.h"
-#include "stencil/analyse/verify_stencil.h"
 #include "support/scene_run.h"
 #include "support/setting.h"
 

@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "analysis/certificate/certificate.h"
-#include "driver/report/blow_up.h"
-#include "driver/memory/cost.h"
 #include "driver/driver_support.h"
-#include "driver/scene/inverse.h"
+#include "driver/memory/cost.h"
 #include "driver/memory/storage.h"
+#include "driver/report/blow_up.h"
+#include "driver/scene/inverse.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {

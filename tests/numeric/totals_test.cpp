@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients by fields that the adjoint of a step adds to itself (adjoint/reverse/totals.h), against those that are added up
-// outside: by the interpreter, which has no such programs.
+// Gradients by fields that the adjoint of a step adds to itself (adjoint/reverse/accumulating_adjoint.h), against those
+// that are added up outside: by the interpreter, which has no such programs.
 #include <gtest/gtest.h>
 
 #include "support/opened_scene.h"

@@ -17,13 +17,13 @@
 #include "random/variants.h"
 #include "random/written_out.h"
 #include "source/render.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
-#include "stencil/text/from_ast.h"
-#include "stencil/passes/passes.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/build.h"
 #include "stencil/interpret/with_rounding.h"
+#include "stencil/passes/passes.h"
+#include "stencil/text/from_ast.h"
+#include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 
 namespace dpde::testing {

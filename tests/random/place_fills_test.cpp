@@ -8,8 +8,8 @@
 
 #include "random/variants.h"
 #include "stencil/analyse/effects.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/text/print_stencil.h"
 #include "support/halo_rules.h"
 #include "support/program_cases.h"
 #include "support/setting.h"

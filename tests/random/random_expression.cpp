@@ -213,8 +213,8 @@ Expr ExpressionGenerator::value(int depth) {
   Interp at = place(*field);
   // Slopes jump at cell centres: only at generic places.
   for (int axis = 0; axis < rank() && random_.percent(25); ++axis) {
-    at.along[axis] = static_cast<Along>(random_.below(along_count));
-    if (at.along[axis] != Along::linear && at.along[axis] != Along::cubic)
+    at.along[axis] = static_cast<InterpolationBasis>(random_.below(along_count));
+    if (at.along[axis] != InterpolationBasis::linear && at.along[axis] != InterpolationBasis::cubic)
       at.displacement[axis] = random_.uniform(-1.9, 1.9);
   }
   return interp(at);

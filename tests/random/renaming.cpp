@@ -8,8 +8,8 @@
 
 #include "model/from_ast/names/names.h"
 #include "support/match.h"
-#include "support/split_mix.h"
 #include "support/names/units.h"
+#include "support/split_mix.h"
 #include "syntax/parse/lexer.h"
 #include "syntax/parser.h"
 

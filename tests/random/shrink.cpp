@@ -6,10 +6,10 @@
 #include <set>
 
 #include "random/random_expression.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/analyse/verify_stencil.h"
+#include "stencil/build.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::testing {
 
@@ -192,7 +192,7 @@ Expr without_axis(const Expr& e, int axis) {
   if (const Interp* i = std::get_if<Interp>(&inner->kind)) {
     Interp lower = *i;
     lower.offset[axis] = 0;
-    lower.along[axis] = Along::linear;
+    lower.along[axis] = InterpolationBasis::linear;
     lower.displacement.pop_back();
     return interp(lower);
   }

@@ -9,8 +9,8 @@
 
 #include "adjoint/reverse/newton_steps.h"
 #include "stencil/build.h"
-#include "stencil/passes/passes.h"
 #include "stencil/interpret/with_rounding.h"
+#include "stencil/passes/passes.h"
 #include "support/split_mix.h"
 
 namespace dpde::testing {

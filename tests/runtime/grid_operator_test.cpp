@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "dpde/runtime/error.h"
-#include "solve/solver/linear_solver.h"
 #include "solve/multigrid/multigrid.h"
 #include "solve/operator/operator_probe.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

@@ -15,8 +15,8 @@
 #include <malloc.h>
 #endif
 
-#include "solve/solver/linear_solver.h"
 #include "solve/operator/operator_probe.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde::test {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dpde/runtime/error.h"
-#include "solve/solver/linear_solver.h"
 #include "solve/operator/operator_probe.h"
+#include "solve/solver/linear_solver.h"
 #include "solve_operators.h"
 
 namespace dpde {

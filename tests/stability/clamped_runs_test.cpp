@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -26,7 +26,7 @@ TEST(ClampedRuns, InAnAnnulusHaveNoLimit) {
   std::vector<std::string> walls{"linear"};
   if (testing::is_thorough()) walls.emplace_back("zero_gradient");
   for (const std::string& wall : walls) {
-    const Verdict verdict = verdict_of(*annulus(wall, 0.01));
+    const StabilityReport verdict = verdict_of(*annulus(wall, 0.01));
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << wall;
     for (const double step : {0.01, 0.2, 0.7}) {
       const auto session = annulus(wall, step);

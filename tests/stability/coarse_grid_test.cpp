@@ -10,9 +10,9 @@
 #include <numbers>
 
 #include "stability/frozen/consistent_start.h"
-#include "stability/verdict.h"
-#include "stability/report/verdict_cache.h"
 #include "stability/frozen/zero_step.h"
+#include "stability/report/verdict_cache.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
@@ -127,10 +127,10 @@ TEST(CoarseGrid, SolutionsOnItHaveTheSlopesOfThoseOnTheScenesCells) {
 /// lower (30 November 2026), on the safe side; where the other 1.9 % come from is not known.
 TEST(CoarseGrid, VerdictsOnItAreThoseOfTheScenesOwn) {
   const auto own = open_scene(vortices(512, 512)), coarse = open_scene(vortices(514, 512));
-  const Verdict of_own = verdict_of(*own), of_coarse = verdict_of(*coarse);
+  const StabilityReport of_own = verdict_of(*own), of_coarse = verdict_of(*coarse);
   EXPECT_TRUE(of_own.solution_cells.empty());
   EXPECT_EQ(of_coarse.solution_cells, (std::vector<int>{258, 512}));
-  const std::optional<Verdict> kept = verdict_from(text_of(of_coarse));
+  const std::optional<StabilityReport> kept = verdict_from(text_of(of_coarse));
   ASSERT_TRUE(kept.has_value());
   EXPECT_EQ(kept->solution_cells, of_coarse.solution_cells);
   ASSERT_EQ(of_own.limit.kind, StepLimit::Kind::limit);

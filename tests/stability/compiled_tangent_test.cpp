@@ -15,8 +15,8 @@
 #include "stability/frozen/fixed_part.h"
 #include "stability/stability_support.h"
 #include "stability/step/tangent_runs.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 
 namespace dpde::stability {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -33,7 +33,7 @@ scene s : air, ground with c {
 TEST(CoupledModels, HaveTheLimitOfRuns) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const auto session = open_scene(air_and_ground);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
   const double limit = verdict.limit.step;
   // Waves of two cells along x and y: 2 sqrt(g h (1/hx^2 + 1/hy^2)) dt/4 = sqrt(8), hx = hy.

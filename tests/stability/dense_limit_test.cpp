@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "stability/step/compiled_tangent.h"
 #include "stability/eigenvalues/eigenvalues.h"
 #include "stability/frozen/frozen_points.h"
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
+#include "stability/step/compiled_tangent.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -133,7 +133,7 @@ TEST(DenseLimits, AreThoseOfVerdicts) {
   for (const SmallScene& each : small_scenes()) {
     if (!testing::is_tried(count++, 3) || (each.is_long && !testing::is_thorough())) continue;
     const auto session = open_scene(each.text);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     const double limit = verdict.limit.step;
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << each.name;
     const AllEigenvalues all(*session);

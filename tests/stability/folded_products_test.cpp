@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -46,7 +46,7 @@ TEST(FoldedProducts, LimitAsRunsDo) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night: a verdict by runs";
   constexpr int cells = 32;
   const auto session = vortices(cells, "dx = spectral", 0.02);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
   EXPECT_TRUE(verdict.is_of_means);
   EXPECT_EQ(wave_text(verdict, session->problem()), "what products fold back");
@@ -60,7 +60,7 @@ TEST(FoldedProducts, AreCutByDealiasing) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night: six verdicts";
   const auto limit_of = [](int cells, const std::string& scheme) {
     const auto session = vortices(cells, scheme, 0.02);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     EXPECT_EQ(folding_text(session->problem(), verdict).empty(), scheme != "dx = spectral");
     return verdict.limit.step;
   };
@@ -81,12 +81,12 @@ TEST(FoldedProducts, AreLeftOutOnLargeGridsUnlessAskedFor) {
                     "scene s : m with c {{\n  grid x = 0 .. 2*pi, cells {}, periodic\n  initial u = 2 + sin(x)\n"
                     "  time 0 .. 1, step 1/{}\n}}\n",
                     cells, 4 * cells));
-    const Verdict verdict = verdict_of(*session, {at_all_cells});
+    const StabilityReport verdict = verdict_of(*session, {at_all_cells});
     EXPECT_EQ(verdict.leaves_out_folding(), !verdict.is_of_runs());
     EXPECT_EQ(folding_text(session->problem(), verdict).empty(), !verdict.leaves_out_folding());
     return verdict;
   };
-  const Verdict large = verdict_on(160'000, false), small = verdict_on(64, false), asked = verdict_on(64, true);
+  const StabilityReport large = verdict_on(160'000, false), small = verdict_on(64, false), asked = verdict_on(64, true);
   EXPECT_TRUE(large.leaves_out_folding());
   EXPECT_FALSE(small.leaves_out_folding());
   EXPECT_EQ(small.limit.step, asked.limit.step);

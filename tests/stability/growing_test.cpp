@@ -8,9 +8,9 @@
 #include <functional>
 #include <numbers>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -43,7 +43,7 @@ TEST(Growing, ImplicitStepsNearTheirPolesAreTooLong) {
 TEST(Growing, HidesNoLimitOfWhatDecays) {
   for (const int cells : {16, 300}) {
     const double fastest = 18 + 4e-3 * 16 * 16;
-    const Verdict verdict = verdict_of(*open_scene(
+    const StabilityReport verdict = verdict_of(*open_scene(
         fmt::format("model m {{ field a, b; dt(a) = 4*a + 0.001*lap(a); dt(b) = -18*b + 0.001*lap(b) + a }}\n"
                     "scheme c {{ time = rk4 }}\nscene s : m with c {{\n  grid x = 0 .. {}/16, cells {}, periodic\n"
                     "  initial a = 1\n  initial b = 1\n  time 0 .. 1, step 0.01\n}}\n",
@@ -57,7 +57,7 @@ TEST(Growing, HidesNoLimitOfWhatDecays) {
 /// By Fourier series short waves grow as the equations let them, here that of 4 cells by solves in the step, a
 /// mode of an ocean of two layers: its growth is no fault of the steps.
 TEST(Growing, OfShortWavesIsTheEquationsWhereTheyAreFourierSeries) {
-  const Verdict verdict = verdict_of(
+  const StabilityReport verdict = verdict_of(
       *open_scene("model m { field q, r; solve lap(p) = q + r for p; solve lap(s) - 5*s = q - r for s\n"
                   "  dt(q) = -dx(q) - 5*dx((p + s)/2); dt(r) = dx(r) + 5*dx((p - s)/2) }\n"
                   "scheme c { dx = spectral; lap = spectral; dealias = two_thirds; time = rk4 }\nscene s : m with c {\n"
@@ -84,7 +84,7 @@ TEST(Growing, ControlFieldsAreLookedAtInAllIntervals) {
 /// A leapfrog of second order as a program: changes of a step go as its square, however short the scene's is.
 TEST(Growing, ProgramsOfSecondOrderHaveALimitForShortStepsToo) {
   for (const char* step : {"1e-5", "1e-4", "0.05"}) {
-    const Verdict verdict = verdict_of(*open_scene(
+    const StabilityReport verdict = verdict_of(*open_scene(
         fmt::format("kernel k1(u: field halo 1, o: field, out v: field, c, hx, dt: param) {{ v = 2*u - o + "
                     "dt^2*c^2*(u[+1]-2*u+u[-1])/hx^2 }}\nkernel kp(u: field, out w: field) {{ w = u }}\n"
                     "program p {{ fill u x periodic; run k1; run kp; swap o, w; swap u, v }}\n"
@@ -110,7 +110,7 @@ TEST(Growing, OfOneFieldExcusesNothingInAnother) {
   const std::string ring = ", periodic", walls = "\n  boundary u: x = 0\n  boundary a: x = zero_gradient";
   for (const auto& session : {scene("1", 64, ring), scene("1 + 0.5*sin(2*pi*x)", 64, ring),
                               scene("1 + 0.5*sin(2*pi*x)", 192, ring), scene("1", 192, walls)}) {
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
     EXPECT_EQ(verdict.field, "u");
     EXPECT_EQ(verdict.group, StateGroup{"u"});
@@ -139,7 +139,7 @@ TEST(Growing, NothingGrowsOfWhatForgetsAll) {
 /// Heat beside it has another limit, 1/96 on 8 cells, and above both grows faster.
 TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {
   for (const char* step : {"0.004", "0.0104", "0.0112", "0.02"}) {
-    const Verdict verdict = verdict_of(*open_scene(
+    const StabilityReport verdict = verdict_of(*open_scene(
         fmt::format("model m {{ field u, v, a; dt(u) = v; dt(v) = -1.5625*u - 0.0125*v; dt(a) = 0.75*lap(a) }}"
                     "\nscheme e {{ time = euler }}\nscene s : m with e {{\n  grid x = 0 .. 1, cells 8, "
                     "periodic\n  initial u = 1\n  initial v = 0\n  initial a = sin(2*pi*x)\n"
@@ -151,7 +151,7 @@ TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {
                  w = 1.5625 * std::stod(step);
     const double of_u = 0.5 * std::log(1 + (w - 0.0125) * std::stod(step));
     const double grown = 1000 * std::max({a, of_u, 0.0});
-    EXPECT_NEAR(std::max(verdict.grown_most().end_growth, 0.0), grown, 1e-3 * grown + 1e-9) << step;
+    EXPECT_NEAR(std::max(verdict.dominant().end_growth, 0.0), grown, 1e-3 * grown + 1e-9) << step;
   }
 }
 
@@ -196,7 +196,7 @@ TEST(Growing, IsThatOfWavesThatARingHas) {
 
 /// An event behind the last step ties no fields of the steps.
 TEST(Growing, RareEventsTieNoFields) {
-  const Verdict verdict = verdict_of(*open_scene(
+  const StabilityReport verdict = verdict_of(*open_scene(
       "model m { field u, a; dt(u) = -dx(u); dt(a) = 50*a }\nscheme e { time = euler }\nscene s : m with e {\n"
       "  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n  initial a = 1\n  time 0 .. 2, step 1/250\n"
       "  at t = 2: u = u + 1e-30*a, a = a + 1e-30*u\n}\n"));

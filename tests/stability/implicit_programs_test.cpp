@@ -7,7 +7,7 @@
 #include "driver/driver_support.h"
 #include "driver/scene/scene_text.h"
 #include "driver/scene/session.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stencil/text/print_stencil.h"
 
 namespace dpde::stability {
@@ -73,7 +73,7 @@ std::string scene_of(const ImplicitScene& one) {
 struct SeenOfRun {
   std::string text;  // of its programs and its scene
   std::vector<double> states;
-  Verdict verdict;
+  StabilityReport verdict;
 };
 
 SeenOfRun seen_of(const std::string& text) {

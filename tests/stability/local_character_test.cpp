@@ -8,7 +8,7 @@
 #include <complex>
 #include <numbers>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {

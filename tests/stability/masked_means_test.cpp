@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 #include "support/setting.h"
 
@@ -56,7 +56,7 @@ TEST(MaskedMeans, HaveTheVerdictOfRuns) {
 
 /// A mean that adds the same everywhere is a wave as before.
 TEST(MaskedMeans, OfAllPlacesAlikeAreWaves) {
-  const Verdict verdict = verdict_of(*open_scene(
+  const StabilityReport verdict = verdict_of(*open_scene(
       "model m { field u; coefficient c; dt(u) = c*lap(u) - 500*mean(u) }\nscheme p { time = euler }\n"
       "scene s : m with p { grid x = 0 .. 1, cells 300, periodic\n c = 1e-6*(2 + sin(2*pi*x))\n initial u = 1\n"
       " time 0 .. 1, step 1/1000 }\n"));

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
 namespace {
 
-Verdict verdict_of_scene(const std::string& equation, const std::string& time, const std::string& rest) {
+StabilityReport verdict_of_scene(const std::string& equation, const std::string& time, const std::string& rest) {
   return verdict_of(*open_scene("model m { field u; " + equation + " }\nscheme c { time = " + time +
                                 "; dx = central(2); advect = central(2) }\nscene s : m with c { " + rest + " }\n"));
 }
@@ -28,7 +28,7 @@ TEST(Means, OfAllCellsStandInCoefficients) {
     for (int i = 0; i < cells; ++i) mean += std::pow((u((i + 1) % cells) - u((i + cells - 1) % cells)) / (2 * h), 2);
     mean /= cells;
     const double half_angle = std::numbers::pi * (cells / 2) / cells;
-    const Verdict verdict = verdict_of_scene(
+    const StabilityReport verdict = verdict_of_scene(
         "dt(dt(u)) = (1 + 2*mean(dx(u)^2))*lap(u)", "verlet",
         fmt::format("grid x = 0 .. 1, cells {}, periodic; initial u = exp(-((x - 0.5)/0.08)^2); initial dt(u) = 0; "
                     "time 0 .. 1, step 1/2000",
@@ -43,7 +43,7 @@ TEST(Means, OfSquaresTieCellsTogether) {
   const char* walls[] = {", periodic; initial u = 3*sin(2*pi*x)", "; boundary u: all = 0; initial u = 3*sin(pi*x)"};
   for (const char* wall : walls) {
     for (const int cells : {7, 400}) {
-      const Verdict verdict =
+      const StabilityReport verdict =
           verdict_of_scene("dt(u) = -2*mean(u^2)*u + 1e-9*lap(u)", "euler",
                            fmt::format("grid x = 0 .. 1, cells {}{}; time 0 .. 1, step 1/2000", cells, wall));
       EXPECT_TRUE(verdict.is_of_means);
@@ -56,7 +56,7 @@ TEST(Means, OfSquaresTieCellsTogether) {
 /// The mean of q u, with q of the place: along 1 the rate is mean(q).
 TEST(Means, ThatCountByCoefficients) {
   for (const int cells : {20, 600}) {
-    const Verdict verdict = verdict_of(*open_scene(fmt::format(
+    const StabilityReport verdict = verdict_of(*open_scene(fmt::format(
         "model m {{ field u; coefficient q; dt(u) = -mean(q*u) + 1e-6*lap(u) }}\nscheme c {{ time = euler }}\n"
         "scene s : m with c {{ grid x = 0 .. 1, cells {}, periodic; q = 8 + 7*sin(2*pi*x); initial u = 1; "
         "time 0 .. 1, step 1/2000 }}\n",
@@ -72,8 +72,8 @@ struct ByMeans {
   double factor;  // of the scheme's limit along the eigenvalue
 };
 
-Verdict verdict_of_means(const std::string& equations, const std::string& time, const std::string& starts,
-                         const std::string& step = "1/2000") {
+StabilityReport verdict_of_means(const std::string& equations, const std::string& time, const std::string& starts,
+                                 const std::string& step = "1/2000") {
   return verdict_of(*open_scene(
       fmt::format("model m {{ coefficient q; {} }}\nscheme c {{ time = {} }}\n"
                   "scene s : m with c {{ grid x = 0 .. 1, cells 600, periodic; {}; time 0 .. 1, step {} }}\n",
@@ -85,12 +85,12 @@ const std::string uneven = "q = 8 + 7*sin(2*pi*x); ";
 TEST(Means, LimitsAreThoseOfDecay) {
   for (const auto& [time, factor] : {ByMeans{"euler", 2}, ByMeans{"ssp_rk3", 2.51274533}, ByMeans{"rk4", 2.78529356},
                                      ByMeans{"ab2", 1}, ByMeans{"ab3", 6.0 / 11}}) {
-    const Verdict verdict =
+    const StabilityReport verdict =
         verdict_of_means("field u; dt(u) = -mean(q*u) + 1e-6*lap(u)", time, uneven + "initial u = 1");
     EXPECT_TRUE(verdict.is_of_runs()) << time;
     EXPECT_NEAR(verdict.limit.step * 8 / factor, 1, 2.5e-3) << time;
-    const Verdict steady = verdict_of_means("field u; dt(u) = -2*mean(u^2)*u + 1e-9*lap(u) + q", time,
-                                            "q = 27*sin(2*pi*x); initial u = 3*sin(2*pi*x)");
+    const StabilityReport steady = verdict_of_means("field u; dt(u) = -2*mean(u^2)*u + 1e-9*lap(u) + q", time,
+                                                    "q = 27*sin(2*pi*x); initial u = 3*sin(2*pi*x)");
     EXPECT_NEAR(steady.limit.step * 27 / factor, 1, 2.5e-3) << time;
   }
 }
@@ -100,7 +100,7 @@ const std::string oscillation = "field u, v; dt(u) = mean(q*v) + 1e-6*lap(u); dt
 TEST(Means, LimitsAreThoseOfOscillations) {
   for (const auto& [time, factor] :
        {ByMeans{"ssp_rk3", std::sqrt(3.0)}, ByMeans{"rk4", std::sqrt(8.0)}, ByMeans{"ab3", 0.7236}}) {
-    const Verdict verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
+    const StabilityReport verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
     EXPECT_TRUE(verdict.is_of_runs()) << time;
     EXPECT_NEAR(verdict.limit.step * 8 / factor, 1, 2.5e-3) << time;
   }
@@ -133,15 +133,16 @@ TEST(Means, LimitsDoNotDependOnTheStep) {
 
 /// Damped by 0.05 and turning by 8 sqrt(2): a step a hundredth above the limit grows by 4e-7.
 TEST(Means, ThatAreHardlyDampedHaveTheirLimit) {
-  const Verdict verdict = verdict_of_means("field u, v; dt(u) = 2*mean(q*v) + 1e-6*lap(u); dt(v) = -mean(q*u) - 0.1*v",
-                                           "euler", uneven + "initial u = 1; initial v = 1");
+  const StabilityReport verdict =
+      verdict_of_means("field u, v; dt(u) = 2*mean(q*v) + 1e-6*lap(u); dt(v) = -mean(q*u) - 0.1*v", "euler",
+                       uneven + "initial u = 1; initial v = 1");
   EXPECT_NEAR(verdict.limit.step / (0.1 / 128), 1, 5e-3);
 }
 
 /// As dt^2 and dt^4, by so little that a run of some hundred steps does not show it.
 TEST(Means, ThatOscillateGrowAtEveryStep) {
   for (const auto& [time, order] : {ByMeans{"euler", 2}, ByMeans{"rk2", 4}, ByMeans{"ab2", 4}}) {
-    const Verdict verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
+    const StabilityReport verdict = verdict_of_means(oscillation, time, uneven + "initial u = 1; initial v = 0");
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never) << time;
     EXPECT_NEAR(verdict.limit.order, order, 0.5) << time;
   }
@@ -149,7 +150,7 @@ TEST(Means, ThatOscillateGrowAtEveryStep) {
 
 /// Rates that a scheme remembers are as fast as the shortest wave, and noise in fields and in them is no growth.
 TEST(Means, NoiseInWhatIsRememberedDoesNotGrow) {
-  const Verdict verdict = verdict_of(
+  const StabilityReport verdict = verdict_of(
       *open_scene("model m { field u; coefficient q; dt(u) = 0.5*mean(q*u) + 0.01*lap(u) }\nscheme c { time = ab3 }\n"
                   "scene s : m with c { grid x = 0 .. 1, cells 600, periodic; q = 8 + 7*sin(2*pi*x); initial u = 1; "
                   "time 0 .. 1, step 1/360000 }\n"));
@@ -159,7 +160,7 @@ TEST(Means, NoiseInWhatIsRememberedDoesNotGrow) {
 
 /// Fields that are held at a norm are no growth of steps.
 TEST(Means, OfNormsAreNotRefused) {
-  const Verdict verdict = verdict_of_scene(
+  const StabilityReport verdict = verdict_of_scene(
       "dt(u) = 0.1*lap(u)", "euler",
       "grid x = 0 .. 1, cells 16; boundary u: all = 0; initial u = x*(1 - x); after step: u = u/sqrt(mean(u^2)); "
       "time 0 .. 20, step 0.01");
@@ -169,7 +170,7 @@ TEST(Means, OfNormsAreNotRefused) {
 
 /// The leapfrog lets what decays grow in each step, the mean too.
 TEST(Means, OfLeapfrogNeverDecay) {
-  const Verdict verdict =
+  const StabilityReport verdict =
       verdict_of_scene("dt(u) = -7*integral(u) + 0.001*lap(u)", "leapfrog",
                        "grid x = 0 .. 1, cells 12, periodic; initial u = cos(2*pi*x); time 0 .. 5, step 0.0001");
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
@@ -182,7 +183,7 @@ struct TiedByMeans {
   int rank;
 };
 
-Verdict verdict_of_tied(const TiedByMeans& tied, int cells, double step) {
+StabilityReport verdict_of_tied(const TiedByMeans& tied, int cells, double step) {
   std::string grid;
   for (int axis = 0; axis < tied.rank; ++axis)
     grid += fmt::format("grid {} = 0 .. 1, cells {}, periodic; ", "xy"[axis], cells);
@@ -202,8 +203,8 @@ TEST(Means, OfSubcyclesAreAsOnFewCells) {
       {"dt(u) = -8*mean(u) + mean(w); dt(v) = -20*v + mean(u); dt(w) = -0.1*w + 0.1*mean(v)", 1},
   };
   for (const TiedByMeans& tied : all) {
-    const Verdict exact = verdict_of_tied(tied, 8, 0.01);
-    const Verdict waves = verdict_of_tied(tied, tied.rank == 1 ? 20000 : 200, 0.01);
+    const StabilityReport exact = verdict_of_tied(tied, 8, 0.01);
+    const StabilityReport waves = verdict_of_tied(tied, tied.rank == 1 ? 20000 : 200, 0.01);
     EXPECT_TRUE(exact.is_of_grid) << tied.equations;
     EXPECT_FALSE(waves.is_of_grid) << tied.equations;
     EXPECT_EQ(waves.limit.kind, exact.limit.kind) << tied.equations;
@@ -215,23 +216,24 @@ TEST(Means, OfSubcyclesAreAsOnFewCells) {
 TEST(Events, ThatAmplifyHideNoLimit) {
   const std::string grid = "grid x = 0 .. 1, cells 16, periodic; initial u = noise(1); time 0 .. 20, step 0.01; ";
   const std::string equation = "dt(u) = -advect(1, u) - 4*u";
-  const Verdict plain = verdict_of_scene(equation, "ssp_rk3", grid);
+  const StabilityReport plain = verdict_of_scene(equation, "ssp_rk3", grid);
   ASSERT_EQ(plain.limit.kind, StepLimit::Kind::limit);
   for (const char* event : {"after step: u = 1.2*u", "every 0.01: u = 1.2*u", "every 0.1: u = 1.2*u",
                             "every 0.1: u = 0.5*u", "at t = 5: u = 100*u"}) {
-    const Verdict verdict = verdict_of_scene(equation, "ssp_rk3", grid + event);
+    const StabilityReport verdict = verdict_of_scene(equation, "ssp_rk3", grid + event);
     EXPECT_EQ(verdict.growth_rate, 0) << event;
     EXPECT_NEAR(verdict.limit.step, plain.limit.step, 2e-3 * plain.limit.step) << event;
   }
-  const Verdict walled = verdict_of_scene("dt(u) = lap(u)", "euler",
-                                          "grid x = 0 .. 1, cells 300; boundary u: all = 0; initial u = sin(pi*x); "
-                                          "after step: u = 1.3*u; time 0 .. 1, step 1e-6");
+  const StabilityReport walled =
+      verdict_of_scene("dt(u) = lap(u)", "euler",
+                       "grid x = 0 .. 1, cells 300; boundary u: all = 0; initial u = sin(pi*x); "
+                       "after step: u = 1.3*u; time 0 .. 1, step 1e-6");
   EXPECT_NEAR(walled.limit.step * 300 * 300, 0.5, 1e-2);
 }
 
 /// Two fields that an event mixes: growth of 1.1 a step is its own.
 TEST(Events, ThatMixFieldsAreAllowedWhatTheyDo) {
-  const Verdict verdict = verdict_of(*open_scene(
+  const StabilityReport verdict = verdict_of(*open_scene(
       "model m { field u, w; dt(u) = 0.1*lap(u) - 3*u; dt(w) = 0.1*lap(w) - 3*w }\nscheme c { time = euler }\n"
       "scene s : m with c { grid x = 0 .. 1, cells 16, periodic; initial u = noise(1); initial w = noise(2); "
       "after step: u += 0.1*w, w += 0.1*u; time 0 .. 20, step 0.01 }\n"));

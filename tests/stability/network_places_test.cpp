@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 #include "support/setting.h"
 
@@ -96,14 +96,14 @@ TEST(NetworkPlaces, LimitsAreThoseOfRunsWhereverTheMaskIs) {
     for (const NetworkUse& use : network_uses) {
       if (!testing::is_tried(count++, 37)) continue;
       const std::string what = fmt::format("{}: {}, {} cells, rank {}", use.name, place.mask, place.cells, place.rank);
-      const Verdict verdict = verdict_of(*network_scene(use, place, 0.001));
+      const StabilityReport verdict = verdict_of(*network_scene(use, place, 0.001));
       ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << what << verdict.why;
       EXPECT_EQ(verdict.is_of_networks, use.is_of_state) << what;
       const double limit = verdict.limit.step;
       EXPECT_LT(largest_after_networks(use, place, 0.97 * limit), 1e4) << what << ": " << limit;
       EXPECT_GT(largest_after_networks(use, place, 1.05 * limit), 1e4) << what << ": " << limit;
       for (const double step : {1.03 * limit, 0.1}) {
-        const Verdict again = verdict_of(*network_scene(use, place, step));
+        const StabilityReport again = verdict_of(*network_scene(use, place, step));
         EXPECT_NEAR(again.limit.step, limit, (use.is_of_state ? 2e-2 : 2e-3) * limit) << what << " at " << step;
         EXPECT_EQ(grows_nothing(*network_scene(use, place, step)), step < limit) << what << " at " << step;
       }
@@ -131,7 +131,7 @@ TEST(NetworkPlaces, WhatIsKnownIsAsACoefficient) {
                                    {"-u*N(x)*t", ring},
                                    {"-N(x)*mean(u^2)", ring},
                                    {"-N(sin(3*t))*u", ring}}) {
-    const Verdict of_network = limit(rate, side, true), of_formula = limit(rate, side, false);
+    const StabilityReport of_network = limit(rate, side, true), of_formula = limit(rate, side, false);
     ASSERT_EQ(of_network.limit.kind, of_formula.limit.kind) << rate << side << of_network.why;
     EXPECT_NEAR(of_network.limit.step, of_formula.limit.step, 2e-3 * of_formula.limit.step) << rate << side;
     EXPECT_EQ(of_network.is_of_grid, of_formula.is_of_grid) << rate << side;

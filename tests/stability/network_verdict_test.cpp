@@ -5,14 +5,14 @@
 
 #include <cmath>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
 namespace {
 
 /// On cells of width 1, by Euler's method; N(u) = weight*u.
-Verdict verdict_on(const std::string& rate, const std::string& more, double weight, double step) {
+StabilityReport verdict_on(const std::string& rate, const std::string& more, double weight, double step) {
   const auto session = open_scene(
       "network N(u: scalar) -> scalar {\n  conv out, 1, initial = zero\n}\nmodel m { field u; dt(u) = " + rate +
       " }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n"
@@ -26,7 +26,7 @@ Verdict verdict_on(const std::string& rate, const std::string& more, double weig
 /// From whatever step the search begins: 0.49 of the limit, a 60th, a 1000th, and four times it.
 TEST(NetworkVerdict, LimitsDoNotDependOnTheSceneStep) {
   for (const double step : {0.245, 0.5 / 60, 5e-4, 2.0}) {
-    const Verdict verdict = verdict_on("lap(u) + N(u)", "", 0, step);
+    const StabilityReport verdict = verdict_on("lap(u) + N(u)", "", 0, step);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << step;
     EXPECT_NEAR(verdict.limit.step, 0.5, 0.02) << step;
   }
@@ -35,14 +35,14 @@ TEST(NetworkVerdict, LimitsDoNotDependOnTheSceneStep) {
 /// |1 - (4 - w)*dt| <= 1.
 TEST(NetworkVerdict, KnowsWhatANetworkDoesInAnEquation) {
   for (const auto& [weight, limit] : {std::pair(0.0, 0.5), {-3.0, 2.0 / 7}}) {
-    const Verdict verdict = verdict_on("lap(u) + N(u)", "", weight, 0.1);
+    const StabilityReport verdict = verdict_on("lap(u) + N(u)", "", weight, 0.1);
     ASSERT_TRUE(verdict.is_analysed()) << verdict.why;
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
     EXPECT_NEAR(verdict.limit.step, limit, 0.02 * limit);
     EXPECT_TRUE(verdict.is_of_networks);
     EXPECT_FALSE(verdict.is_exact);
   }
-  const Verdict too_long = verdict_on("lap(u) + N(u)", "", -3, 0.4);
+  const StabilityReport too_long = verdict_on("lap(u) + N(u)", "", -3, 0.4);
   EXPECT_TRUE(too_long.is_above());
   EXPECT_NEAR(too_long.growth, 1.8, 1e-3);  // |1 - 7*0.4|
   EXPECT_FALSE(too_long.ruins_run()) << "an estimate refuses nothing";
@@ -59,7 +59,7 @@ TEST(NetworkVerdict, WhatSolvesBeginWithIsNoPartOfAStep) {
         "  grid x = 0 .. 8, cells 16, periodic\n  initial u = sin(pi*x/4)\n  time 0 .. 1, step 0.1\n}\n");
     return verdict_of(*session);
   };
-  const Verdict without = verdict_from(""), with = verdict_from(" from N(u), u");
+  const StabilityReport without = verdict_from(""), with = verdict_from(" from N(u), u");
   ASSERT_EQ(without.limit.kind, StepLimit::Kind::limit);
   EXPECT_EQ(with.limit.step, without.limit.step);
   EXPECT_EQ(with.is_exact, without.is_exact);
@@ -68,7 +68,7 @@ TEST(NetworkVerdict, WhatSolvesBeginWithIsNoPartOfAStep) {
 
 /// What the network does to a state by itself is no growth of the scheme.
 TEST(NetworkVerdict, ForgivesWhatACorrectionDoes) {
-  const Verdict verdict = verdict_on("lap(u)", "  after step : u += N(u)\n", 0.5, 0.1);
+  const StabilityReport verdict = verdict_on("lap(u)", "  after step : u += N(u)\n", 0.5, 0.1);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
   EXPECT_NEAR(verdict.limit.step, 0.5, 0.01);
   EXPECT_FALSE(verdict.is_above());

@@ -9,9 +9,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 namespace {
@@ -57,7 +57,7 @@ TEST(OneMoment, LimitsAreTheSameInScenesOfAllLengths) {
     for (const bool is_ring : {false, true}) {
       for (const auto& [begin, length] : {std::pair{0.0, 1e-6}, {0.0, 1e-3}, {-2.0, 1e-5}, {-2.0, 1.0}}) {
         const std::unique_ptr<driver::Session> session = open_case(c, is_ring, begin, length);
-        const Verdict verdict = verdict_of(*session);
+        const StabilityReport verdict = verdict_of(*session);
         EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
         const double expected = closed_form(c, is_ring);
         EXPECT_NEAR(verdict.limit.step, expected, 5e-3 * expected)

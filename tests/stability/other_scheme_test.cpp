@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {

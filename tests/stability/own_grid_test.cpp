@@ -13,9 +13,9 @@
 
 #include "../support/dense.h"
 #include "stability/equations.h"
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "support/setting.h"
 
 namespace dpde::stability {
@@ -23,8 +23,8 @@ namespace {
 
 using std::numbers::pi;
 
-Verdict own_verdict(driver::Session& session) {
-  const Verdict verdict = verdict_of(session);
+StabilityReport own_verdict(driver::Session& session) {
+  const StabilityReport verdict = verdict_of(session);
   EXPECT_TRUE(verdict.is_of_grid && verdict.is_exact);
   return verdict;
 }
@@ -113,10 +113,11 @@ TEST(OwnGrid, WavesThatDoNotFitLimitNothing) {
     const double limit = std::numbers::sqrt2 / cells / std::cos(pi / (2 * cells));
     EXPECT_NEAR(verdict("field u; dt(dt(u)) = lap(u)", "time = rk4", box, 1e-3).limit.step, limit, 2e-3 * limit);
   }
-  const Verdict ring = verdict("field u; coefficient c; dt(dt(u)) = div(c*grad(u))", "time = rk4",
-                               "grid x = 0 .. 1, cells 20, periodic; c = 1 + 0.5*sin(2*pi*x); initial u = cos(2*pi*x); "
-                               "initial dt(u) = 0",
-                               1e-3);
+  const StabilityReport ring =
+      verdict("field u; coefficient c; dt(dt(u)) = div(c*grad(u))", "time = rk4",
+              "grid x = 0 .. 1, cells 20, periodic; c = 1 + 0.5*sin(2*pi*x); initial u = cos(2*pi*x); "
+              "initial dt(u) = 0",
+              1e-3);
   EXPECT_NEAR(ring.limit.step, 0.0597, 0.01 * 0.0597);  // as runs have it
 }
 
@@ -125,7 +126,7 @@ TEST(OwnGrid, StepsAboveALimitGrow) {
   const auto session = open_scene(
       "model m { field u; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 1, cells "
       "40\n  boundary u: all = 0\n  initial u = sin(pi*x)\n  time 0 .. 1, step 1/1600\n}\n");
-  const Verdict verdict = own_verdict(*session);
+  const StabilityReport verdict = own_verdict(*session);
   EXPECT_NEAR(verdict.growth, 3, 0.02);  // |1 - 4 dt/h^2|
   EXPECT_TRUE(verdict.is_above());
   EXPECT_TRUE(verdict.ruins_run());
@@ -162,7 +163,7 @@ TEST(OwnGrid, SlowGrowthOfMatricesFarFromNormalIsTheEquations) {
   }
   const std::vector<double> rates = test::symmetric_eigenvalues(matrix);
   ASSERT_GT(rates.back(), 0);
-  const Verdict verdict = own_verdict(*open_scene(
+  const StabilityReport verdict = own_verdict(*open_scene(
       "model m { field u; dt(u) = -dx(u) + 0.025*lap(u) + 10.75*u }\nscheme c { time = rk4 }\nscene s : m with c {\n"
       "  grid x = 0 .. 1, cells 64\n  boundary u: x = 0\n  initial u = sin(pi*x)\n  time 0 .. 4, step 1/1024\n}\n"));
   EXPECT_NEAR(verdict.growth_rate, rates.back(), 0.02 * rates.back());
@@ -240,7 +241,7 @@ TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
   for (int i = 0; i < 60; ++i) {
     const std::string text = drawn_scene(lot);
     const auto session = open_scene(text);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     std::string why;
     const std::optional<LinearStep> linear = linear_step(*session, why);
     const Equations equations(session->problem());
@@ -306,7 +307,7 @@ TEST(OwnGrid, LimitsBetweenWallsAreThoseOfRuns) {
   for (int i = 0; i < count; ++i) {
     const std::string text = drawn_line(lot);
     const auto session = open_scene(text);
-    const Verdict verdict = own_verdict(*session);
+    const StabilityReport verdict = own_verdict(*session);
     if (verdict.growth_rate > 0) continue;
     if (verdict.limit.kind == StepLimit::Kind::none) {
       for (const double step : {1e-4, 1e-2, 1.0})

@@ -13,8 +13,8 @@
 #include <map>
 #include <numbers>
 
+#include "stability/stability_report.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
@@ -143,7 +143,8 @@ void expect_limit(driver::Session& session, double limit, double steps, double& 
   measured = found.largest;
 }
 
-void expect_growth(driver::Session& session, const Verdict& verdict, const Pair& pair, double step, double& measured) {
+void expect_growth(driver::Session& session, const StabilityReport& verdict, const Pair& pair, double step,
+                   double& measured) {
   const double scanned = std::log(growth(pair, step));
   EXPECT_NEAR(std::log(growths_at(session, verdict, {step}).front()), scanned, 0.01 * scanned);
   const double of_grid = growth(pair, step, cells_of(pair) / 2);  // the waves that there are
@@ -157,7 +158,7 @@ void expect_growth(driver::Session& session, const Verdict& verdict, const Pair&
 TEST_P(PairTable, IsPredictedAndMeasured) {
   const Pair& pair = GetParam();
   const auto session = session_of(pair);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.why, "");
   EXPECT_TRUE(verdict.is_exact);
   const double expected = scanned_limit(pair);

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 #include "support/setting.h"
 
@@ -96,13 +96,13 @@ TEST(PlacesVerdict, LimitsAreThoseOfRunsWhereverTheMaskIs) {
     for (const Rate& rate : rates) {
       if (!testing::is_tried(count++, 97)) continue;
       const std::string what = fmt::format("{}: {}, {} cells, rank {}", rate.name, place.mask, place.cells, place.rank);
-      const Verdict verdict = verdict_of(*open_scene(text_of(rate, place, 0.001)));
+      const StabilityReport verdict = verdict_of(*open_scene(text_of(rate, place, 0.001)));
       ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << what << verdict.why;
       const double limit = verdict.limit.step;
       EXPECT_LT(largest_after_run(text_of(rate, place, 0.97 * limit)), 1e4) << what << limit;
       EXPECT_GT(largest_after_run(text_of(rate, place, 1.05 * limit)), 1e4) << what << limit;
       for (const double step : {1.01 * limit, 0.1}) {
-        const Verdict again = verdict_of(*open_scene(text_of(rate, place, step)));
+        const StabilityReport again = verdict_of(*open_scene(text_of(rate, place, step)));
         EXPECT_NEAR(again.limit.step, limit, 2e-3 * limit) << what << " at " << step;
       }
     }
@@ -122,7 +122,7 @@ TEST(PlacesVerdict, ExtremesOfAllCellsFeedBack) {
               "  grid x = 0 .. 1, cells {}, periodic\n  initial u = {}\n  time 0 .. {}, step {}\n}}\n",
               rate, cells, start, 600 * step, step);
         };
-        const Verdict verdict = verdict_of(*open_scene(text(0.001)));
+        const StabilityReport verdict = verdict_of(*open_scene(text(0.001)));
         ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << rate << verdict.why;
         EXPECT_NEAR(verdict.limit.step, 2.78529356 / 100, 1e-2 * 2.78529356 / 100) << rate << start << cells;
         EXPECT_LT(largest_after_run(text(0.97 * verdict.limit.step)), 1e4) << rate << start << cells;

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "stability/step/coupled_means.h"
 #include "stability/equations.h"
 #include "stability/frozen/frozen_points.h"
 #include "stability/stability_support.h"
+#include "stability/step/coupled_means.h"
 #include "stability/trial.h"
 #include "support/setting.h"
 

@@ -10,8 +10,8 @@
 #include <complex>
 #include <vector>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
 #include "stability/waves/wave_sum.h"
 #include "support/setting.h"
 
@@ -29,7 +29,7 @@ std::unique_ptr<driver::Session> shear(const std::string& equations, const std::
 }
 
 double limit_of(driver::Session& session) {
-  const Verdict verdict = verdict_of(session);
+  const StabilityReport verdict = verdict_of(session);
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
   return verdict.limit.step;
 }

@@ -52,7 +52,7 @@ model::Problem without(model::Problem problem, const RateTerm& left_out) {
 TEST(RatesOfTerms, DecideNearlyAllTermsOfDenseCouplings) {
   const auto session = open_scene(coupled(
       8, "rk4", [](int, int) { return true; }, 0.3));
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   const std::vector<RateTerm> terms = rate_terms(session->problem(), verdict.group);
   EXPECT_EQ(terms.size(), 80u);
   const auto rates = RatesOfTerms::make(session->problem(), verdict, terms);
@@ -69,7 +69,7 @@ TEST(RatesOfTerms, SayWhatAnalysesWithoutTheTermSay) {
     for (const double strength : {0.3, 8.0}) {
       const auto session = open_scene(coupled(5, time, neighbours, strength));
       const model::Problem& problem = session->problem();
-      const Verdict verdict = verdict_of(*session);
+      const StabilityReport verdict = verdict_of(*session);
       if (verdict.limit.kind != StepLimit::Kind::limit) continue;
       const std::vector<RateTerm> terms = rate_terms(problem, verdict.group);
       const auto rates = RatesOfTerms::make(problem, verdict, terms);
@@ -97,7 +97,7 @@ TEST(RatesOfTerms, NameTheTermThatLimits) {
       "scheme q { time = rk4 }\nscene s : m with q { grid x = 0 .. 16, cells 16, periodic\n"
       "initial a = 1\n initial b = 0.5\n initial c = 0.2\n time 0 .. 1, step 0.1 }";
   const auto session = open_scene(text);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   const std::optional<SourceRange> range = limiting_term(session->problem(), verdict);
   ASSERT_TRUE(range);
   EXPECT_EQ(text.substr(static_cast<std::size_t>(range->begin), static_cast<std::size_t>(range->end - range->begin)),

@@ -6,23 +6,23 @@
 #include <cmath>
 #include <numbers>
 
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 namespace {
 
-Verdict verdict_on_ring(const std::string& equations, const std::string& scheme, const std::string& rest) {
+StabilityReport verdict_on_ring(const std::string& equations, const std::string& scheme, const std::string& rest) {
   return verdict_of(*open_scene("model m { " + equations + " }\nscheme c { " + scheme +
                                 " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + rest + "\n}\n"));
 }
 
 /// The wave of two cells: 0.99 (1 - 4 dt/h^2) = -1.
 TEST(AtRest, WhatDampsWhateverTheStepHasLimits) {
-  const Verdict damped = verdict_on_ring("field u; dt(u) = lap(u)", "time = euler",
-                                         "40, periodic\n  initial u = sin(2*pi*x)\n  after step: u = 0.99*u\n"
-                                         "  time 0 .. 1, step 1/1000");
+  const StabilityReport damped = verdict_on_ring("field u; dt(u) = lap(u)", "time = euler",
+                                                 "40, periodic\n  initial u = sin(2*pi*x)\n  after step: u = 0.99*u\n"
+                                                 "  time 0 .. 1, step 1/1000");
   EXPECT_NEAR(damped.limit.step, (1 + 1 / 0.99) / 6400, 1e-3 / 6400);
   EXPECT_TRUE(damped.ruins_run());
 }
@@ -31,7 +31,7 @@ TEST(AtRest, WhatDampsWhateverTheStepHasLimits) {
 TEST(AtRest, MacCormackBesideDiffusionIsLimitedByIt) {
   for (const int cells : {32, 64}) {
     const double h = 1.0 / cells, v = 1, nu = 0.5;
-    const Verdict verdict =
+    const StabilityReport verdict =
         verdict_on_ring("field u; dt(u) = -advect(1, u) + 0.5*lap(u)", "advect = maccormack; time = euler",
                         fmt::format("{}, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1/1000", cells));
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
@@ -72,7 +72,7 @@ TEST(AlongFlow, NoWindowOfUnstableStepsIsBelowTheLimit) {
         "model m {{ field u; dt(u) = -advect({}, u) + {}*lap(u) - {}*u }}\nscheme c {{ advect = {}; time = {} }}\n"
         "scene s : m with c {{ grid x = 0 .. 1, cells {}, periodic; initial u = noise(1); time 0 .. 1, step 0.001 }}\n",
         c.v, c.nu, c.k, c.advect, c.time, c.cells));
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
     for (int part = 10; part < 50; ++part) {
       const double step = part / 50.0 * verdict.limit.step;
@@ -83,7 +83,7 @@ TEST(AlongFlow, NoWindowOfUnstableStepsIsBelowTheLimit) {
 
 TEST(AtRest, PulsesInTimeAreSeen) {
   for (const double at : {4.5, 5.0, 7.123}) {
-    const Verdict verdict =
+    const StabilityReport verdict =
         verdict_on_ring(fmt::format("field u; dt(u) = (0.01 + 50*exp(-((t - {})/0.02)^2))*lap(u)", at), "time = euler",
                         "20, periodic\n  initial u = sin(2*pi*x)\n  time 0 .. 10, step 1/100");
     EXPECT_FALSE(verdict.is_exact);

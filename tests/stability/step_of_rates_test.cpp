@@ -14,8 +14,8 @@
 #include "stability/eigenvalues/eigenvalues.h"
 #include "stability/equations.h"
 #include "stability/frozen/one_moment.h"
-#include "stability/waves/roots.h"
 #include "stability/step_limit.h"
+#include "stability/waves/roots.h"
 #include "stencil/time/time_schemes.h"
 
 namespace dpde::stability {
@@ -339,17 +339,17 @@ TEST(FormSum, AddsUpAsFormsDo) {
   std::uniform_real_distribution<double> number(-1, 1);
   FormSum sum;
   for (int turn = 0; turn < 20; ++turn) {
-    Form by_two;
+    LinearForm by_two;
     for (int part = count(random) * count(random) / 8; part >= 0; --part) {
-      Form form;
+      LinearForm form;
       for (int term = 0; term < 5; ++term)
-        form = form.plus(Form(component(random)).shifted({cells(random), cells(random), cells(random)}));
+        form = form.plus(LinearForm(component(random)).shifted({cells(random), cells(random), cells(random)}));
       const stencil::Offset offset{cells(random), cells(random), 0};
       const double factor = number(random);
       by_two = by_two.plus(form.shifted(offset).times(factor));
       sum.add(form, offset, factor);
     }
-    const Form at_once = sum.take();
+    const LinearForm at_once = sum.take();
     ASSERT_EQ(at_once.terms().size(), by_two.terms().size());
     for (std::size_t i = 0; i < at_once.terms().size(); ++i) {
       EXPECT_EQ(at_once.terms()[i].key, by_two.terms()[i].key);

@@ -9,8 +9,8 @@
 
 #include "stability/equations.h"
 #include "stability/report/local_character.h"
+#include "stability/stability_report.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "stability/waves/wall_spectrum.h"
 #include "stability_support.h"
 #include "support/setting.h"
@@ -35,7 +35,7 @@ TEST(StreamFunction, LimitsAreThoseOfItsWind) {
                                                {"advect = upwind(1); time = euler", 1.0, 1.0},
                                                {"advect = upwind(3); time = ab2", 1.0, 0.5802}}) {
     const auto session = open_scene(channel(scheme, 16 * wind));
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << scheme << verdict.why;
     EXPECT_NEAR(verdict.limit.step, expected, 2e-3 * expected) << scheme;
     EXPECT_NEAR(verdict.courant.value_or(0), expected * wind, 2e-3 * expected * wind) << scheme;
@@ -53,7 +53,7 @@ TEST(StreamFunction, WavesBetweenWallsMayBeTwiceAsLongAsTheRod) {
       "model m { field u; solve lap(psi) = u for psi; dt(u) = psi }\nscheme c { time = euler }\nscene s : m with c {\n"
       "  grid x = 0 .. 1, cells 128\n  boundary psi: x = 0\n  boundary u: x = zero_gradient\n  initial u = sin(pi*x)\n"
       "  time 0 .. 1, step 0.1\n}\n");
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
   const double rate = std::pow(2 * 128 * std::sin(std::numbers::pi / 256), 2);
   EXPECT_NEAR(verdict.limit.step, 2 * rate, 2e-3 * 2 * rate);
@@ -91,7 +91,7 @@ program step {
 }
 scene s : step { grid x = 0 .. 1, cells 16, periodic; k = 1; initial u = sin(2*pi*x); time 0 .. 1, step 0.1 }
 )");
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::none) << "the implicit method of Euler: " << verdict.why;
   EXPECT_EQ(session->workspace().params().at("dt"), 0.1);
   EXPECT_FALSE(session->rollout().run().blow_up);
@@ -142,7 +142,7 @@ scene s : step { grid x = 0 .. 1, cells 16, periodic; initial u = sin(2*pi*x); t
 
 /// What drives psi varies, but its values are not in the response: the worst place is the only one between walls.
 TEST(StreamFunction, PlacesBetweenWallsAreThoseOfFieldsThatMatter) {
-  const Verdict verdict = verdict_of(
+  const StabilityReport verdict = verdict_of(
       *open_scene("model m { field q; coefficient a; solve lap(psi) = -a for psi; let v = (dy(psi), -dx(psi))\n"
                   "  dt(q) = -advect(v, q) }\nscheme c { advect = upwind(1); time = euler }\nscene s : m with c {\n"
                   "  grid x = 0 .. 16, cells 16, periodic\n  grid y = 0 .. 16, cells 20\n  boundary psi: y = 0\n"
@@ -183,7 +183,7 @@ scene s : walk {
   time 0 .. 1, step 0.1
 }
 )");
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
   // By the differences psi is w/(2*sin(pi/16))^2, its slope sin(2*pi/16) times that.
   const double wind = 0.1 / std::pow(2 * std::sin(std::numbers::pi / 16), 2) * std::sin(std::numbers::pi / 8);
@@ -194,7 +194,7 @@ scene s : walk {
 
 TEST(StreamFunction, EulerByCentralDifferencesIsNeverStable) {
   const auto session = open_scene(channel("time = euler", 16));
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::never) << verdict.why;
   const auto other = stable_scheme(*session);
   ASSERT_TRUE(other.has_value());
@@ -208,7 +208,7 @@ TEST(StreamFunction, OfVorticesIsThatOfTheirFastestPlace) {
   for (std::size_t count = 0; const auto& [differences, largest] :
                               {std::pair{"central(2)", 1.0}, {"spectral", std::numbers::pi}, {"central(4)", 1.3722}}) {
     if (!testing::is_tried(count++, 3)) continue;
-    const Verdict verdict = verdict_of(*open_scene(fmt::format(
+    const StabilityReport verdict = verdict_of(*open_scene(fmt::format(
         "model m {{ field w; solve lap(psi) = -w for psi; let v = (dy(psi), -dx(psi)); dt(w) = -advect(v, w) }}\n"
         "scheme c {{ time = rk4; dx = {0}; lap = {0}; advect = {0} }}\nscene s : m with c {{\n"
         "  grid x = 0 .. 2*pi, cells 48, periodic\n  grid y = 0 .. 2*pi, cells 48, periodic\n"
@@ -244,7 +244,7 @@ TEST(StreamFunction, WavesLongerThanTheGridDoNotCount) {
       "model m { field w; solve lap(psi) = -w for psi; dt(w) = 2*dx(psi) }\nscheme c { time = rk4 }\n"
       "scene s : m with c {\n  grid x = 0 .. 32, cells 32, periodic\n  grid y = 0 .. 16, cells 16, periodic\n"
       "  initial w = cos(2*pi*x/32)\n  time 0 .. 1, step 0.01\n}\n");
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << verdict.why;
   const double longest = 2 * std::numbers::pi / 32;
   const double rate = 2 * std::sin(longest) / (4 * std::pow(std::sin(longest / 2), 2));

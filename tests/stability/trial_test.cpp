@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "stability/frozen/frozen_points.h"
+#include "stability/stability_report.h"
 #include "stability/stability_support.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 namespace {
@@ -41,7 +41,7 @@ TEST(WallLimit, IsFoundByRuns) {
              sink);
     for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message;
     ASSERT_NE(session, nullptr);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
     EXPECT_EQ(verdict.is_exact, cells == 32);
     EXPECT_EQ(verdict.is_of_grid, cells == 32);
@@ -59,7 +59,7 @@ TEST(WallLimit, OfLeapfrogAtAnOutflowIsNone) {
       "  initial u = exp(-100*(x - 0.3)^2)\n  time 0 .. 4, step 1/128\n}\n",
       sink);
   ASSERT_NE(session, nullptr);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
   EXPECT_TRUE(verdict.is_of_walls);
   EXPECT_FALSE(try_step(*session, 1.0 / 128, {}).value().is_stable);
@@ -75,7 +75,7 @@ TEST(WallLimit, IsLookedForWhereFieldsAreSmallestAndLargest) {
         "  grid x = 0 .. 1, cells 320\n  c = 3*exp(-50*(x - 0.5)^2) - 1\n  boundary u: x.low = " +
             low + ", x.high = 0\n  initial u = exp(-100*(x - 0.3)^2)\n  time 0 .. 4, step 1/2500\n}\n",
         sink);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     EXPECT_EQ(verdict.places_between_walls, 2);
     EXPECT_GT(verdict.places, 4);
     if (growth == nullptr) return verdict;
@@ -84,13 +84,13 @@ TEST(WallLimit, IsLookedForWhereFieldsAreSmallestAndLargest) {
     return verdict;
   };
   double growth = 0;
-  const Verdict open_end = verdict_with("zero_gradient", &growth);
+  const StabilityReport open_end = verdict_with("zero_gradient", &growth);
   EXPECT_EQ(open_end.limit.kind, StepLimit::Kind::never);
   EXPECT_TRUE(open_end.is_of_walls);
   EXPECT_EQ(open_end.place, "x = 0.0015625");
   EXPECT_DOUBLE_EQ(growth, open_end.growth);
   EXPECT_GT(growth, 1.001);
-  const Verdict closed = verdict_with("0", nullptr);
+  const StabilityReport closed = verdict_with("0", nullptr);
   EXPECT_EQ(closed.limit.kind, StepLimit::Kind::limit);
   EXPECT_FALSE(closed.is_of_walls);
 }

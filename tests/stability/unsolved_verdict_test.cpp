@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dpde/runtime/unsolved.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
@@ -40,7 +40,7 @@ std::string around_a_pole(const Unsolvable& of, const std::string& time) {
 void expect_that_it_is_said(const std::string& text, const Unsolvable& of) {
   SCOPED_TRACE(text);
   const auto session = open_scene(text);
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   EXPECT_FALSE(verdict.is_analysed());
   EXPECT_NE(verdict.why.find(of.said_by_verdict), std::string::npos) << verdict.why;
   DiagnosticSink sink;

@@ -7,7 +7,7 @@
 #include <complex>
 #include <numbers>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
@@ -29,7 +29,7 @@ TEST(UpwindLimit, OfWeightsAndLimitersIsAnEstimate) {
   for (const std::string advect : {"weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
     for (const std::string time : {"ssp_rk3", "rk4"}) {
       const std::unique_ptr<driver::Session> session = session_of(advect, time);
-      const Verdict verdict = verdict_of(*session);
+      const StabilityReport verdict = verdict_of(*session);
       ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << advect << time;
       EXPECT_FALSE(verdict.is_exact) << advect;
       EXPECT_GT(verdict.limit.step, advect[0] == 'm' ? 0.6 : 1.3) << advect << time;
@@ -45,7 +45,7 @@ TEST(UpwindLimit, OfLimitersByEulersMethodIsWhereTheyKeepTheRange) {
   const std::map<std::string, double> bounds{
       {"muscl(minmod)", 2.0 / 3}, {"muscl(van_leer)", 1.0 / 2}, {"muscl(mc)", 1.0 / 2}};
   for (const auto& [advect, bound] : bounds) {
-    const Verdict verdict = verdict_of(*session_of(advect, "euler", 0.4));
+    const StabilityReport verdict = verdict_of(*session_of(advect, "euler", 0.4));
     EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never) << advect;
     double growth = 0;
     for (int i = 0; i <= 4000; ++i)

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "stability_support.h"
 #include "support/setting.h"
 
@@ -91,7 +91,7 @@ TEST(UsesVerdict, LimitsAreThoseOfRuns) {
   for (const Way& way : all) {
     const auto session = open_scene(text_of(way, 0.01));
     std::vector<double> before = session->initial(1);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << way.name << ": " << verdict.why;
     EXPECT_NEAR(verdict.limit.step, limit, 1e-3 * limit) << way.name;
     EXPECT_EQ(session->initial(1), before) << way.name << ": the run begins as the scene says";

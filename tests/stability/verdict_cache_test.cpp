@@ -14,8 +14,8 @@ namespace dpde::stability {
 namespace {
 
 /// No number in it is there twice: one that is read in the place of another is seen.
-Verdict any_verdict() {
-  Verdict v;
+StabilityReport any_verdict() {
+  StabilityReport v;
   v.limit = {StepLimit::Kind::limit, 0.1, 2.5, {1.5, -2, 1e-300}, 3};
   v.wave = {0.7, -0.8, 0.9};
   v.is_of_walls = true;
@@ -47,7 +47,7 @@ Verdict any_verdict() {
 
 TEST(VerdictCache, KeepsAllOfAVerdict) {
   const std::string text = text_of(any_verdict());
-  const std::optional<Verdict> back = verdict_from(text);
+  const std::optional<StabilityReport> back = verdict_from(text);
   ASSERT_TRUE(back.has_value());
   EXPECT_EQ(text_of(*back), text);
   EXPECT_EQ(back->place, "x = 0.1, y = 2");
@@ -55,23 +55,25 @@ TEST(VerdictCache, KeepsAllOfAVerdict) {
   EXPECT_EQ(back->worst.params.at("cells.x"), 16);
   EXPECT_EQ(back->worst.whole, any_verdict().worst.whole);
   EXPECT_EQ(back->short_waves->cells, 4.5);
-  EXPECT_FALSE(verdict_from(text_of(Verdict{.why = "a network is in it"}))->is_analysed());
+  EXPECT_FALSE(verdict_from(text_of(StabilityReport{.why = "a network is in it"}))->is_analysed());
 }
 
 TEST(VerdictCache, TellsItsFlagsAndKindsApart) {
-  for (bool Verdict::*const flag : {&Verdict::is_exact, &Verdict::is_of_walls, &Verdict::is_of_grid,
-                                    &Verdict::is_of_networks, &Verdict::is_of_means}) {
-    Verdict v;
+  for (bool StabilityReport::*const flag :
+       {&StabilityReport::is_exact, &StabilityReport::is_of_walls, &StabilityReport::is_of_grid,
+        &StabilityReport::is_of_networks, &StabilityReport::is_of_means}) {
+    StabilityReport v;
     v.*flag = true;
     EXPECT_EQ(text_of(verdict_from(text_of(v)).value()), text_of(v));
   }
-  for (const Verdict::Runs runs : {Verdict::Runs::none, Verdict::Runs::made, Verdict::Runs::left_out}) {
-    Verdict v;
+  for (const StabilityReport::Runs runs :
+       {StabilityReport::Runs::none, StabilityReport::Runs::made, StabilityReport::Runs::left_out}) {
+    StabilityReport v;
     v.runs = runs;
     EXPECT_EQ(verdict_from(text_of(v)).value().runs, runs);
   }
   for (const StepLimit::Kind kind : {StepLimit::Kind::limit, StepLimit::Kind::none, StepLimit::Kind::never}) {
-    Verdict v;
+    StabilityReport v;
     v.limit.kind = kind;
     EXPECT_EQ(verdict_from(text_of(v)).value().limit.kind, kind);
   }

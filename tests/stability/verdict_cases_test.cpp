@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "stability/report/ill_posed.h"
+#include "stability/stability_report.h"
 #include "stability/trial.h"
-#include "stability/verdict.h"
 #include "stability_support.h"
 
 namespace dpde::stability {
@@ -33,7 +33,7 @@ TEST(VerdictCases, WeakGrowthIsNoLimit) {
   for (const auto& [time, part] : {std::pair{"ab2", 0.25}, {"rk2", 0.125}}) {
     for (const double step : {0.01, 0.002}) {
       const auto session = open_scene(oscillator(time, step));
-      const Verdict verdict = verdict_of(*session);
+      const StabilityReport verdict = verdict_of(*session);
       ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::never) << time;
       EXPECT_NEAR(verdict.limit.order, 4, 0.1) << time;
       EXPECT_NEAR(verdict.growth - 1, part * std::pow(10 * step, 4), 0.1 * part * std::pow(10 * step, 4)) << time;
@@ -66,7 +66,7 @@ TEST(VerdictCases, SchemesWithAMemoryBearMeansThatGrow) {
         open_scene("model m { field u; dt(u) = lap(u) + 0.2*u }\nscheme c { time = ab2 }\nscene s : m with c {\n" +
                    fmt::format("  grid x = 0 .. {0}, cells {0}, periodic\n  initial u = 1 + sin(2*pi*x/{0})\n", cells) +
                    "  time 0 .. 1, step 0.01\n}\n");
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << cells;
     const double shortest = 4 * std::pow(std::sin(pi * (cells / 2) / cells), 2) - 0.2;
     EXPECT_NEAR(verdict.limit.step, 1 / shortest, 5e-3 / shortest) << cells;
@@ -86,7 +86,7 @@ TEST(VerdictCases, TheMeanIsAWaveToo) {
     const auto session = scene("time = euler", "dt(a) = lap(a) + 10*b; dt(b) = lap(b) - 10*a", cells);
     EXPECT_TRUE(verdict_of(*session).is_above()) << cells;
     const auto imex = scene("time = imex_euler", "dt(a) = 10*lap(a) - 100*a; dt(b) = 10*lap(b) - 100*b", cells);
-    const Verdict verdict = verdict_of(*imex);
+    const StabilityReport verdict = verdict_of(*imex);
     ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << cells;
     EXPECT_NEAR(verdict.limit.step, 0.02, 1e-4) << cells;
   }
@@ -100,7 +100,7 @@ TEST(VerdictCases, SmallRingsHaveTheirOwnWaves) {
                    fmt::format("  grid x = 0 .. {0}, cells {0}, periodic\n  initial u = sin(2*pi*x/{0})\n", cells) +
                    "  time 0 .. 1, step 0.1\n}\n");
     const double shortest = cells % 2 == 0 ? 1 : std::cos(pi / (2 * cells)), expected = 0.5 / (shortest * shortest);
-    const Verdict verdict = verdict_of(*session);
+    const StabilityReport verdict = verdict_of(*session);
     EXPECT_TRUE(verdict.is_exact);
     EXPECT_NEAR(verdict.limit.step, expected, 1e-4 * expected) << cells;
     const Search found = search_limit(*session, verdict.limit.step, 2e-3, 2, {});
@@ -124,7 +124,7 @@ TEST(VerdictCases, WhatGrowsSlowerThanTheSolutionIsNoFault) {
       "model m { field u, v; dt(u) = lap(u) + u - u^3 - v; dt(v) = 0.1*(u - v) }\nscheme c { time = euler }\n"
       "scene s : m with c {\n  grid x = 0 .. 10, cells 50, periodic\n  initial u = cos(2*pi*x/10)\n  initial v = 0\n"
       "  time 0 .. 10, step 0.01\n}\n");
-  const Verdict verdict = verdict_of(*session);
+  const StabilityReport verdict = verdict_of(*session);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
   EXPECT_NEAR(verdict.limit.step, 0.02, 0.02 * 0.02) << "h^2/2, and a little less for what reacts";
   EXPECT_GT(verdict.growth_rate, 0.5);

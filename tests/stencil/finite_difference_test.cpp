@@ -8,8 +8,8 @@
 #include <set>
 
 #include "stencil/build.h"
-#include "stencil/space/discretise.h"
 #include "stencil/model_builder.h"
+#include "stencil/space/discretise.h"
 
 namespace dpde::stencil {
 namespace {

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "source/source_file.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil/text/from_ast.h"
 #include "stencil/text/print_stencil.h"
-#include "stencil/analyse/verify_stencil.h"
 #include "syntax/parser.h"
 
 namespace dpde::stencil {

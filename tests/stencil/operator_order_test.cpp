@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "model/from_ast.h"
-#include "stencil/lower/from_model.h"
 #include "stencil/analyse/laurent.h"
+#include "stencil/lower/from_model.h"
 #include "syntax/parser.h"
 
 namespace dpde::stencil {

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "model/model.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil/lower/from_model.h"
 #include "stencil/stencil_text.h"
-#include "stencil/analyse/verify_stencil.h"
 
 namespace scene_run {
 

@@ -9,8 +9,8 @@
 
 #include "source/render.h"
 #include "stencil/build.h"
-#include "stencil/text/from_ast.h"
 #include "stencil/interpret/interpret.h"
+#include "stencil/text/from_ast.h"
 #include "stencil/text/print_stencil.h"
 #include "syntax/parser.h"
 

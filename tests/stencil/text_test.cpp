@@ -261,7 +261,8 @@ class RandomTree {
         return interp({"w",
                        {pick(3) - 1, pick(3) - 1, 0},
                        {below(), below()},
-                       {static_cast<Along>(pick(along_count)), static_cast<Along>(pick(along_count)), Along::linear}});
+                       {static_cast<InterpolationBasis>(pick(along_count)),
+                        static_cast<InterpolationBasis>(pick(along_count)), InterpolationBasis::linear}});
       case 5: return inside({pick(3) - 1, pick(3) - 1, 0}, pick(2));
       default: return binary(static_cast<BinaryOp>(pick(13)), below(), below());
     }

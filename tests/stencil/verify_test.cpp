@@ -66,7 +66,7 @@ TEST(Verify, ShapesOfNodes) {
             "kernel back has an offset of u along an axis it does not have");
   EXPECT_EQ(with([](Module& m) { m.kernels[2].scatters[0].target.displacement.push_back(0.0); }),
             one("kernel back interpolates w with 2 displacements"));
-  EXPECT_EQ(with([](Module& m) { m.kernels[2].scatters[0].target.along[1] = Along::slope; }),
+  EXPECT_EQ(with([](Module& m) { m.kernels[2].scatters[0].target.along[1] = InterpolationBasis::slope; }),
             one("kernel back takes a slope of w along an axis it does not have"));
   EXPECT_EQ(with([](Module& m) {
               m.kernels[0].sums[0].value = Expr(Node{Call{Fn::max, {Expr(1.0)}}});

@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "source/render.h"
+#include "stencil/analyse/verify_stencil.h"
 #include "stencil/build.h"
 #include "stencil/text/from_ast.h"
-#include "stencil/analyse/verify_stencil.h"
 #include "support/split_mix.h"
 #include "syntax/parser.h"
 

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "command.h"
+#include "driver/compile/switches.h"
 #include "driver/memory/cost.h"
 #include "driver/scene/data.h"
-#include "driver/compile/switches.h"
 #include "model/chart.h"
 #include "preparing.h"
 #include "progress.h"

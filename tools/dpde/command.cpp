@@ -18,10 +18,10 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
-#include "driver/memory/cache_folder.h"
 #include "driver/compile/declared.h"
-#include "driver/scene/session.h"
+#include "driver/memory/cache_folder.h"
 #include "driver/report/solve_report.h"
+#include "driver/scene/session.h"
 #include "files/files.h"
 #include "files/imports.h"
 #include "interrupt.h"

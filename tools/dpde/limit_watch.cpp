@@ -41,7 +41,8 @@ void LimitWatch::look(int iteration, const Eigen::VectorXd& x, bool is_last) {
   run_.inverse->assign(x);
   // Not kept: nobody comes to these values a second time.
   const bool may_grow = !stability::look_for_growth(*run_.session);
-  const stability::Verdict verdict = may_grow ? stability::examine(*run_.session) : stability::Verdict{};
+  const stability::StabilityReport verdict =
+      may_grow ? stability::examine(*run_.session) : stability::StabilityReport{};
   spent_ += seconds_now() - start;
   if (!may_grow || !verdict.is_above() || verdict.limit.kind != stability::StepLimit::Kind::limit) return;
   is_told_ = true;

@@ -13,7 +13,7 @@
 #include "data_set.h"
 #include "driver/report/back_flow.h"
 #include "driver/report/blow_up.h"
-#include "driver/report/chessboard.h"
+#include "driver/report/checkerboard_mode.h"
 #include "driver/report/missed_constraints.h"
 #include "driver/report/run_description.h"
 #include "interrupt.h"
@@ -28,7 +28,7 @@
 #include "run_checkpoint.h"
 #include "scene_output.h"
 #include "scene_session.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "support/maths/evaluate.h"
 #include "support/names/number_text.h"
 #include "verbs.h"
@@ -365,7 +365,7 @@ void Run::write_files() {
 /// Computed where they are not recorded.
 std::map<std::string, std::vector<double>> Run::shown_at_end() {
   std::map<std::string, std::vector<double>> all;
-  for (const model::Shown& shown : session_->problem().shown) {
+  for (const model::OutputField& shown : session_->problem().shown) {
     std::optional<std::vector<double>> values = record_->kept().last_state(shown.name);
     if (!values) return session_->shown(session_->time_of(outcome_.steps_done), session_->rollout().final_states());
     all.emplace(shown.name, std::move(*values));

@@ -26,8 +26,8 @@ namespace dpde::tools {
 
 namespace {
 
+using stability::StabilityReport;
 using stability::StepLimit;
-using stability::Verdict;
 
 struct StabilityOptions : CommonOptions {
   std::string against;
@@ -82,14 +82,15 @@ class Stability {
 
  private:
   std::unique_ptr<driver::Session> open(DiagnosticSink& sink, const std::map<std::string, std::string>& overrides = {});
-  stability::TrialOptions trial_options(driver::Session& session, const Verdict& verdict) const;
-  stability::Search search(driver::Session& session, const Verdict& verdict);
+  stability::TrialOptions trial_options(driver::Session& session, const StabilityReport& verdict) const;
+  stability::Search search(driver::Session& session, const StabilityReport& verdict);
   void scan_step(Json& result);
-  void scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result);
-  void measure_growth(driver::Session& session, const Verdict& verdict, Json& result);
+  void scan_step_of(driver::Session& session, const StabilityReport& verdict, double limit, Json& result);
+  void measure_growth(driver::Session& session, const StabilityReport& verdict, Json& result);
   void scan_against(const Sweep& sweep, Json& result);
   bool scan_value(const Sweep& sweep, double value, Json& rows, Json& result);
-  void draw_growths(driver::Session& session, const Verdict& verdict, const std::vector<stability::Trial>& trials);
+  void draw_growths(driver::Session& session, const StabilityReport& verdict,
+                    const std::vector<stability::Trial>& trials);
   void draw_limits(const Sweep& sweep, const Json& rows, const Json& points);
   void save_points(const Json& points);
   void tell_stop();
@@ -111,7 +112,7 @@ std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
   return open_scene(job_, *std::move(compile_options), sink);
 }
 
-stability::TrialOptions Stability::trial_options(driver::Session& session, const Verdict& verdict) const {
+stability::TrialOptions Stability::trial_options(driver::Session& session, const StabilityReport& verdict) const {
   stability::TrialOptions trial{options_.steps, options_.seed};
   trial.growth_rate = verdict.group_growth_rate;
   trial.group = verdict.group;
@@ -122,7 +123,7 @@ stability::TrialOptions Stability::trial_options(driver::Session& session, const
   return trial;
 }
 
-stability::Search Stability::search(driver::Session& session, const Verdict& verdict) {
+stability::Search Stability::search(driver::Session& session, const StabilityReport& verdict) {
   const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
   const double guess = has_limit ? verdict.limit.step : session.problem().step;
   int runs = 0;
@@ -151,7 +152,7 @@ Json points_of(const std::vector<stability::Trial>& trials, const std::vector<do
   return points;
 }
 
-void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
+void Stability::draw_growths(driver::Session& session, const StabilityReport& verdict,
                              const std::vector<stability::Trial>& trials) {
   if (trials.empty()) return;
   plot::LinePanel panel{fmt::format("{}: growth of a disturbance", session.problem().scene),
@@ -194,7 +195,7 @@ std::optional<double> common_end(const std::vector<stability::Trial>& by_step) {
   return last < alike * first ? std::optional(first) : std::nullopt;
 }
 
-void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result) {
+void Stability::scan_step_of(driver::Session& session, const StabilityReport& verdict, double limit, Json& result) {
   stability::Search found = search(session, verdict);
   const stability::TrialOptions options = trial_options(session, verdict);
   for (const double factor : factors) {
@@ -235,7 +236,7 @@ void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, d
 }
 
 /// Where no step is stable, what grows is compared.
-void Stability::measure_growth(driver::Session& session, const Verdict& verdict, Json& result) {
+void Stability::measure_growth(driver::Session& session, const StabilityReport& verdict, Json& result) {
   std::vector<stability::Trial> trials;
   std::vector<double> steps;
   for (const double factor : {0.25, 0.5, 1.0}) {
@@ -261,7 +262,7 @@ void Stability::scan_step(Json& result) {
   const std::unique_ptr<driver::Session> session = open(job_.sink());
   if (session == nullptr) return;
   result["scene"] = session->problem().scene;
-  const Verdict verdict = stability::verdict_of(*session);
+  const StabilityReport verdict = stability::verdict_of(*session);
   report::Report report = report::verdict_report(session->problem(), verdict, job_.source());
   result["predicted"] = std::move(report.json);
   tell(job_, report);
@@ -290,7 +291,7 @@ bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& r
     return true;
   }
   result["scene"] = session->problem().scene;
-  const Verdict verdict = stability::verdict_of(*session);
+  const StabilityReport verdict = stability::verdict_of(*session);
   const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
   const stability::Search found = search(*session, verdict);
   if (found.was_stopped) return false;

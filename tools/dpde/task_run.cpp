@@ -11,15 +11,15 @@
 #include <set>
 
 #include "analysis/run/instability.h"
+#include "driver/compile/switches.h"
+#include "driver/memory/memory_plan.h"
 #include "driver/report/back_flow.h"
 #include "driver/report/blow_up.h"
-#include "driver/memory/memory_plan.h"
 #include "driver/report/missed_constraints.h"
-#include "driver/compile/switches.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "support/maths/evaluate.h"
 #include "support/names/number_text.h"
 

@@ -16,7 +16,7 @@
 #include "preparing.h"
 #include "progress.h"
 #include "run_checkpoint.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "support/maths/evaluate.h"
 #include "support/names/number_text.h"
 #include "training/tests/plain_methods.h"

@@ -17,8 +17,8 @@
 #include "model/print/print_model.h"
 #include "progress.h"
 #include "scene_output.h"
-#include "syntax/print/print_ast.h"
 #include "syntax/expand/whole_scenes.h"
+#include "syntax/print/print_ast.h"
 #include "verbs.h"
 
 namespace dpde::tools {

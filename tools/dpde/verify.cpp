@@ -14,7 +14,7 @@
 #include "preparing.h"
 #include "report/certificate.h"
 #include "scene_output.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "task_run.h"
 #include "train.h"
 #include "verbs.h"

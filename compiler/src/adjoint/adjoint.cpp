@@ -7,8 +7,8 @@
 #include "adjoint/check/custom_adjoint_check.h"
 #include "adjoint/reverse/plan.h"
 #include "adjoint/reverse/reversal.h"
-#include "stencil/text/as_written.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/text/as_written.h"
 #include "support/assert.h"
 
 namespace dpde::adjoint {

@@ -14,7 +14,8 @@ namespace dpde::adjoint {
 ///
 /// Children are numbered as they are written. Conventions at kinks: at a tie max(a,b) takes the derivative of a and
 /// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0;
-/// sign, floor, comparisons and conditions have derivative 0, fraction 1. What jumps is refused by driver/compile/switches.h.
+/// sign, floor, comparisons and conditions have derivative 0, fraction 1. What jumps is refused by
+/// driver/compile/switches.h.
 stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
 
 /// Names that carry a derivative inside one kernel.

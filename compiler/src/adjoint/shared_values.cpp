@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "stencil/build.h"
-#include "stencil/space/decisions.h"
 #include "stencil/passes/numbering.h"
+#include "stencil/space/comparisons.h"
 
 namespace dpde::adjoint {
 
@@ -72,7 +72,7 @@ class Replacing {
 }  // namespace
 
 /// The distinct values of the terms, and at how many displacements each is needed. What a decision hangs on stays as
-/// it is written (stencil/space/decisions.h): a field is rounded otherwise than what it is compared with.
+/// it is written (stencil/space/comparisons.h): a field is rounded otherwise than what it is compared with.
 class SharedValues::Search {
  public:
   explicit Search(PointTerms terms) : terms_(std::move(terms)) {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <map>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/rename.h"
 
 namespace dpde::adjoint {

@@ -5,9 +5,9 @@
 #include "adjoint/adjoint.h"
 #include "adjoint/check/extremes.h"
 #include "adjoint/reverse/plan.h"
-#include "adjoint/solves.h"
 #include "adjoint/reverse/transforms.h"
 #include "adjoint/reverse/weights.h"
+#include "adjoint/solves.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
@@ -78,7 +78,7 @@ class KernelTangent {
     if (is_varied(scatter.value, varied_)) result.scatters.push_back({target, dot(scatter.value)});
     for (size_t axis = 0; axis < target.displacement.size(); ++axis) {
       const Expr& d = target.displacement[axis];
-      const std::optional<Along> slope = derivative_of(target.along[axis]);
+      const std::optional<InterpolationBasis> slope = derivative_of(target.along[axis]);
       if (!slope || !is_varied(d, varied_)) continue;
       Interp moved = target;
       moved.along[axis] = *slope;
@@ -94,7 +94,7 @@ class KernelTangent {
       total = interp(moved);
     }
     for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
-      const std::optional<Along> derivative = derivative_of(i.along[axis]);
+      const std::optional<InterpolationBasis> derivative = derivative_of(i.along[axis]);
       if (!derivative) continue;
       Interp slope = i;
       slope.along[axis] = *derivative;
@@ -369,13 +369,13 @@ class TangentWriter {
     add(repeat.body, pass);
     Repeat result = repeat;
     result.body = std::move(pass.body);
-    for (const Carry& carry : repeat.carries) {
+    for (const LoopCarried& carry : repeat.carries) {
       if (varied_.fields.contains(carry.next))
         result.carries.push_back({names_.of(carry.state), names_.of(carry.next), names_.of(carry.result)});
     }
     for (auto* stacked : {&result.saves, &result.loads}) {
       for (std::size_t i = stacked->size(); i-- > 0;) {
-        const Stacked primal = (*stacked)[i];
+        const TapeEntry primal = (*stacked)[i];
         if (varied_.fields.contains(primal.field))
           stacked->push_back({names_.of(primal.field), names_.of(primal.stack)});
       }

@@ -83,7 +83,7 @@ class Walk {
 
   void push_displacements(const Interp& i, const Expr& x, const Guards& guards) {
     for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
-      const std::optional<Along> derivative = derivative_of(i.along[axis]);
+      const std::optional<InterpolationBasis> derivative = derivative_of(i.along[axis]);
       if (!derivative || !is_varied(i.displacement[axis], varied_)) continue;
       Interp slope = i;
       slope.along[axis] = *derivative;

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "analysis/unused.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 
 namespace dpde::analysis {
 

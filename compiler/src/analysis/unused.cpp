@@ -9,8 +9,8 @@
 #include <set>
 
 #include "driver/memory/savings.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/passes/passes.h"
 
 namespace dpde::analysis {

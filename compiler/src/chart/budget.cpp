@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "model/print/print_model.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 namespace dpde::chart {
 
@@ -86,7 +86,7 @@ class Companions {
 
   /// The smallest power of 2 whose part of the step is stable on cells half as large.
   int parts_for(driver::Session& finer) {
-    const stability::Verdict verdict = stability::verdict_of(finer);
+    const stability::StabilityReport verdict = stability::verdict_of(finer);
     int parts = 1;
     while (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1 &&
            point_.step / parts > verdict.limit.step && parts < most_parts)

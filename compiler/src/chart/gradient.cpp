@@ -8,7 +8,7 @@
 
 #include "driver/memory/memory_plan.h"
 #include "model/analyse/placement.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 namespace dpde::chart {
 
@@ -73,7 +73,7 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
   }
   // Steps are parts of what the scene bears: the task may begin where that is less.
   task->inverse_->assign(task->inverse_->start());
-  const stability::Verdict verdict = stability::verdict_of(*task->session_);
+  const stability::StabilityReport verdict = stability::verdict_of(*task->session_);
   if (verdict.ruins_run()) {
     why = fmt::format("the step is above {:.4g}, the largest stable one where the task begins", verdict.bounded_step());
     return nullptr;

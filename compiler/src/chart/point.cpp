@@ -10,7 +10,7 @@
 #include <functional>
 
 #include "driver/memory/memory_plan.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 namespace dpde::chart {
 
@@ -110,7 +110,7 @@ std::vector<double> time_runs(const PointOptions& options, const std::function<b
 
 /// False where the step is not run.
 bool is_allowed(Point& point, driver::Session& session) {
-  const stability::Verdict verdict = stability::verdict_of(session);
+  const stability::StabilityReport verdict = stability::verdict_of(session);
   if (verdict.limit.kind == stability::StepLimit::Kind::limit) point.largest_step = verdict.limit.step;
   point.is_above_limit = verdict.is_above() && verdict.limit.kind == stability::StepLimit::Kind::limit;
   if (!verdict.ruins_run()) return true;
@@ -138,7 +138,7 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
                  Point& point, double longest) {
   const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
   if (session == nullptr) return false;
-  const stability::Verdict verdict = stability::verdict_of(*session);
+  const stability::StabilityReport verdict = stability::verdict_of(*session);
   if (verdict.bounded_step() == 0) {
     point.fail(Outcome::never_stable, never_stable);
     return false;

@@ -45,7 +45,7 @@ struct KernelStorage {
   RowCode code;
 };
 
-dpde_ghost_number table_of(const GhostNumber& number) { return {number.fixed, number.by_way}; }
+dpde_ghost_number table_of(const GhostNumber& number) { return {number.fixed, number.per_distance}; }
 
 dpde_ghost_row table_of(const GhostRow& row) {
   dpde_ghost_row result{{}, table_of(row.rate), row.first, row.step};
@@ -379,11 +379,11 @@ dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop:
   std::vector<dpde_operation>& block = blocks.emplace_back();
   for (const loop::Operation& o : source.body) block.push_back(operation(module, program, o, row_code, shared));
   std::vector<dpde_carry>& carried = carries.emplace_back();
-  for (const loop::Carry& c : source.carries)
+  for (const loop::LoopCarried& c : source.carries)
     carried.push_back({fields.index_of(c.state), fields.index_of(c.next), fields.index_of(c.result)});
-  const auto stacked_fields = [&](const std::vector<loop::Stacked>& all) -> const std::vector<dpde_stacked>& {
+  const auto stacked_fields = [&](const std::vector<loop::TapeEntry>& all) -> const std::vector<dpde_stacked>& {
     std::vector<dpde_stacked>& list = stacked.emplace_back();
-    for (const loop::Stacked& s : all) list.push_back({fields.index_of(s.field), s.stack});
+    for (const loop::TapeEntry& s : all) list.push_back({fields.index_of(s.field), s.stack});
     return list;
   };
   const std::vector<dpde_stacked>&saves = stacked_fields(source.saves), &loads = stacked_fields(source.loads);

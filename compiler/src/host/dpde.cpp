@@ -8,19 +8,19 @@
 #include <optional>
 
 #include "analysis/certificate/quick_certificate.h"
-#include "driver/scene/inverse.h"
 #include "driver/report/restart_file.h"
 #include "driver/report/run_description.h"
+#include "driver/report/solve_report.h"
+#include "driver/scene/inverse.h"
 #include "driver/scene/scene_table.h"
 #include "driver/scene/session.h"
-#include "driver/report/solve_report.h"
 #include "files/files.h"
 #include "files/imports.h"
 #include "host/input_task.h"
 #include "host/opened.h"
 #include "host/run_pictures.h"
 #include "host/told.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "support/assert.h"
 
 namespace dpde {

@@ -13,11 +13,11 @@
 #include "loop/schedule.h"
 #include "loop/share_rows.h"
 #include "loop/uniforms.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_reach.h"
 #include "stencil/analyse/operator_traits.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -305,12 +305,12 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
     uniforms_.set_counters(counters_);
   }
   ScheduleInput input{items_of(pass), known.reads, {}, program.axes, time_dependent_fields(pass, counters_)};
-  for (const stencil::Carry& carry : repeat.carries) {
+  for (const stencil::LoopCarried& carry : repeat.carries) {
     result.carries.push_back({carry.state, carry.next, carry.result});
     input.swaps.push_back({carry.state, carry.next});
   }
-  for (const stencil::Stacked& load : repeat.loads) result.loads.push_back({load.field, stack_number(load.stack)});
-  for (const stencil::Stacked& save : repeat.saves) {
+  for (const stencil::TapeEntry& load : repeat.loads) result.loads.push_back({load.field, stack_number(load.stack)});
+  for (const stencil::TapeEntry& save : repeat.saves) {
     const auto is_it = [&](const auto& other) { return other.field == save.field; };
     const bool has_memory = std::ranges::any_of(repeat.loads, is_it) || std::ranges::any_of(result.saves, is_it);
     const int number = stack_number(save.stack), first = contains(known.reads, save.field) ? 1 : 0;
@@ -324,7 +324,7 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   if (counts) counters_.pop_back();
   uniforms_.set_counters(counters_);
   std::set<std::string> modified(known.writes.begin(), known.writes.end());
-  modified.insert(known.spoils.begin(), known.spoils.end());
+  modified.insert(known.invalidates_halo.begin(), known.invalidates_halo.end());
   for (const Fill& fill : scheduled.prepare) modified.erase(fill.field);
   std::set<std::string> touched = modified;
   touched.insert(known.reads.begin(), known.reads.end());
@@ -368,7 +368,7 @@ void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::S
   Solve result = solve_of(solve, program, {}, prepare);
   std::set<std::string> modified(known.writes.begin(), known.writes.end()),
       touched(known.reads.begin(), known.reads.end());
-  modified.insert(known.spoils.begin(), known.spoils.end());
+  modified.insert(known.invalidates_halo.begin(), known.invalidates_halo.end());
   for (Fill& fill : prepare) {
     modified.erase(fill.field);
     items.push_back({fill, {}, {fill.field}});

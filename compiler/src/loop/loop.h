@@ -85,7 +85,7 @@ struct Neg {
   bool operator==(const Neg&) const = default;
 };
 /// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides
-/// between cases (stencil/space/decisions.h) then has the same value wherever it is computed.
+/// between cases (stencil/space/comparisons.h) then has the same value wherever it is computed.
 struct Rounded {
   Expr operand;
   bool operator==(const Rounded&) const = default;
@@ -156,8 +156,8 @@ struct Row {
   std::vector<Store> stores;
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
-  int own = 0, own_count = 0;  // uniforms from `own` on that sweeps may bind to others
-  bool is_own(int uniform) const { return uniform >= own && uniform < own + own_count; }
+  int own = 0, row_constant_count = 0;  // uniforms from `own` on that sweeps may bind to others
+  bool is_own(int uniform) const { return uniform >= own && uniform < own + row_constant_count; }
   bool operator==(const Row&) const = default;
 };
 
@@ -276,21 +276,21 @@ struct Solve {
 };
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
 /// `result` and to that of `next` in turn, so that nothing is copied.
-struct Carry {
+struct LoopCarried {
   std::string state, next, result;
-  bool operator==(const Carry&) const = default;
+  bool operator==(const LoopCarried&) const = default;
 };
 /// What `field` is in each pass goes onto a stack, or is what was saved last.
-struct Stacked {
+struct TapeEntry {
   std::string field;
   int stack;  // a number of the program's
-  bool operator==(const Stacked&) const = default;
+  bool operator==(const TapeEntry&) const = default;
 };
 struct Repeat {
   int count = 1;
   std::vector<Operation> body;
-  std::vector<Carry> carries;
-  std::vector<Stacked> saves, loads;
+  std::vector<LoopCarried> carries;
+  std::vector<TapeEntry> saves, loads;
   int counter = -1;  // index into Module::counters: the number of the pass
   bool is_backwards = false;
   bool operator==(const Repeat& other) const;

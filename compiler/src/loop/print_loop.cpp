@@ -191,7 +191,7 @@ std::string binding_text(const Module& module, const Sweep& sweep) {
     for (const auto& [name, bound] : names) parts.push_back(fmt::format("{} = {}", name, bound));
   }
   const Row& row = *module.find_row(sweep.row);
-  for (int u = row.own; sweep.binding.own != 0 && u < row.own + row.own_count; ++u) {
+  for (int u = row.own; sweep.binding.own != 0 && u < row.own + row.row_constant_count; ++u) {
     parts.push_back(fmt::format("{} = {}", module.uniforms[u].name, module.uniforms[u + sweep.binding.own].name));
   }
   return parts.empty() ? "" : fmt::format(" with {}", fmt::join(parts, ", "));
@@ -236,10 +236,10 @@ std::string repeat_text(const Module& module, const Repeat& repeat, const std::s
                          repeat.is_backwards ? passes + " .. 0" : "0 .. " + passes);
   std::string text = fmt::format("repeat {} {{\n", passes);
   const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
-  for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
-  for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
+  for (const TapeEntry& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
+  for (const TapeEntry& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
   for (const Operation& operation : repeat.body) add(operation_text(module, operation, margin + "  "));
-  for (const Carry& carry : repeat.carries)
+  for (const LoopCarried& carry : repeat.carries)
     add(fmt::format("swap {}, {} to {}", carry.state, carry.next, carry.result));
   return text + margin + "}";
 }

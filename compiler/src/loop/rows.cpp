@@ -14,10 +14,10 @@
 
 #include "loop/expressions.h"
 #include "stencil/build.h"
-#include "stencil/space/decisions.h"
+#include "stencil/space/comparisons.h"
 #include "support/assert.h"
-#include "support/names/bound_names.h"
 #include "support/match.h"
+#include "support/names/bound_names.h"
 
 namespace dpde::loop {
 

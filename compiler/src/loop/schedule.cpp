@@ -138,7 +138,7 @@ bool is_of_all(const Fill& fill) {
 /// Whether the halo of this result of a repeat is filled so, as the last pass has filled that of what it carries on.
 bool is_left_filled(const Repeat& repeat, const Fill& fill) {
   const auto carry = std::find_if(repeat.carries.begin(), repeat.carries.end(),
-                                  [&](const Carry& each) { return each.result == fill.field; });
+                                  [&](const LoopCarried& each) { return each.result == fill.field; });
   if (carry == repeat.carries.end()) return false;
   const Fill in_pass{carry->next, fill.axes};
   return std::any_of(repeat.body.begin(), repeat.body.end(), [&](const Operation& operation) {

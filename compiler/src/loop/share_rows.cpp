@@ -224,7 +224,7 @@ class Sharing {
       return slot < 0 ? e : make(Uniform{starts[0] + slot});
     });
     shared.own = starts[0];
-    shared.own_count = slots.count();
+    shared.row_constant_count = slots.count();
     return shared;
   }
 

@@ -10,8 +10,8 @@
 
 #include "loop/expressions.h"
 #include "support/contains.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::loop {
 

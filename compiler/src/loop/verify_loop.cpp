@@ -201,8 +201,8 @@ void Verifier::check_binding(const Program& program, const Row& row, const Bindi
     check(has(program.sums, name), program.name, fmt::format("no sum {}", name));
   }
   for (const int first : {row.own, row.own + binding.own}) {
-    const bool exist =
-        first >= 0 && row.own_count >= 0 && static_cast<std::size_t>(first + row.own_count) <= module_.uniforms.size();
+    const bool exist = first >= 0 && row.row_constant_count >= 0 &&
+                       static_cast<std::size_t>(first + row.row_constant_count) <= module_.uniforms.size();
     check(exist, program.name, fmt::format("{}: no such uniforms of its own", row.name));
   }
 }
@@ -284,14 +284,14 @@ void Verifier::check_solve(const Program& program, const Solve& solve) {
 void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
   check(repeat.count >= 1, program.name, "a repeat without passes");
   check(repeat.counter == -1 || is_index(repeat.counter, module_.counters.size()), program.name, "no such counter");
-  for (const Carry& carry : repeat.carries) {
+  for (const LoopCarried& carry : repeat.carries) {
     for (const std::string& field : {carry.state, carry.next, carry.result})
       check(has(program.fields, field), program.name, fmt::format("no field {}", field));
     check(carry.state != carry.next && carry.next != carry.result && carry.state != carry.result, program.name,
           fmt::format("carries {} in one memory", carry.state));
   }
   for (const auto* all : {&repeat.saves, &repeat.loads}) {
-    for (const Stacked& stacked : *all) {
+    for (const TapeEntry& stacked : *all) {
       check(has(program.fields, stacked.field), program.name, fmt::format("no field {}", stacked.field));
       check(is_index(stacked.stack, program.stacks.size()), program.name, "no such stack");
     }

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
+#include "support/match.h"
 #include "support/maths/comparisons.h"
 #include "support/names/derivative_names.h"
-#include "support/match.h"
 
 namespace dpde::model {
 

@@ -3,9 +3,9 @@
 #include "model/from_ast.h"
 
 #include "model/boundary/falling_axes.h"
-#include "model/from_ast/draft.h"
-#include "model/from_ast/parts.h"
 #include "model/boundary/stretch.h"
+#include "model/from_ast/elaboration.h"
+#include "model/from_ast/parts.h"
 #include "syntax/expand/arrays.h"
 #include "syntax/expand/blocks.h"
 #include "syntax/expand/repeats.h"

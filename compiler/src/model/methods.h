@@ -57,7 +57,8 @@ struct TimeMethod {
     adams_bashforth,  // `rates`: of the first step, of the second, ..., of all behind these
     leapfrog,
     verlet,
-    exponential  // the linear part without error, as multipliers of waves; of order 2 or 4 (stencil/time/exponential.cpp)
+    exponential  // the linear part without error, as multipliers of waves; of order 2 or 4
+                 // (stencil/time/exponential.cpp)
   };
   const char* name;
   Family family;

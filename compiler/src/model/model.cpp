@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 #include "model/uses.h"
 
 namespace dpde::model {
@@ -54,8 +54,8 @@ const State* Problem::find_state(const std::string& name) const {
   return found == states.end() ? nullptr : &*found;
 }
 
-const Shown* Problem::find_shown(const std::string& name) const {
-  const auto found = std::ranges::find(shown, name, &Shown::name);
+const OutputField* Problem::find_shown(const std::string& name) const {
+  const auto found = std::ranges::find(shown, name, &OutputField::name);
   return found == shown.end() ? nullptr : &*found;
 }
 

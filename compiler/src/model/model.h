@@ -81,7 +81,7 @@ struct Source {
 };
 
 /// A value that a state has inside a mask.
-struct Held {
+struct MaskedValue {
   Expr inside, value;  // a condition
 };
 
@@ -93,7 +93,7 @@ struct State {
   bool is_guess = false;    // solves begin with it: 0 will do where nothing is known
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
-  std::optional<Held> held = {};
+  std::optional<MaskedValue> held = {};
   int parts = 1;            // its equation makes so many equal steps within each, after those that make fewer
   std::optional<Expr> rhs;  // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
@@ -198,7 +198,7 @@ struct StatedOrder {
   Origin origin;              // of the name, where the operator is defined
 };
 /// What a run can write down beside its states: a component of a name of the model, where it lies.
-struct Shown {
+struct OutputField {
   std::string name;
   Expr value;
   Placement placement{};
@@ -258,12 +258,12 @@ struct Test {
   std::vector<Expr> fields;  // of spectrum and correlation: the components of what it is of
   double threshold = 0;      // of a correlation
   bool has_fields() const { return !fields.empty(); }
-  struct Beside {
+  struct Baseline {
     std::string scene, on;
     Origin origin;
     std::map<std::string, std::string> method = {};  // of charts: keys of a scheme in the place of the scene's
   };
-  std::vector<Beside> beside;  // scenes that are run from the same data
+  std::vector<Baseline> beside;  // scenes that are run from the same data
 };
 struct Optimiser {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
@@ -311,7 +311,7 @@ struct Problem {
   std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
   std::optional<Accuracy> accuracy;
-  std::vector<Shown> shown;
+  std::vector<OutputField> shown;
   std::vector<Output> outputs;
   std::vector<Projection> projections;
   std::vector<Event> events;           // in the order in which they happen
@@ -332,7 +332,7 @@ struct Problem {
   /// Whether steps are made in parts, which depend on the state.
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }
   const State* find_state(const std::string& name) const;
-  const Shown* find_shown(const std::string& name) const;
+  const OutputField* find_shown(const std::string& name) const;
   /// Whether a state, or what is shown, lies on faces along the axis.
   bool has_faces(std::size_t axis) const;
   /// dt(name) as a state, or nullptr.

@@ -35,7 +35,7 @@ const char* name_of(Project project) {
 
 Scheme with_differences(Scheme scheme) {
   const auto make_central = [](Transport& transport) {
-    if (follows_flow(transport.advect)) transport = {};
+    if (is_semi_lagrangian(transport.advect)) transport = {};
   };
   make_central(scheme.transport);
   for (auto& [state, own] : scheme.transports) make_central(own);

@@ -18,9 +18,9 @@ enum class Limiter { minmod, van_leer, mc };
 /// The steepest slope that it takes, in units of the smaller of the rises beside it.
 constexpr double steepest_slope(Limiter limiter) { return limiter == Limiter::minmod ? 1 : 2; }
 /// Whether it goes back along the flow, and is no difference.
-constexpr bool follows_flow(Advection advect) { return advect >= Advection::semi_lagrangian; }
+constexpr bool is_semi_lagrangian(Advection advect) { return advect >= Advection::semi_lagrangian; }
 /// Whether it steps back as well, and clamps.
-constexpr bool corrects(Advection advect) { return advect >= Advection::maccormack; }
+constexpr bool is_maccormack(Advection advect) { return advect >= Advection::maccormack; }
 /// How advect(v, f) is discretised.
 struct Transport {
   Advection advect = Advection::central;
@@ -80,8 +80,8 @@ struct Scheme {
     return found == transports.end() ? transport : found->second;
   }
   /// Whether any advect does.
-  bool follows_flow() const { return any_transport(model::follows_flow); }
-  bool has_clamp() const { return any_transport(corrects); }
+  bool is_semi_lagrangian() const { return any_transport(model::is_semi_lagrangian); }
+  bool has_clamp() const { return any_transport(is_maccormack); }
   bool has_limiter() const { return steepest_slope() > 0; }
   /// Whether any advect weighs its differences by the solution: an analysis of waves freezes what they are.
   bool has_weights() const {

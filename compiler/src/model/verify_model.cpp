@@ -8,12 +8,12 @@
 #include <set>
 #include <string_view>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 #include "model/uses.h"
 #include "support/assert.h"
-#include "support/maths/comparisons.h"
 #include "support/match.h"
+#include "support/maths/comparisons.h"
 
 namespace dpde::model {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "driver/scene/inverse.h"
 #include "driver/compile/pipeline.h"
+#include "driver/scene/inverse.h"
 #include "plot/scene_panels.h"
 
 namespace dpde::plot {

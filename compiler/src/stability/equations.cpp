@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "driver/compile/over_time.h"
-#include "model/build.h"
+#include "driver/compile/time_averages.h"
 #include "model/analyse/solves.h"
 #include "model/boundary/stretch.h"
+#include "model/build.h"
 #include "model/uses.h"
 #include "stability/frozen/one_moment.h"
 #include "stencil/lower/from_model.h"
@@ -26,7 +26,7 @@ bool have_ways_that_end(const model::Problem& problem) {
       lies_on_walls = lies_on_walls || (state.placement[axis] && is_bounded);
     }
   }
-  return lies_on_walls && problem.scheme.follows_flow();
+  return lies_on_walls && problem.scheme.is_semi_lagrangian();
 }
 
 constexpr double finer = 16;  // cells of a symbol
@@ -105,7 +105,7 @@ std::optional<LinearStep> linear_step(const driver::Session& session, std::strin
 std::optional<LinearStep> step_without_clamps(const model::Problem& written, const StateGroup& group) {
   model::Problem problem = without_rare_events(written);
   const auto take_out = [](model::Transport& transport) {
-    if (model::corrects(transport.advect)) transport = {model::Advection::semi_lagrangian, 1};
+    if (model::is_maccormack(transport.advect)) transport = {model::Advection::semi_lagrangian, 1};
   };
   take_out(problem.scheme.transport);
   for (auto& [state, transport] : problem.scheme.transports) take_out(transport);
@@ -148,17 +148,17 @@ model::Problem by_euler(model::Problem problem) {
   return problem;
 }
 
-std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint& point) {
+std::optional<LinearisedStep> generator_of(const LinearStep& euler, const FrozenPoint& point) {
   double dt = 1;
-  std::optional<Response> step = euler.response(point, dt);
+  std::optional<LinearisedStep> step = euler.response(point, dt);
   if (!step) return std::nullopt;
   // A step so long that the 1 of u + dt*L u costs L no digits.
   if (const double size = magnitude_of(*step); size > 0) dt = 1024 / size;
   step = euler.response(point, dt);
   if (!step) return std::nullopt;
-  Response rates{{}, step->waves};
+  LinearisedStep rates{{}, step->waves};
   for (std::size_t row = 0; row < step->rows.size(); ++row)
-    rates.rows.push_back(step->rows[row].plus(Form(static_cast<int>(row)).times(-1)).times(1 / dt));
+    rates.rows.push_back(step->rows[row].plus(LinearForm(static_cast<int>(row)).times(-1)).times(1 / dt));
   return rates;
 }
 
@@ -185,7 +185,7 @@ const LinearStep* Equations::by_euler_steps() const {
   return euler_ ? &*euler_ : nullptr;
 }
 
-std::optional<Response> Equations::rates_at(const FrozenPoint& point) const {
+std::optional<LinearisedStep> Equations::rates_at(const FrozenPoint& point) const {
   const LinearStep* euler = by_euler_steps();
   return euler != nullptr ? generator_of(*euler, point) : std::nullopt;
 }
@@ -237,7 +237,7 @@ std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
     const auto found = on_fine_cells.fields.find(metric.name);
     if (found != on_fine_cells.fields.end() && model::is_metric(problem_, metric)) found->second.slope = {};
   }
-  const std::optional<Response> rates = generator_of(*fine_, on_fine_cells);
+  const std::optional<LinearisedStep> rates = generator_of(*fine_, on_fine_cells);
   return rates ? std::optional(Symbol(*rates, static_cast<int>(problem_.axes.size()))) : std::nullopt;
 }
 
@@ -246,10 +246,10 @@ FrozenPoint flat(FrozenPoint point) {
   return point;
 }
 
-double magnitude_of(const Response& response) {
+double magnitude_of(const LinearisedStep& response) {
   double sum = 0;
-  for (const Form& row : response.rows) {
-    for (const Form::Term& term : row.terms()) sum += std::abs(term.coefficient);
+  for (const LinearForm& row : response.rows) {
+    for (const LinearForm::Term& term : row.terms()) sum += std::abs(term.coefficient);
   }
   return sum;
 }

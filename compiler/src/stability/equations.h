@@ -8,8 +8,8 @@
 
 #include "driver/scene/session.h"
 #include "model/model.h"
-#include "stability/waves/amplification.h"
 #include "stability/step/linear_step.h"
+#include "stability/waves/amplification.h"
 #include "stability/waves/step_of_rates.h"
 
 namespace dpde::stability {
@@ -42,14 +42,14 @@ bool has_events_in_each_step(const model::Problem& problem);
 model::Problem by_euler(model::Problem problem);
 
 /// L about the point, 1/time, of such a step. nullopt where it is not finite.
-std::optional<Response> generator_of(const LinearStep& euler, const FrozenPoint& point);
+std::optional<LinearisedStep> generator_of(const LinearStep& euler, const FrozenPoint& point);
 
 /// What the equations about a point do to waves without a grid: eigenvalues of the same equations by differences of
 /// order 8 on cells of a sixteenth.
 class Symbol {
  public:
   /// `rates`: on such cells.
-  Symbol(const Response& rates, int rank) : rates_(rates, rank) {}
+  Symbol(const LinearisedStep& rates, int rank) : rates_(rates, rank) {}
   /// Angles are those of the scene's cells.
   Eigen::VectorXcd eigenvalues(Angles angles) const;
   double growth_rate(const Angles& angles) const { return eigenvalues(angles).real().maxCoeff(); }
@@ -72,7 +72,7 @@ class Equations {
   /// Of which rates, or memories of them, the rows of a step are; none where one of them is of neither.
   std::vector<StepOfRates::Place> places_in(const LinearStep& step) const;
   /// L about the point by the scheme's own differences; nullopt where it cannot be had.
-  std::optional<Response> rates_at(const FrozenPoint& point) const;
+  std::optional<LinearisedStep> rates_at(const FrozenPoint& point) const;
   /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
   bool are_spectral() const;
   /// The scene's step without events; null where it has none in each step.
@@ -96,6 +96,6 @@ class Equations {
 FrozenPoint flat(FrozenPoint point);
 
 /// The sum of the magnitudes of all coefficients.
-double magnitude_of(const Response& rows);
+double magnitude_of(const LinearisedStep& rows);
 
 }  // namespace dpde::stability

@@ -8,11 +8,11 @@
 #include <functional>
 #include <limits>
 
-#include "stability/frozen/consistent_start.h"
-#include "stability/step/coupled_means.h"
 #include "stability/equations.h"
-#include "stability/step/folded_products.h"
+#include "stability/frozen/consistent_start.h"
 #include "stability/frozen/frozen_points.h"
+#include "stability/step/coupled_means.h"
+#include "stability/step/folded_products.h"
 #include "stability/step/own_grid.h"
 #include "stability/step/step_search.h"
 #include "stability/step/wall_rates.h"
@@ -64,7 +64,7 @@ class Examination {
  public:
   /// `problem` is the session's, or that by another scheme.
   Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, const Look& look,
-              Verdict& verdict)
+              StabilityReport& verdict)
       : session_(session),
         problem_(problem),
         look_(look),
@@ -86,7 +86,7 @@ class Examination {
     }
     if (!is_any_) return false;
     verdict_.is_exact =
-        !has_walls(problem_) && is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+        !has_walls(problem_) && is_same_everywhere(session_, linear_, worst_.point) && !linear_.is_semi_lagrangian();
     if (verdict_.is_exact) return true;
     if (const auto grid = own_grid()) {
       look_at_own(*grid);
@@ -115,7 +115,7 @@ class Examination {
     auto [points, others] = ranked_points(session_, linear_);
     points.insert(points.end(), others.begin(), others.end());
     worst_ = points.front();
-    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.follows_flow();
+    const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.is_semi_lagrangian();
     const bool are_waves_all = is_same && !has_walls(problem_);
     if (const auto grid = are_waves_all ? std::nullopt : own_grid())
       return grid->is_stable(verdict_.step) && !grows_weakly(*grid);
@@ -184,7 +184,7 @@ class Examination {
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
     verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, analysis.growth_by_events());
-    if (!is_any_ || linear_.follows_flow() || verdict_.limit.kind == StepLimit::Kind::none ||
+    if (!is_any_ || linear_.is_semi_lagrangian() || verdict_.limit.kind == StepLimit::Kind::none ||
         analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
             1e-9) {
       const StepLimit limit = limit_at(analysis, point);
@@ -243,7 +243,7 @@ class Examination {
 
   std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
     const bool are_left_out = !look_.at_all_cells && CoupledRuns::are_too_long(session_, linear_);
-    if (are_left_out) verdict_.runs = Verdict::Runs::left_out;
+    if (are_left_out) verdict_.runs = StabilityReport::Runs::left_out;
     if (are_left_out) return nullptr;
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
@@ -256,7 +256,8 @@ class Examination {
   /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
   void look_at_own(const OwnGrid& grid) {
     verdict_.is_of_grid = true;
-    verdict_.is_exact = !linear_.follows_flow();  // that may have windows of unstable steps, which a search passes by
+    verdict_.is_exact =
+        !linear_.is_semi_lagrangian();  // that may have windows of unstable steps, which a search passes by
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
     verdict_.growth_by_events = grid.growth_by_events();
@@ -314,7 +315,7 @@ class Examination {
     const bool is_first_stable = grid.is_stable(first);
     if (is_first_stable && step < first && !grid.is_stable(step)) {
       high = step, low = 0.5 * step;
-    } else if (is_first_stable && has_limit && linear_.follows_flow()) {
+    } else if (is_first_stable && has_limit && linear_.is_semi_lagrangian()) {
       return verdict_.limit;  // longer steps may be stable again, beyond a window
     } else if (is_first_stable) {
       const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
@@ -379,7 +380,7 @@ class Examination {
   /// They see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
-    verdict_.runs = Verdict::Runs::made;
+    verdict_.runs = StabilityReport::Runs::made;
     const bool is_curved = problem_.metric.has_value();
     if (is_curved) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
@@ -440,7 +441,7 @@ class Examination {
   const model::Problem& problem_;
   const Look& look_;
   const LinearStep linear_;
-  Verdict& verdict_;
+  StabilityReport& verdict_;
   int rank_;
   Equations equations_;
   WallRates walls_;
@@ -451,7 +452,7 @@ class Examination {
 
 }  // namespace
 
-bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, Verdict& verdict) {
+bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, StabilityReport& verdict) {
   return Examination(session, session.problem(), linear, look, verdict).run();
 }
 
@@ -459,7 +460,7 @@ std::optional<double> limit_by_other_scheme(driver::Session& session, const mode
   const ConsistentStart start(session);
   double least = std::numeric_limits<double>::infinity();
   for (const LinearStep& linear : linear_steps(other)) {
-    Verdict verdict;
+    StabilityReport verdict;
     if (!Examination(session, other, linear, {}, verdict).run() || verdict.limit.kind == StepLimit::Kind::never)
       return std::nullopt;
     if (verdict.limit.kind == StepLimit::Kind::limit) least = std::min(least, verdict.limit.step);
@@ -468,7 +469,7 @@ std::optional<double> limit_by_other_scheme(driver::Session& session, const mode
 }
 
 bool grows_nothing_in(driver::Session& session, const LinearStep& linear, const Look& look) {
-  Verdict verdict;
+  StabilityReport verdict;
   return Examination(session, session.problem(), linear, look, verdict).grows_nothing();
 }
 

@@ -6,13 +6,13 @@
 #include <optional>
 
 #include "driver/scene/session.h"
+#include "stability/stability_report.h"
 #include "stability/step/linear_step.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 
 /// Of their step. False where nothing is finite at the initial state.
-bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, Verdict& verdict);
+bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, StabilityReport& verdict);
 
 /// The largest stable step of the session's equations by another explicit scheme, looked at in the same ways, on its
 /// own grid and between walls, too; nullopt where every step is unstable, or no step is.

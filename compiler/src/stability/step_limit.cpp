@@ -36,8 +36,8 @@ constexpr double most_order = 5;
 constexpr double short_step = 1e-3;      // in units of 1 / largest rate
 constexpr std::size_t most_kept = 4096;  // eigenvalues of waves
 
-Response sum(const Response& a, const Response& b, double factor) {
-  Response result{{}, a.waves};
+LinearisedStep sum(const LinearisedStep& a, const LinearisedStep& b, double factor) {
+  LinearisedStep result{{}, a.waves};
   const int offset = static_cast<int>(a.waves.size());
   for (std::size_t i = 0; i < a.rows.size(); ++i)
     result.rows.push_back(a.rows[i].plus(b.rows[i].renumbered(offset).times(factor)));
@@ -57,11 +57,11 @@ double rate_by_step(const Eigen::VectorXcd& factors, double step) {
   return largest;
 }
 
-bool is_identity(const Response& response) {
-  const std::vector<Form>& rows = response.rows;
+bool is_identity(const LinearisedStep& response) {
+  const std::vector<LinearForm>& rows = response.rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     double own = 0;
-    for (const Form::Term& term : rows[i].terms()) {
+    for (const LinearForm::Term& term : rows[i].terms()) {
       if (term.key == static_cast<std::int64_t>(i)) own = term.coefficient;
       if (term.key != static_cast<std::int64_t>(i) && term.coefficient != 0) return false;
     }
@@ -73,11 +73,11 @@ bool is_identity(const Response& response) {
 }  // namespace
 
 std::optional<Amplification> FrozenAnalysis::at(double step) const {
-  const std::optional<Response> rows = linear_->response(point_, step, stages_);
+  const std::optional<LinearisedStep> rows = linear_->response(point_, step, stages_);
   return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
 }
 
-std::optional<Response> FrozenAnalysis::plain_response(double step) const {
+std::optional<LinearisedStep> FrozenAnalysis::plain_response(double step) const {
   return plain_->response(point_, step, plain_stages_);
 }
 
@@ -87,7 +87,7 @@ double growth_tolerance(const LinearStep& linear) {
 
 std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
   FrozenStages stages;
-  const std::optional<Response> rows = linear.response(point, step, stages);
+  const std::optional<LinearisedStep> rows = linear.response(point, step, stages);
   if (!rows) return std::nullopt;
   Amplification g(*rows, rank);
   g.expect_many_waves();
@@ -104,10 +104,10 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
 /// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
 bool FrozenAnalysis::differentiate(double step) {
   constexpr double weights[] = {45.0 / 60, -9.0 / 60, 1.0 / 60};
-  Response sum_of_all{std::vector<Form>(linear_->states().size())};
+  LinearisedStep sum_of_all{std::vector<LinearForm>(linear_->states().size())};
   for (int i = 0; i < 3; ++i) {
     for (const double sign : {1.0, -1.0}) {
-      const std::optional<Response> rows = plain_response(sign * (i + 1) * step);
+      const std::optional<LinearisedStep> rows = plain_response(sign * (i + 1) * step);
       if (!rows) return false;
       sum_of_all = sum(sum_of_all, *rows, sign * weights[i] / step);
     }
@@ -120,10 +120,10 @@ bool FrozenAnalysis::differentiate(double step) {
 /// What changes from half the step to it: from one of length 0 on it may jump, as taps of interpolations do.
 bool FrozenAnalysis::estimate(double step) {
   const double from = 0.5 * step;
-  const std::optional<Response> rest = plain_response(from), rows = plain_response(step);
+  const std::optional<LinearisedStep> rest = plain_response(from), rows = plain_response(step);
   if (!rest || !rows) return false;
   const double part = 1 / (step - from);
-  const Response none{std::vector<Form>(linear_->states().size())};
+  const LinearisedStep none{std::vector<LinearForm>(linear_->states().size())};
   Amplification rates(sum(sum(none, *rows, part), *rest, -part), rank_);
   rates.expect_many_waves();
   rate_ = over_waves([&](const Angles& a) { return rates.spectral_radius(a); }).value;
@@ -133,8 +133,8 @@ bool FrozenAnalysis::estimate(double step) {
 /// Steps of length 0 are none of schemes with a memory, nor of those that damp whatever the step: of these the scale is
 /// that of what changes with the step. Eigenvalues of a short step that lie near 1 are those of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
-  const std::optional<Response> at_rest = plain_response(0);
-  if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
+  const std::optional<LinearisedStep> at_rest = plain_response(0);
+  if (at_rest && is_identity(*at_rest) && !linear_->is_semi_lagrangian()) {
     // A step that is long for some waves finds rates that are none, as far as it likes: shorter ones by and by.
     for (double length = short_step * step, next = 0;; length = next) {
       if (!differentiate(length)) return false;
@@ -152,7 +152,7 @@ bool FrozenAnalysis::measure_rates(double step) {
     short_ = found;
     if (is_settled || rate_ == 0) break;
   }
-  if (const std::optional<Response> rows = plain_response(short_))
+  if (const std::optional<LinearisedStep> rows = plain_response(short_))
     short_step_.emplace(*rows, rank_).expect_many_waves();
   return short_step_.has_value();
 }
@@ -162,9 +162,9 @@ bool FrozenAnalysis::measure_rates(double step) {
 /// closed forms are as quick.
 bool FrozenAnalysis::take_rates_of(const Equations& equations) {
   constexpr std::size_t of_closed_forms = 2;
-  if (plain_ != linear_ || linear_->follows_flow() || linear_->states().size() <= of_closed_forms) return false;
+  if (plain_ != linear_ || linear_->is_semi_lagrangian() || linear_->states().size() <= of_closed_forms) return false;
   step_of_rates_ = equations.step_of_rates();
-  const std::optional<Response> rates = step_of_rates_.is_known() ? equations.rates_at(point_) : std::nullopt;
+  const std::optional<LinearisedStep> rates = step_of_rates_.is_known() ? equations.rates_at(point_) : std::nullopt;
   const double size = rates ? magnitude_of(*rates) : 0;
   if (size > 0) {
     rates_.emplace(*rates, rank_);
@@ -225,14 +225,14 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
   const double told_apart = (rates_ ? rounding_of_mean : short_step) * rate_;
   if (equations != nullptr && equations->are_spectral()) {
     growth_ = std::max(growth_, of_all);
-  } else if (equations != nullptr && !linear_->follows_flow() && of_all > growth_ + told_apart) {
+  } else if (equations != nullptr && !linear_->is_semi_lagrangian() && of_all > growth_ + told_apart) {
     const std::optional<Symbol> symbol = equations->about(point_);
     const auto rate_of_both = [&](const Angles& a) { return std::min(rate_of(a), symbol->growth_rate(a)); };
     if (symbol) growth_ = std::max(growth_, over_waves(rate_of_both).value);
   }
   if (growth_ > 0) growth_ = std::min(growth_, growth_on_ring());
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
-  if (growth_ > 0 && short_step_ && !linear_->follows_flow() && is_growth_of_steps()) growth_ = 0;
+  if (growth_ > 0 && short_step_ && !linear_->is_semi_lagrangian() && is_growth_of_steps()) growth_ = 0;
 }
 
 /// Of the waves that a ring has next to the one that grows most of all, of its longest ones and of its mean; of other
@@ -270,7 +270,7 @@ double FrozenAnalysis::growth_on_ring() const {
 /// Of a step which no derivative about dt = 0 is known of: in half the step what a scheme with a memory lets grow does
 /// so at a fraction of the rate, and what a held value does, at twice the rate.
 bool FrozenAnalysis::is_growth_of_steps() const {
-  const std::optional<Response> rows = plain_response(0.5 * short_);
+  const std::optional<LinearisedStep> rows = plain_response(0.5 * short_);
   if (!rows) return false;
   Amplification half(*rows, rank_);
   half.expect_many_waves();
@@ -282,7 +282,7 @@ bool FrozenAnalysis::is_growth_of_steps() const {
 /// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
   if (growth_ == 0) return 0;
-  return linear_->follows_flow() ? 2 * growth_ : allowed().rate_of(wave, growth_rate_of(wave));
+  return linear_->is_semi_lagrangian() ? 2 * growth_ : allowed().rate_of(wave, growth_rate_of(wave));
 }
 
 /// Slower decay may be growth in a step.
@@ -359,7 +359,7 @@ Largest FrozenAnalysis::excess(double step) const {
 
 Largest FrozenAnalysis::find_excess(double step) const {
   const std::optional<Factors> factors_at = factors_of(step);
-  if (!factors_at) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
+  if (!factors_at) return {{}, linear_->is_semi_lagrangian() ? 0 : infinite};  // it goes too far to be followed
   return over_waves([&](const Angles& a) {
     const Eigen::VectorXcd factors = (*factors_at)(a);
     const double growth = std::log(factors.cwiseAbs().maxCoeff());
@@ -435,8 +435,8 @@ StepLimit FrozenAnalysis::descend(double unstable, double precision) const {
 double FrozenAnalysis::next_step(double step) const {
   const bool is_near_pole = growth_ * step > first_pole && growth_ * step < last_pole;
   const double with_solves = is_near_pole ? factor_near_poles : factor_with_solves;
-  if (!linear_->follows_flow()) return step * (linear_->solves() || linear_->reduces() ? with_solves : factor_up);
-  const std::optional<Response> rows = linear_->response(point_, step, stages_);
+  if (!linear_->is_semi_lagrangian()) return step * (linear_->solves() || linear_->reduces() ? with_solves : factor_up);
+  const std::optional<LinearisedStep> rows = linear_->response(point_, step, stages_);
   const double cells = rows ? rows->displacement : 0;
   const bool is_fine = cells > 0 && cells < farthest_windows && rank_ < 3;
   return step * (is_fine ? std::min(factor_along_flow, 1 + windows[rank_ - 1] / cells) : factor_along_flow);

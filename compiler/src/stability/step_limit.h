@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "stability/allowed_growth.h"
-#include "stability/waves/amplification.h"
 #include "stability/equations.h"
+#include "stability/waves/amplification.h"
 
 namespace dpde::stability {
 
@@ -88,7 +88,7 @@ class FrozenAnalysis {
         point_(std::move(point)),
         rank_(rank) {}
   std::optional<Amplification> at(double step) const;
-  std::optional<Response> plain_response(double step) const;
+  std::optional<LinearisedStep> plain_response(double step) const;
   bool measure_rates(double step);
   void measure_growth(const Equations* equations);
   bool is_growth_of_steps() const;

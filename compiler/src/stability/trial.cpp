@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "stability/survey.h"
+#include "stability/step_capabilities.h"
 
 namespace dpde::stability {
 
@@ -113,7 +113,7 @@ class Pair {
 /// As many as take some seconds; a solve is some ten times the work of the rest.
 int steps_of_run(driver::Session& session) {
   const stencil::Module& module = session.compiled().stencil;
-  Survey found;
+  StepCapabilities found;
   survey(module, module.find_program(session.compiled().step_name())->body, found);
   const double cells = static_cast<double>(session.workspace().cell_count());
   return static_cast<int>(

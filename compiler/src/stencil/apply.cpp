@@ -59,7 +59,7 @@ bool mentions(const Expr& e, const std::string& name) {
 }
 
 /// The parameter of the scene that argument `name` is, and no other argument holds; "" where there is none.
-std::string lone_param(const Reading& reading, const std::string& name) {
+std::string lone_param(const Environment& reading, const std::string& name) {
   const auto value = reading.values.find(name);
   const Param* p = value == reading.values.end() ? nullptr : std::get_if<Param>(&value->second->kind);
   if (!p) return "";
@@ -70,7 +70,7 @@ std::string lone_param(const Reading& reading, const std::string& name) {
 }
 
 /// How many arguments are this field.
-int count_of(const Reading& reading, const std::string& field) {
+int count_of(const Environment& reading, const std::string& field) {
   int count = 0;
   for (const auto& [parameter, read] : reading.fields) count += read == field;
   return count;
@@ -79,8 +79,8 @@ int count_of(const Reading& reading, const std::string& field) {
 }  // namespace
 
 /// What the parameters of the operator stand for: fields, and what is the same at all points.
-Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
-  Reading reading;
+Environment Discretiser::reading_of(const model::Apply& e, const Place& place) {
+  Environment reading;
   reading.time = reading_.time;
   for (std::size_t i = 0; i < e.arguments.size(); ++i) {
     const std::string& parameter = e.function.parameters[i];
@@ -97,10 +97,10 @@ Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
 
 /// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their
 /// formulas are added up; where some of these are missing, all are derived.
-std::vector<CustomAdjoint> Discretiser::custom_adjoints_of(const model::Apply& e, const Reading& reading,
+std::vector<CustomAdjoint> Discretiser::custom_adjoints_of(const model::Apply& e, const Environment& reading,
                                                            const model::Placements& inside, const Kernel& kernel,
                                                            const Offset& offset) {
-  Reading with_seeds = reading;
+  Environment with_seeds = reading;
   for (std::size_t c = 0; c < kernel.stores.size(); ++c)
     with_seeds.fields[model::seed_of(e.function, c)] = bar_of(kernel.stores[c].field);
   std::vector<CustomAdjoint> given;
@@ -142,7 +142,7 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
     for (std::size_t axis = 0; axis < here.size(); ++axis) here[axis] -= 2 * whole[axis];
     return access(std::get<Access>(applied_at(e, here)->kind).field, whole);
   }
-  const Reading reading = reading_of(apply, place);
+  const Environment reading = reading_of(apply, place);
   const model::Placements inside = placements_.inside(apply, part_of_cell(place));
   Discretiser body(scheme_, names_, rank_, reading, inside);
   body.parts_ = parts_;
@@ -179,7 +179,7 @@ Expr Discretiser::inferred_at(const model::NetworkCall& e, const Place& place) {
     for (std::size_t axis = 0; axis < there.size(); ++axis) there[axis] = places.arguments[i][axis] ? 1 : 0;
     network_call.inputs.push_back(stored_operand(e.arguments[i], there));
   }
-  for (Preparation& made : preparations_) {
+  for (Prerequisite& made : preparations_) {
     NetworkCall* known = std::get_if<NetworkCall>(&made);
     if (!known || known->network != network_call.network || known->inputs != network_call.inputs) continue;
     return access(known->results[static_cast<std::size_t>(e.output)], cells);

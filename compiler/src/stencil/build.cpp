@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "support/assert.h"
-#include "support/names/bound_names.h"
 #include "support/match.h"
+#include "support/names/bound_names.h"
 
 namespace dpde::stencil {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/rename.h"
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -35,9 +35,9 @@ class Renamer {
             solve.step = this->run(std::move(solve.step));
           },
           [&](Repeat& repeat) {
-            for (Carry& carry : repeat.carries) rename(carry.state), rename(carry.next), rename(carry.result);
+            for (LoopCarried& carry : repeat.carries) rename(carry.state), rename(carry.next), rename(carry.result);
             for (auto* all : {&repeat.saves, &repeat.loads}) {
-              for (Stacked& stacked : *all) rename(stacked.field), rename(stacked.stack);
+              for (TapeEntry& stacked : *all) rename(stacked.field), rename(stacked.stack);
             }
             repeat.body = this->run(std::move(repeat.body));
           });

@@ -347,8 +347,8 @@ struct Solve {
   SolveBy by = {};
   Written written = {};
   bool is_linear = true;
-  /// Of one that is not, where it is known (adjoint/reverse/newton_steps.h): a linear solve with what is left of `rights` for
-  /// what is to be added to the unknowns.
+  /// Of one that is not, where it is known (adjoint/reverse/newton_steps.h): a linear solve with what is left of
+  /// `rights` for what is to be added to the unknowns.
   std::vector<Statement> step;
   /// Fields: methods that come near step by step begin with the sum of multiples of them that leaves the least of
   /// `rights`. What they come to is the same but for what the tolerance leaves, so that it has no derivative.
@@ -366,14 +366,14 @@ struct Swap {
   bool operator==(const Swap&) const = default;
 };
 /// A swap of a repeat; `result`: the `next` of the last pass.
-struct Carry {
+struct LoopCarried {
   std::string state, next, result;
-  bool operator==(const Carry&) const = default;
+  bool operator==(const LoopCarried&) const = default;
 };
 /// A field whose values in each pass go onto a stack, or come from one.
-struct Stacked {
+struct TapeEntry {
   std::string field, stack;
-  bool operator==(const Stacked&) const = default;
+  bool operator==(const TapeEntry&) const = default;
 };
 /// A parameter that is the number of the pass, from 0 on or, backwards, down to 0.
 struct Counter {
@@ -384,9 +384,9 @@ struct Counter {
 struct Repeat {
   int count = 1;
   std::vector<Statement> body;
-  std::vector<Carry> carries;
-  std::vector<Stacked> saves = {};
-  std::vector<Stacked> loads = {};
+  std::vector<LoopCarried> carries;
+  std::vector<TapeEntry> saves = {};
+  std::vector<TapeEntry> loads = {};
   Counter counter = {};
   std::vector<HaloRule> halos = {};  // none where fills are placed
   bool operator==(const Repeat& other) const;

@@ -26,10 +26,10 @@ enum class SideKind {
   opposite_pole
 };
 
-/// fixed + by_way*m, for a place m cells away from its mirror image.
+/// fixed + per_distance*m, for a place m cells away from its mirror image.
 struct GhostNumber {
-  double fixed = 0, by_way = 0;
-  double at(double way) const { return fixed + by_way * way; }
+  double fixed = 0, per_distance = 0;
+  double at(double way) const { return fixed + per_distance * way; }
   bool operator==(const GhostNumber&) const = default;
 };
 

@@ -9,40 +9,41 @@ namespace {
 
 constexpr std::array<std::string_view, along_count> letters_of_along{"", "d", "l", "u", "c", "cd", "cdd", "cddd"};
 
-std::string_view letters_of(Along along) { return letters_of_along.at(static_cast<std::size_t>(along)); }
+std::string_view letters_of(InterpolationBasis along) { return letters_of_along.at(static_cast<std::size_t>(along)); }
 
 }  // namespace
 
-AlongWeights weights_of(Along along) {
+AlongWeights weights_of(InterpolationBasis along) {
   constexpr AlongWeights lagrange{
       {{0, -1.0 / 3, 0.5, -1.0 / 6}, {1, -0.5, -1, 0.5}, {0, 1, 0.5, -0.5}, {0, -1.0 / 6, 0, 1.0 / 6}}};
   switch (along) {
-    case Along::linear: return {{{}, {1, -1}, {0, 1}, {}}};
-    case Along::slope: return {{{}, {-1}, {1}, {}}};
-    case Along::lower: return {{{}, {1}, {}, {}}};
-    case Along::upper: return {{{}, {}, {1}, {}}};
-    case Along::cubic: return lagrange;
-    case Along::cubic_slope: return {{{-1.0 / 3, 1, -0.5}, {-0.5, -2, 1.5}, {1, 1, -1.5}, {-1.0 / 6, 0, 0.5}}};
-    case Along::cubic_bend: return {{{1, -1}, {-2, 3}, {1, -3}, {0, 1}}};
-    case Along::cubic_third: return {{{-1}, {3}, {-3}, {1}}};
+    case InterpolationBasis::linear: return {{{}, {1, -1}, {0, 1}, {}}};
+    case InterpolationBasis::slope: return {{{}, {-1}, {1}, {}}};
+    case InterpolationBasis::lower: return {{{}, {1}, {}, {}}};
+    case InterpolationBasis::upper: return {{{}, {}, {1}, {}}};
+    case InterpolationBasis::cubic: return lagrange;
+    case InterpolationBasis::cubic_slope:
+      return {{{-1.0 / 3, 1, -0.5}, {-0.5, -2, 1.5}, {1, 1, -1.5}, {-1.0 / 6, 0, 0.5}}};
+    case InterpolationBasis::cubic_bend: return {{{1, -1}, {-2, 3}, {1, -3}, {0, 1}}};
+    case InterpolationBasis::cubic_third: return {{{-1}, {3}, {-3}, {1}}};
   }
   unreachable("what is taken along an axis");
 }
 
-bool is_derivative(Along along) { return letters_of(along).ends_with('d'); }
+bool is_derivative(InterpolationBasis along) { return letters_of(along).ends_with('d'); }
 
-int reach_of(Along along) { return letters_of(along).starts_with('c') ? 2 : 1; }
+int reach_of(InterpolationBasis along) { return letters_of(along).starts_with('c') ? 2 : 1; }
 
-std::optional<Along> derivative_of(Along along) {
+std::optional<InterpolationBasis> derivative_of(InterpolationBasis along) {
   switch (along) {
-    case Along::linear: return Along::slope;
-    case Along::cubic: return Along::cubic_slope;
-    case Along::cubic_slope: return Along::cubic_bend;
-    case Along::cubic_bend: return Along::cubic_third;
-    case Along::slope:
-    case Along::lower:
-    case Along::upper:
-    case Along::cubic_third: return std::nullopt;
+    case InterpolationBasis::linear: return InterpolationBasis::slope;
+    case InterpolationBasis::cubic: return InterpolationBasis::cubic_slope;
+    case InterpolationBasis::cubic_slope: return InterpolationBasis::cubic_bend;
+    case InterpolationBasis::cubic_bend: return InterpolationBasis::cubic_third;
+    case InterpolationBasis::slope:
+    case InterpolationBasis::lower:
+    case InterpolationBasis::upper:
+    case InterpolationBasis::cubic_third: return std::nullopt;
   }
   unreachable("what is taken along an axis");
 }
@@ -50,7 +51,7 @@ std::optional<Along> derivative_of(Along along) {
 std::string interp_name(const std::array<Along, 3>& along) {
   std::string name = "interp";
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
-    if (along[axis] == Along::linear) continue;
+    if (along[axis] == InterpolationBasis::linear) continue;
     if (name == "interp") name += '_';
     name.append(letters_of(along[axis])) += "xyz"[axis];
   }
@@ -64,7 +65,8 @@ std::optional<std::array<Along, 3>> find_interp(std::string_view name) {
     const std::size_t end = name.find("xyz"[axis], at);
     if (end == std::string_view::npos) continue;
     for (int a = 0; a < along_count; ++a) {
-      if (letters_of(static_cast<Along>(a)) == name.substr(at, end - at)) along[axis] = static_cast<Along>(a);
+      if (letters_of(static_cast<InterpolationBasis>(a)) == name.substr(at, end - at))
+        along[axis] = static_cast<InterpolationBasis>(a);
     }
     at = end + 1;
   }

@@ -75,18 +75,18 @@ struct SolveBy {
 enum class Precision { f64, f32 };
 
 /// What an interpolation takes along one axis between the cells around a place. stencil/stencil.h has the weights.
-enum class Along { linear, slope, lower, upper, cubic, cubic_slope, cubic_bend, cubic_third };
+enum class InterpolationBasis { linear, slope, lower, upper, cubic, cubic_slope, cubic_bend, cubic_third };
 constexpr int along_count = 8;
 /// Weights of the cells from the one before that below the place to the second above it, as polynomials of the way f
 /// from the one below: coefficients of 1, f, f^2, f^3. All 0: the cell is not taken.
 using AlongWeights = std::array<std::array<double, 4>, 4>;
-AlongWeights weights_of(Along along);
+AlongWeights weights_of(InterpolationBasis along);
 /// Whether it is 0 where the place is clamped.
-bool is_derivative(Along along);
+bool is_derivative(InterpolationBasis along);
 /// By how many cells at most a place inside the domain reads beyond it.
-int reach_of(Along along);
+int reach_of(InterpolationBasis along);
 /// The derivative by the place; nothing where that is 0.
-std::optional<Along> derivative_of(Along along);
+std::optional<InterpolationBasis> derivative_of(InterpolationBasis along);
 /// interp, interp_dx, interp_lxuy, interp_cxcdy ...: for each axis that is not linear what is taken along it.
 std::string interp_name(const std::array<Along, 3>& along);
 std::optional<std::array<Along, 3>> find_interp(std::string_view name);

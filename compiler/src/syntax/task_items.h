@@ -63,7 +63,7 @@ struct NamedFormula {
 /// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
 struct TestItem {  // a number reported after optimising
   enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
-  struct Beside {  // another scene, from a file of its own where it has one
+  struct Baseline {  // another scene, from a file of its own where it has one
     Identifier scene;
     std::optional<Expr> on;
     std::vector<NamedFormula> map;  // its states made of the data: where omega = curl(u)
@@ -73,7 +73,7 @@ struct TestItem {  // a number reported after optimising
   When when;
   std::optional<Expr> above;  // of a correlation
   std::optional<Expr> on, steps;
-  std::vector<Beside> beside;
+  std::vector<Baseline> beside;
 };
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------

@@ -91,9 +91,9 @@ typedef struct dpde_kernel {
                   row */
 } dpde_kernel;
 
-/* fixed + by_way*m, for a place m cells away from its mirror image. */
+/* fixed + per_distance*m, for a place m cells away from its mirror image. */
 typedef struct dpde_ghost_number {
-  double fixed, by_way;
+  double fixed, per_distance;
 } dpde_ghost_number;
 typedef struct dpde_ghost_term {
   dpde_ghost_number place, image, behind;

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "dpde/runtime/float_mode.h"
 #include "base/processor_watch.h"
+#include "dpde/runtime/float_mode.h"
 
 namespace dpde {
 namespace {

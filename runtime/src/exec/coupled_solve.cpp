@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/processor_watch.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
-#include "base/processor_watch.h"
 #include "solve/operator/finite.h"
 
 namespace dpde {

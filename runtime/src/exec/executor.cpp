@@ -17,11 +17,11 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/layout.h"
-#include "optimise/fit.h"
-#include "grid/line.h"
 #include "exec/program_operations.h"
-#include "grid/real.h"
 #include "exec/sweep_runner.h"
+#include "grid/line.h"
+#include "grid/real.h"
+#include "optimise/fit.h"
 
 namespace dpde {
 namespace {

@@ -13,11 +13,11 @@
 #include <span>
 #include <utility>
 
+#include "base/processor_watch.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/solve_memory.h"
 #include "dpde/runtime/unsolved.h"
-#include "base/processor_watch.h"
 #include "solve/operator/finite.h"
 #include "solve/solver/solve_advice.h"
 

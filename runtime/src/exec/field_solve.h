@@ -21,8 +21,8 @@
 #include "dpde/runtime/owned_memory.h"
 #include "dpde/runtime/solve_memory.h"
 #include "dpde/runtime/tapes.h"
-#include "solve/solver/linear_solver.h"
 #include "solve/operator/operator_probe.h"
+#include "solve/solver/linear_solver.h"
 #include "solve/solver/solve_inputs.h"
 #include "solve/solver/solver_shelf.h"
 

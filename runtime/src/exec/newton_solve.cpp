@@ -9,9 +9,9 @@
 #include <limits>
 #include <utility>
 
+#include "base/processor_watch.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
-#include "base/processor_watch.h"
 #include "solve/operator/finite.h"
 
 namespace dpde {

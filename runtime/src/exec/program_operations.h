@@ -12,13 +12,13 @@
 #include <vector>
 
 #include "dpde/runtime/owned_memory.h"
-#include "grid/fill.h"
 #include "exec/inference.h"
 #include "exec/passes.h"
 #include "exec/program_solve.h"
 #include "exec/reduce.h"
-#include "grid/seams.h"
 #include "exec/sweep.h"
+#include "grid/fill.h"
+#include "grid/seams.h"
 #include "transform/transform.h"
 
 namespace dpde {

@@ -6,8 +6,8 @@
 
 #include "base/aligned_memory.h"
 #include "dpde/runtime/layout.h"
-#include "grid/real.h"
 #include "exec/sweep.h"
+#include "grid/real.h"
 
 namespace dpde {
 namespace {

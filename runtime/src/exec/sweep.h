@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
-#include "grid/fill.h"
 #include "exec/sweep_tuner.h"
+#include "grid/fill.h"
 #include "grid/whole_fields.h"
 
 namespace dpde {

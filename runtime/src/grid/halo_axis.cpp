@@ -11,9 +11,9 @@
 namespace dpde {
 namespace {
 
-double at(const dpde_ghost_number& number, double way) { return number.fixed + number.by_way * way; }
+double at(const dpde_ghost_number& number, double way) { return number.fixed + number.per_distance * way; }
 
-bool is_zero(const dpde_ghost_number& number) { return number.fixed == 0 && number.by_way == 0; }
+bool is_zero(const dpde_ghost_number& number) { return number.fixed == 0 && number.per_distance == 0; }
 
 bool reads_inside(const dpde_side& side, const dpde_ghost_row& row, dpde_ghost_number dpde_ghost_term::*from) {
   for (int t = 0; t < DPDE_SIDE_COEFFICIENTS; ++t) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
-#include "grid/fill.h"
 #include "exec/sweep.h"
+#include "grid/fill.h"
 
 namespace dpde {
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include "network/kernels/convolve.h"
 #include "dpde/runtime/buffer.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/tapes.h"
+#include "network/kernels/convolve.h"
 #include "network/plan.h"
 #include "network/view.h"
 

@@ -7,8 +7,8 @@
 #include <cstdlib>
 
 #include "base/aligned_memory.h"
-#include "network/kernels/convolution_plan.h"
 #include "dpde/runtime/error.h"
+#include "network/kernels/convolution_plan.h"
 
 namespace dpde::nn {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "grid/real.h"
 #include "network/engine.h"
 #include "network/host_runner.h"
-#include "grid/real.h"
 
 namespace dpde::nn {
 namespace {

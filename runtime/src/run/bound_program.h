@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/reversal.h"
 #include "dpde/runtime/executor.h"
 #include "grid/field_pool.h"
-#include "base/reversal.h"
 #include "run/value_ids.h"
 
 namespace dpde {

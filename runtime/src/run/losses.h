@@ -14,8 +14,8 @@
 
 #include "dpde/runtime/rollout.h"
 #include "run/binder.h"
-#include "run/states.h"
 #include "run/forward/step_inputs.h"
+#include "run/states.h"
 
 namespace dpde {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "dpde/runtime/rollout.h"
 #include "base/reversal.h"
+#include "dpde/runtime/rollout.h"
 #include "run/bound_program.h"
 #include "run/run_memory.h"
 

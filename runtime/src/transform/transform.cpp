@@ -6,9 +6,9 @@
 #include <type_traits>
 
 #include "dpde/runtime/layout.h"
-#include "transform/fft.h"
 #include "grid/real.h"
 #include "solve/operator/vector_parts.h"
+#include "transform/fft.h"
 
 namespace dpde {
 namespace {

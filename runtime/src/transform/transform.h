@@ -14,9 +14,9 @@
 #include <memory>
 #include <vector>
 
-#include "grid/aligned_values.h"
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
+#include "grid/aligned_values.h"
 #include "transform/wave_multipliers.h"
 
 namespace dpde {

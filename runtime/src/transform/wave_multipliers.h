@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "grid/aligned_values.h"
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/team.h"
+#include "grid/aligned_values.h"
 
 namespace dpde {
 

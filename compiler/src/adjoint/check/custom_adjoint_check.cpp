@@ -10,12 +10,12 @@
 
 #include "adjoint/check/custom_adjoint_places.h"
 #include "adjoint/check/rounding_between.h"
-#include "stencil/build.h"
-#include "stencil/lower/custom_adjoint.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/interpret/interpret.h"
-#include "stencil/text/print_stencil.h"
 #include "stencil/interpret/with_rounding.h"
+#include "stencil/lower/custom_adjoint.h"
+#include "stencil/text/print_stencil.h"
 
 namespace dpde::adjoint {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "adjoint/rules.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 
 namespace dpde::adjoint {
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "adjoint/reverse/totals.h"
-#include "stencil/build.h"
+#include "adjoint/reverse/accumulating_adjoint.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 #include "support/names/name_supply.h"

@@ -5,9 +5,9 @@
 #include <map>
 #include <type_traits>
 
-#include "adjoint/solves.h"
 #include "adjoint/reverse/transforms.h"
 #include "adjoint/reverse/weights.h"
+#include "adjoint/solves.h"
 #include "stencil/analyse/effects.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -24,7 +24,7 @@ void add_stacks(const std::vector<Statement>& statements, std::set<std::string>&
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
         [](const Transform&) {}, [](const Run&) {}, [&](const Solve& solve) { add_stacks(solve.body, names); },
         [&](const Repeat& repeat) {
-          for (const Stacked& save : repeat.saves) names.insert(save.stack);
+          for (const TapeEntry& save : repeat.saves) names.insert(save.stack);
           add_stacks(repeat.body, names);
         });
   }
@@ -73,9 +73,9 @@ void grow_varied(const Repeat& repeat, Varied& varied) {
     if (std::ranges::any_of(names, [&](const std::string& name) { return varied.fields.contains(name); }))
       varied.fields.insert(names);
   };
-  for (const Carry& carry : repeat.carries) together({carry.state, carry.next, carry.result});
-  for (const Stacked& save : repeat.saves) together({save.field, save.stack});
-  for (const Stacked& load : repeat.loads) {
+  for (const LoopCarried& carry : repeat.carries) together({carry.state, carry.next, carry.result});
+  for (const TapeEntry& save : repeat.saves) together({save.field, save.stack});
+  for (const TapeEntry& load : repeat.loads) {
     if (varied.fields.contains(load.stack)) varied.fields.insert(load.field);
   }
 }

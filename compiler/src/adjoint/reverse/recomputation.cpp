@@ -7,9 +7,9 @@
 
 #include "adjoint/check/regions.h"
 #include "adjoint/solves.h"
-#include "stencil/text/as_written.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
+#include "stencil/text/as_written.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -157,17 +157,18 @@ class Recomputation {
 
   /// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
   std::optional<Repeat> part_of(Repeat repeat) {
-    std::erase_if(repeat.saves, [&](const Stacked& save) { return !is_needed(save.stack); });
+    std::erase_if(repeat.saves, [&](const TapeEntry& save) { return !is_needed(save.stack); });
     const auto saved = saves_.find(index_);
     if (saved != saves_.end()) repeat.saves.insert(repeat.saves.end(), saved->second.begin(), saved->second.end());
-    const bool has_result = std::ranges::any_of(repeat.carries, [&](const Carry& c) { return is_needed(c.result); });
+    const bool has_result =
+        std::ranges::any_of(repeat.carries, [&](const LoopCarried& c) { return is_needed(c.result); });
     if (repeat.saves.empty() && !has_result) return std::nullopt;
     std::set<std::string> inside;
-    for (const Carry& carry : repeat.carries) inside.insert(carry.next);
-    for (const Stacked& save : repeat.saves) inside.insert(save.field);
+    for (const LoopCarried& carry : repeat.carries) inside.insert(carry.next);
+    for (const TapeEntry& save : repeat.saves) inside.insert(save.field);
     repeat.body = recomputation(module_, pass_of(repeat, program_), inside, {}, kernels_);
     need(effects(module_, repeat).reads);
-    for (const Stacked& load : repeat.loads) needed_.insert(load.stack);
+    for (const TapeEntry& load : repeat.loads) needed_.insert(load.stack);
     return repeat;
   }
 

@@ -13,7 +13,7 @@
 namespace dpde::adjoint {
 
 /// Which states each repeat saves for what comes later, by its index in the program.
-using Saves = std::map<std::size_t, std::vector<stencil::Stacked>>;
+using Saves = std::map<std::size_t, std::vector<stencil::TapeEntry>>;
 
 /// The statements of `program` that compute the fields `needed` and save what is to be saved; their kernels are added
 /// to `kernels`.

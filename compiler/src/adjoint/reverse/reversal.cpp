@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "adjoint/reverse/adjoint_kernel.h"
 #include "adjoint/check/extremes.h"
+#include "adjoint/reverse/adjoint_kernel.h"
 #include "adjoint/reverse/reversed_passes.h"
 #include "adjoint/reverse/transforms.h"
 #include "adjoint/reverse/weights.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
 #include "support/match.h"
 
@@ -275,12 +275,12 @@ void Reversal::add_inside(const Contributions& to_add) {
 
 void Reversal::reverse_repeat(const Repeat& repeat, int index) {
   std::set<std::string> results;
-  for (const Carry& carry : repeat.carries) {
+  for (const LoopCarried& carry : repeat.carries) {
     if (varied_.fields.contains(carry.next)) results.insert(carry.result);
   }
   const Effects known = effects(module_, repeat);
   const auto has_bar = [&](const std::string& field) { return bars_.contains(field); };
-  const auto has_stack = [&](const Stacked& save) { return stacks_.contains(save.stack); };
+  const auto has_stack = [&](const TapeEntry& save) { return stacks_.contains(save.stack); };
   const bool has_saved = std::ranges::any_of(repeat.saves, has_stack);
   if (known.sums.empty() && !has_saved && std::ranges::none_of(results, has_bar)) return;
   begin_bars(results);
@@ -303,7 +303,7 @@ void Reversal::reverse_repeat(const Repeat& repeat, int index) {
     if (is_carried && is_updated_behind(module_, program_, field, index)) needed[field] = index;
   }
   body.push_back(std::move(reversed));
-  for (const Carry& carry : repeat.carries) bars_.erase(carry.result);
+  for (const LoopCarried& carry : repeat.carries) bars_.erase(carry.result);
   for (const auto& [field, bar] : given) add_inside(field, access(bar));
   refused.merge(block.refused);
   const bool is_good = passes.check(stacks_, sink_) && check_overwritten(module_, pass, block.needed, sink_);

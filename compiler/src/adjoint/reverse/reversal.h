@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "adjoint/check/regions.h"
 #include "adjoint/reverse/plan.h"
 #include "adjoint/reverse/recomputation.h"
-#include "adjoint/check/regions.h"
 #include "source/diagnostic.h"
 #include "stencil/stencil.h"
 

@@ -4,8 +4,8 @@
 
 #include "adjoint/reverse/adjoint_kernel.h"
 #include "adjoint/reverse/reversal.h"
-#include "stencil/build.h"
 #include "stencil/analyse/extents.h"
+#include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
 
 namespace dpde::adjoint {

@@ -4,9 +4,9 @@
 
 #include "adjoint/reverse/reversal.h"
 #include "adjoint/solves.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_traits.h"
+#include "stencil/build.h"
 
 namespace dpde::adjoint {
 

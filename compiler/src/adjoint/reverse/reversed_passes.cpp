@@ -14,19 +14,19 @@ using namespace stencil;
 ReversedPasses::ReversedPasses(const Repeat& repeat, const std::vector<std::string>& reads, const Varied& varied,
                                DerivedNames& names)
     : repeat_(repeat), reads_(reads), names_(names) {
-  for (const Carry& carry : repeat.carries) {
+  for (const LoopCarried& carry : repeat.carries) {
     if (varied.fields.contains(carry.next)) carries_.push_back(carry);
   }
   const std::set<std::string> carried = states();
   for (const std::string& field : reads) {
     if (varied.fields.contains(field) && !carried.contains(field)) constant_.push_back(field);
   }
-  for (const Carry& carry : carries_) {
+  for (const LoopCarried& carry : carries_) {
     call(carry.next, names_.of(carry.result));
     call(carry.state, names_.fresh(names_.of(carry.state) + "_pass"));
   }
   for (const std::string& field : constant_) call(field, names_.fresh(names_.of(field) + "_pass"));
-  for (const Stacked& load : repeat.loads) {
+  for (const TapeEntry& load : repeat.loads) {
     if (!varied.fields.contains(load.field)) continue;
     loads_.push_back(load);
     call(load.field, names_.fresh(names_.of(load.field) + "_pass"));
@@ -40,16 +40,16 @@ void ReversedPasses::call(const std::string& field, const std::string& bar) {
 
 std::set<std::string> ReversedPasses::states() const {
   std::set<std::string> states;
-  for (const Carry& carry : carries_) states.insert(carry.state);
+  for (const LoopCarried& carry : carries_) states.insert(carry.state);
   return states;
 }
 
 bool ReversedPasses::is_state(const std::string& field) const {
-  return std::ranges::any_of(repeat_.carries, [&](const Carry& carry) { return carry.state == field; });
+  return std::ranges::any_of(repeat_.carries, [&](const LoopCarried& carry) { return carry.state == field; });
 }
 
 bool ReversedPasses::is_loaded(const std::string& field) const {
-  return std::ranges::any_of(repeat_.loads, [&](const Stacked& load) { return load.field == field; });
+  return std::ranges::any_of(repeat_.loads, [&](const TapeEntry& load) { return load.field == field; });
 }
 
 ReversedPasses::Reads ReversedPasses::read_by(const std::vector<std::string>& fields) const {
@@ -62,7 +62,7 @@ ReversedPasses::Reads ReversedPasses::read_by(const std::vector<std::string>& fi
 }
 
 bool ReversedPasses::check(const std::set<std::string>& stacks, DiagnosticSink& sink) const {
-  for (const Stacked& save : repeat_.saves) {
+  for (const TapeEntry& save : repeat_.saves) {
     if (!stacks.contains(save.stack) || is_state(save.field)) continue;
     sink.report("no-useful-derivative", {}, {"the stack " + save.stack, "of an adjoint of an adjoint"},
                 "take its tangent, or the adjoint of the tangent");
@@ -75,7 +75,7 @@ bool ReversedPasses::check(const std::set<std::string>& stacks, DiagnosticSink& 
 std::string ReversedPasses::with_saved(const std::string& state, const std::set<std::string>& stacks, Repeat& reversed,
                                        Kernel& add) {
   std::string bar = names_.of(state);
-  for (const Stacked& save : repeat_.saves) {
+  for (const TapeEntry& save : repeat_.saves) {
     if (save.field != state || !stacks.contains(save.stack)) continue;
     const std::string saved = names_.fresh(bar + "_saved"), total = names_.fresh(bar + "_total");
     reversed.loads.push_back({saved, names_.of(save.stack)});
@@ -92,7 +92,7 @@ std::vector<std::pair<std::string, std::string>> ReversedPasses::finish(
   const int rank = static_cast<int>(before.primal.axes.size());
   Kernel begin{names_.fresh_kernel(before.primal.name + "_adjoint_sums"), rank, {}, {}, {}, {}};
   Kernel add{names_.fresh_kernel(before.primal.name + "_adjoint_sum"), rank, {}, {}, {}, {}};
-  for (const Carry& carry : carries_) {
+  for (const LoopCarried& carry : carries_) {
     given.emplace_back(carry.state, names_.fresh(names_.of(carry.state) + "_first"));
     reversed.carries.push_back(
         {names_.of(carry.next), with_saved(carry.state, stacks, reversed, add), given.back().second});
@@ -105,7 +105,7 @@ std::vector<std::pair<std::string, std::string>> ReversedPasses::finish(
     add.stores.push_back({next, false, access(sum) + access(bar), {}});
     reversed.carries.push_back({sum, next, given.back().second});
   }
-  for (const Stacked& load : loads_) {
+  for (const TapeEntry& load : loads_) {
     if (!has_bar(load.field)) continue;
     reversed.saves.push_back({names_.of(load.field), names_.of(load.stack)});
     stacks.insert(load.stack);

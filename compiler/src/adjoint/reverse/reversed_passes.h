@@ -57,9 +57,9 @@ class ReversedPasses {
   const stencil::Repeat& repeat_;
   const std::vector<std::string> reads_;
   DerivedNames& names_;
-  std::vector<stencil::Carry> carries_;                       // that vary
+  std::vector<stencil::LoopCarried> carries_;                 // that vary
   std::vector<std::string> constant_;                         // fields that vary, and the passes leave alone
-  std::vector<stencil::Stacked> loads_;                       // that vary
+  std::vector<stencil::TapeEntry> loads_;                     // that vary
   std::vector<std::pair<std::string, std::string>> outside_;  // what names stood for
 };
 

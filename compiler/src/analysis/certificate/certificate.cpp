@@ -9,14 +9,14 @@
 #include <random>
 
 #include "adjoint/check/rounding_between.h"
-#include "analysis/generic_point.h"
-#include "analysis/kinks.h"
 #include "analysis/certificate/quick_certificate.h"
 #include "analysis/certificate/rounding_of_run.h"
+#include "analysis/generic_point.h"
+#include "analysis/kinks.h"
 #include "dpde/runtime/error.h"
+#include "driver/compile/switches.h"
 #include "driver/report/blow_up.h"
 #include "driver/scene/inverse.h"
-#include "driver/compile/switches.h"
 
 namespace dpde::analysis {
 

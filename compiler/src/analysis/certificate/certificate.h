@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
+#include "analysis/certificate/taylor.h"
 #include "analysis/generic_point.h"
 #include "analysis/kinks_at_start.h"
-#include "analysis/certificate/taylor.h"
 #include "driver/scene/session.h"
 #include "driver/scene/window_start.h"
 

@@ -14,16 +14,16 @@
 #include "analysis/certificate/program_check.h"
 #include "analysis/certificate/solve_tolerance.h"
 #include "dpde/runtime/error.h"
-#include "driver/memory/cpu_time.h"
 #include "driver/compile/interpreter_backend.h"
+#include "driver/memory/cpu_time.h"
 #include "driver/memory/tuning.h"
 #include "driver/scene/window_start.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "model/print/print_model.h"
 #include "network/symmetrise.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/match.h"
 
 namespace dpde::analysis {

@@ -8,8 +8,8 @@
 
 #include "adjoint/check/rounding_between.h"
 #include "driver/compile/interpreter_backend.h"
-#include "driver/scene/inverse.h"
 #include "driver/compile/links.h"
+#include "driver/scene/inverse.h"
 #include "loop/from_stencil.h"
 #include "stencil/interpret/with_rounding.h"
 

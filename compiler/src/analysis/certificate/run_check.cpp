@@ -12,11 +12,11 @@
 #include <random>
 #include <utility>
 
-#include "analysis/generic_point.h"
-#include "analysis/kinks.h"
 #include "analysis/certificate/rounding_of_run.h"
 #include "analysis/certificate/solve_tolerance.h"
 #include "analysis/certificate/taylor.h"
+#include "analysis/generic_point.h"
+#include "analysis/kinks.h"
 #include "dpde/runtime/error.h"
 #include "driver/memory/cpu_time.h"
 #include "driver/scene/window_start.h"

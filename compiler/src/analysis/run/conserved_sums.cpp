@@ -18,8 +18,8 @@
 #include "dpde/runtime/error.h"
 #include "model/boundary/metric.h"
 #include "model/scheme.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 
 namespace dpde::analysis {
 

@@ -7,8 +7,8 @@
 #include <functional>
 #include <set>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 #include "model/uses.h"
 #include "support/maths/comparisons.h"
 

@@ -305,7 +305,7 @@ std::string in_single_precision(const std::string& text) {
 
 }  // namespace
 
-std::string_view cpp_taps(Along along) { return along_texts.at(static_cast<std::size_t>(along)).name; }
+std::string_view cpp_taps(InterpolationBasis along) { return along_texts.at(static_cast<std::size_t>(along)).name; }
 
 bool needs_math(const loop::Module& module) {
   Uses uses;

@@ -14,7 +14,7 @@ namespace dpde::codegen {
 std::string cpp_helpers(const loop::Module& module);
 
 /// The one of them that gives the cells and weights along an axis.
-std::string_view cpp_taps(Along along);
+std::string_view cpp_taps(InterpolationBasis along);
 
 /// Whether the module calls a function of <math.h>; reading that header takes the compiler longer than a small module.
 bool needs_math(const loop::Module& module);

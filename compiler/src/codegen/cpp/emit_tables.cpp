@@ -83,7 +83,9 @@ std::string number(double value) {
   return value < 0 ? "-__builtin_inf()" : "__builtin_inf()";
 }
 
-std::string text_of(const dpde_ghost_number& n) { return fmt::format("{{{}, {}}}", number(n.fixed), number(n.by_way)); }
+std::string text_of(const dpde_ghost_number& n) {
+  return fmt::format("{{{}, {}}}", number(n.fixed), number(n.per_distance));
+}
 
 std::string text_of(const dpde_ghost_row& row) {
   const auto term = [](const dpde_ghost_term& t) {

@@ -73,7 +73,7 @@ llvm::Value* PlaceEmitter::polynomial(const std::array<double, 4>& coefficients,
   return result;
 }
 
-PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, Along along) {
+PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, InterpolationBasis along) {
   // Where weights do not depend on the displacement, one that is no place shall not go unseen.
   llvm::Value* is_nan = body_.CreateFCmpUNO(spot.fraction, spot.fraction);
   llvm::Value* rate = body_.CreateSelect(is_nan, spot.fraction, is_derivative(along) ? spot.rate : real(1));
@@ -82,7 +82,7 @@ PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, Along along) {
   for (int k = 0; k < 4; ++k) {
     llvm::Value* weight = polynomial(weights.at(k), spot.fraction);
     if (weight == nullptr) continue;
-    const bool sees_fraction = along == Along::linear || along == Along::cubic;
+    const bool sees_fraction = along == InterpolationBasis::linear || along == InterpolationBasis::cubic;
     taps.push_back({spot.cells.at(k), sees_fraction ? weight : body_.CreateFMul(weight, rate)});
   }
   return taps;

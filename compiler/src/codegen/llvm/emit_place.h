@@ -60,7 +60,7 @@ class PlaceEmitter {
   void set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot);
   void set_bounded_cells(int axis, llvm::Value* low_cell, Spot& spot);
   llvm::Value* polynomial(const std::array<double, 4>& coefficients, llvm::Value* x);
-  Taps weigh(const Spot& spot, Along along);
+  Taps weigh(const Spot& spot, InterpolationBasis along);
   std::vector<Taps> taps(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
   llvm::Value* moved(llvm::Value* element, const Tap& tap);
   llvm::Value* gather(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* base);

@@ -156,7 +156,7 @@ std::vector<RowEmitter::Argument> RowEmitter::arguments() const {
     result.push_back({Source::layout, 0, "layout"});
   }
   result.push_back({Source::uniforms, 0, "uniforms"});
-  if (row_.own_count > 0) result.push_back({Source::own, 0, "own"});
+  if (row_.row_constant_count > 0) result.push_back({Source::own, 0, "own"});
   if (!row_.sums.empty()) result.push_back({Source::sums, 0, "sums"});
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     result.push_back({Source::line, static_cast<int>(i), line_name(row_.streams.at(lines_[i].stream))});

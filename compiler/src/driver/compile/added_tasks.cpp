@@ -6,8 +6,8 @@
 #include <utility>
 #include <variant>
 
-#include "model/build.h"
 #include "model/boundary/stretch.h"
+#include "model/build.h"
 
 namespace dpde::driver {
 

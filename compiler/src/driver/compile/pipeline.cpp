@@ -10,33 +10,33 @@
 #include "adjoint/reverse/newton_steps.h"
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
-#include "driver/scene/activity.h"
 #include "driver/compile/added_tasks.h"
 #include "driver/compile/interpreter_backend.h"
 #include "driver/compile/links.h"
 #include "driver/compile/lone_models.h"
 #include "driver/compile/losses.h"
-#include "driver/compile/over_time.h"
-#include "driver/scene/param_values.h"
+#include "driver/compile/stencil_exceeds_grid.h"
 #include "driver/compile/surroundings.h"
 #include "driver/compile/switches.h"
+#include "driver/compile/time_averages.h"
 #include "driver/memory/tuning.h"
+#include "driver/scene/activity.h"
+#include "driver/scene/param_values.h"
 #include "driver/scene/values_of_programs.h"
-#include "driver/compile/wide_formulas.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
-#include "model/build.h"
-#include "model/boundary/manufactured.h"
-#include "model/print/print_model.h"
 #include "model/analyse/single_numbers.h"
+#include "model/boundary/manufactured.h"
+#include "model/build.h"
+#include "model/print/print_model.h"
 #include "model/verify_model.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
-#include "stencil/text/from_ast.h"
+#include "stencil/analyse/verify_stencil.h"
+#include "stencil/build.h"
 #include "stencil/lower/from_model.h"
 #include "stencil/passes/passes.h"
+#include "stencil/text/from_ast.h"
 #include "stencil/text/print_stencil.h"
-#include "stencil/analyse/verify_stencil.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "syntax/parser.h"
@@ -419,13 +419,13 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
   return names;
 }
 
-adjoint::Totals totals_of(const Compiled& compiled) {
+adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled) {
   if (compiled.options.backend == Backend::interpreter) return {};  // it runs what is written
   const auto found = compiled.derived.find(compiled.step_name());
   if (!compiled.problem || !compiled.problem->task || found == compiled.derived.end() || !found->second.adjoint)
     return {};
   const adjoint::Derivative& derivative = *found->second.adjoint;
-  adjoint::Totals totals{derivative.program, {}};
+  adjoint::AccumulatingAdjoint totals{derivative.program, {}};
   for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
     if (const std::string* bar = derivative.field(coefficient.name)) totals.results.push_back(*bar);
   }
@@ -433,12 +433,13 @@ adjoint::Totals totals_of(const Compiled& compiled) {
 }
 
 adjoint::Kept kept_of(const Compiled& compiled) {
-  const adjoint::Totals totals = totals_of(compiled);
+  const adjoint::AccumulatingAdjoint totals = totals_of(compiled);
   return {totals.program.empty() ? "" : compiled.step_name(), totals.program};
 }
 
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals, const adjoint::Kept& kept, const loop::ParamValues& values) {
+                           const adjoint::AccumulatingAdjoint& totals, const adjoint::Kept& kept,
+                           const loop::ParamValues& values) {
   module = adjoint::with_newton_steps(std::move(module));
   const bool keeps = adjoint::add_kept_programs(kept, module);
   for (const stencil::Pass& pass : stencil::loop_passes) {

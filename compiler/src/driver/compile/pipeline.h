@@ -16,15 +16,15 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "adjoint/reverse/accumulating_adjoint.h"
 #include "adjoint/reverse/kept.h"
-#include "adjoint/reverse/totals.h"
 #include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
 #include "loop/from_stencil.h"
 #include "loop/loop.h"
+#include "model/analyse/switches.h"
 #include "model/from_ast.h"
 #include "model/model.h"
-#include "model/analyse/switches.h"
 #include "source/diagnostic.h"
 #include "stencil/lower/from_model.h"
 #include "stencil/stencil.h"
@@ -114,14 +114,14 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
 adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name);
 
 /// The gradients by coefficients that the adjoint of the step keeps.
-adjoint::Totals totals_of(const Compiled& compiled);
+adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled);
 /// The step and its adjoint, where one may keep values for the other.
 adjoint::Kept kept_of(const Compiled& compiled);
 
 /// The rows of the named programs, after the passes for speed: what the back ends get. With those of the
 /// totals and of what is kept.
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::Totals& totals = {}, const adjoint::Kept& kept = {},
+                           const adjoint::AccumulatingAdjoint& totals = {}, const adjoint::Kept& kept = {},
                            const loop::ParamValues& values = {});
 
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.

@@ -12,13 +12,13 @@
 #include <vector>
 
 #include "adjoint/rules.h"
+#include "model/analyse/solves.h"
 #include "model/build.h"
 #include "model/print/print_model.h"
-#include "model/analyse/solves.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
-#include "stencil/lower/idle_walls.h"
+#include "stencil/build.h"
 #include "stencil/lower/jumps.h"
+#include "stencil/lower/unread_boundaries.h"
 #include "stencil/passes/passes.h"
 
 namespace dpde::driver {
@@ -84,7 +84,7 @@ std::vector<stencil::Kernel> kernels_of(const stencil::Module& module, const ste
 }
 
 /// What a hand-written step reads. Of a parameter that no kernel's values have a derivative by, only switches do.
-model::Reading reading_of(const stencil::Module& module, const stencil::Program& program) {
+model::Reading names_read(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Interface interface = stencil::interface_of(module, program);
   model::Reading reading;
   reading.smooth.insert(interface.inputs.begin(), interface.inputs.end());
@@ -163,7 +163,7 @@ stencil::Module without_guesses(const stencil::Module& module, const stencil::Pr
 /// What only guesses of solves of a hand-written step read.
 std::set<std::string> names_in_guesses(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Module alone = without_guesses(module, program);
-  const model::Reading all = reading_of(module, program), rest = reading_of(alone, alone.programs.front());
+  const model::Reading all = names_read(module, program), rest = names_read(alone, alone.programs.front());
   std::set<std::string> names;
   std::ranges::set_difference(all.any, rest.any, std::inserter(names, names.end()));
   return names;
@@ -173,7 +173,7 @@ model::Influence influence_in(const Compiled& compiled) {
   const stencil::Program* step = written_step(compiled);
   if (step == nullptr) return model::Influence(*compiled.problem, {});
   const stencil::Module alone = without_guesses(compiled.stencil, *step);
-  return model::Influence(*compiled.problem, reading_of(alone, alone.programs.front()));
+  return model::Influence(*compiled.problem, names_read(alone, alone.programs.front()));
 }
 
 /// Of the formulas of the scene. A side that nothing reads jumps for nobody, and has a warning of its own: which those
@@ -248,8 +248,8 @@ void check_guesses(const Compiled& compiled, const model::Influence& influence, 
     begun_with.insert(reached.begin(), reached.end());
   };
   for (const model::Solve* solve : model::solves_of(*compiled.problem)) {
-    for (const model::Expr& start : solve->starts) add(model::reading_of(start));
-    if (solve->preconditioner) add(model::reading_of(*solve->preconditioner));
+    for (const model::Expr& start : solve->starts) add(model::names_read(start));
+    if (solve->preconditioner) add(model::names_read(*solve->preconditioner));
   }
   if (const stencil::Program* step = written_step(compiled)) add({{}, names_in_guesses(compiled.stencil, *step)});
   for (const std::size_t i : begun_with) {

@@ -27,9 +27,9 @@ Cost cost_of(const loop::Module& module, const std::string& program);
 /// How fields of the scene lie in memory.
 dpde_layout layout_of(const Compiled& compiled);
 
-/// Bytes that `run` takes at its peak (driver/memory/memory_plan.h), and what a gradient adds beside the states it stores
-/// (driver/memory/storage.h): sums of control fields. `part` comes for each part of the step that a Courant number splits into
-/// most; 0 where that stores nothing.
+/// Bytes that `run` takes at its peak (driver/memory/memory_plan.h), and what a gradient adds beside the states it
+/// stores (driver/memory/storage.h): sums of control fields. `part` comes for each part of the step that a Courant
+/// number splits into most; 0 where that stores nothing.
 struct Memory {
   double run = 0, gradient = 0, part = 0;
 };

@@ -19,9 +19,9 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/netcdf.h"
+#include "driver/compile/declared.h"
 #include "driver/memory/cost.h"
 #include "driver/scene/data.h"
-#include "driver/compile/declared.h"
 
 namespace dpde::driver {
 

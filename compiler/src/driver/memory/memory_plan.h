@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run or a gradient takes of memory at its peak, before it runs: fields as a session makes and drops them, one
-// step after the other, what the runtime counts of a rollout (driver/memory/storage.h), and what programs hold beside their
-// fields, as they say themselves (Executor::memory). Code, libraries and the compiler itself come on top.
+// step after the other, what the runtime counts of a rollout (driver/memory/storage.h), and what programs hold beside
+// their fields, as they say themselves (Executor::memory). Code, libraries and the compiler itself come on top.
 #pragma once
 
 #include <map>

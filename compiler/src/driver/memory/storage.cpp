@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "codegen/program_table.h"
-#include "driver/memory/cost.h"
 #include "driver/compile/links.h"
+#include "driver/memory/cost.h"
 
 namespace dpde::driver {
 

@@ -10,9 +10,9 @@
 #include <optional>
 #include <span>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
 #include "model/analyse/switches.h"
+#include "model/build.h"
 #include "model/uses.h"
 
 namespace dpde::driver {

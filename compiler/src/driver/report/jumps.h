@@ -19,10 +19,9 @@ struct Jump {
 };
 
 /// Each name once. A formula jumps, of a coefficient or in the equation, whose branches do not meet where places or
-/// states switch them (model/analyse/switches.h), a file's coefficient whose values differ by about as much from a cell to the
-/// next as over four cells. In grad(u)/interpolate(1/k) what jumps
-/// on faces of the grid does not: there the harmonic mean is what flows. A formula of places that jumps inside a cell
-/// does: the mean takes the cells as wholes.
+/// states switch them (model/analyse/switches.h), a file's coefficient whose values differ by about as much from a cell
+/// to the next as over four cells. In grad(u)/interpolate(1/k) what jumps on faces of the grid does not: there the
+/// harmonic mean is what flows. A formula of places that jumps inside a cell does: the mean takes the cells as wholes.
 std::vector<Jump> jumps_in_fluxes(Session& session);
 
 }  // namespace dpde::driver

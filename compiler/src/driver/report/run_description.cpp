@@ -38,7 +38,7 @@ std::string called(const model::Problem& problem, const std::string& axis) {
 }
 
 model::Placement placement_of(const model::Problem& problem, const std::string& field) {
-  if (const model::Shown* shown = problem.find_shown(field)) return shown->placement;
+  if (const model::OutputField* shown = problem.find_shown(field)) return shown->placement;
   return model::Placements(problem).of(field);
 }
 
@@ -81,7 +81,7 @@ std::set<std::string> taken_names(const model::Problem& problem) {
   for (const model::State& state : problem.states) names.insert(state.name);
   for (const model::Parameter& param : problem.params) names.insert(param.name);
   for (const model::Quantity& quantity : problem.observables) names.insert(quantity.name);
-  for (const model::Shown& shown : problem.shown) names.insert(shown.name);
+  for (const model::OutputField& shown : problem.shown) names.insert(shown.name);
   return names;
 }
 
@@ -111,7 +111,7 @@ RunDescription describe_run(const model::Problem& problem, const std::vector<mod
   run.scene = problem.scene;
   run.axes = run_axes(problem, axes);
   for (const std::string& state : states) run.fields.push_back(field_of(problem, state));
-  for (const model::Shown& shown : problem.shown) run.fields.push_back(field_of(problem, shown.name));
+  for (const model::OutputField& shown : problem.shown) run.fields.push_back(field_of(problem, shown.name));
   for (const model::Quantity& quantity : problem.observables)
     run.observables.push_back({quantity.name, problem.unit_of(quantity.name)});
   run.outputs = run_outputs(problem);

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "model/build.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/names/bound_names.h"
 
 namespace dpde::driver {

@@ -17,8 +17,8 @@
 #include "files/array_file.h"
 #include "files/trajectories.h"
 #include "files/weights.h"
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 #include "support/assert.h"
 
 namespace dpde::driver {

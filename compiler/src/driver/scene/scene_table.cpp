@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "codegen/network_table.h"
-#include "driver/memory/storage.h"
 #include "driver/compile/switches.h"
+#include "driver/memory/storage.h"
 #include "files/weights.h"
 #include "support/assert.h"
 
@@ -288,7 +288,8 @@ void SceneTable::Storage::add_outputs() {
   if (scene.output_program == nullptr) return;
   // The program keeps one field for each, in their order.
   auto kept = compiled->stencil.find_program(compiled->names.shown)->keeps.begin();
-  for (const model::Shown& shown : compiled->problem->shown) facts.outputs.push_back({text(shown.name), text(*kept++)});
+  for (const model::OutputField& shown : compiled->problem->shown)
+    facts.outputs.push_back({text(shown.name), text(*kept++)});
   scene.output_count = static_cast<int32_t>(facts.outputs.size());
   scene.outputs = facts.outputs.data();
 }

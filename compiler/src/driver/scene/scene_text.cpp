@@ -6,8 +6,8 @@
 
 #include <map>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 #include "model/print/print_model.h"
 #include "stencil/build.h"
 #include "support/contains.h"
@@ -123,7 +123,7 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
                         [](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }),
         "what is solved for in " + quantity.name);
   }
-  for (const model::Shown& shown : problem.shown) add(true, "the output of " + shown.name);
+  for (const model::OutputField& shown : problem.shown) add(true, "the output of " + shown.name);
   return reasons;
 }
 

@@ -11,16 +11,16 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
-#include "driver/memory/cost.h"
-#include "driver/scene/data.h"
 #include "driver/compile/declared.h"
+#include "driver/memory/cost.h"
 #include "driver/memory/memory_plan.h"
 #include "driver/memory/tuning.h"
+#include "driver/scene/data.h"
 #include "driver/scene/wall_values.h"
 #include "driver/scene/window_start.h"
 #include "files/array_file.h"
-#include "model/boundary/metric.h"
 #include "model/analyse/placement.h"
+#include "model/boundary/metric.h"
 
 namespace dpde::driver {
 
@@ -281,7 +281,7 @@ std::map<std::string, std::vector<double>> Session::shown(double t, const std::v
   workspace().run(*program, t, bind_states(states));
   // The program keeps one field for each, in their order.
   auto kept = compiled_->stencil.find_program(compiled_->names.shown)->keeps.begin();
-  for (const model::Shown& shown : problem().shown) values.emplace(shown.name, workspace().dense(*kept++));
+  for (const model::OutputField& shown : problem().shown) values.emplace(shown.name, workspace().dense(*kept++));
   workspace().release(*program);
   return values;
 }

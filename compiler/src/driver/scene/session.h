@@ -14,8 +14,8 @@
 
 #include "dpde/runtime/engine.h"
 #include "driver/compile/pipeline.h"
-#include "driver/scene/scene_table.h"
 #include "driver/memory/storage.h"
+#include "driver/scene/scene_table.h"
 
 namespace dpde::driver {
 
@@ -79,7 +79,8 @@ class Session {
   double end_time() const { return problem().t_begin + steps_ * problem().step; }
   double time_of(int step) const { return problem().t_begin + step * problem().step; }
   const std::vector<DataStates>& data() const { return data_; }
-  /// Fields that were made of the scene as it stood then, by a text that says of what: see stability/frozen/zero_step.h.
+  /// Fields that were made of the scene as it stood then, by a text that says of what: see
+  /// stability/frozen/zero_step.h.
   using Findings = std::map<std::string, std::map<std::string, std::vector<double>>>;
   Findings& findings() { return findings_; }
 

@@ -7,9 +7,9 @@
 #include <set>
 #include <tuple>
 
-#include "model/build.h"
 #include "model/boundary/metric.h"
 #include "model/boundary/wall_coefficient.h"
+#include "model/build.h"
 #include "stencil/analyse/effects.h"
 
 namespace dpde::driver {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coefficients that go on as straight lines to walls and beyond them (model/boundary/wall_coefficient.h), and what that makes of
-// rough ones.
+// Coefficients that go on as straight lines to walls and beyond them (model/boundary/wall_coefficient.h), and what that
+// makes of rough ones.
 #pragma once
 
 #include "driver/scene/session.h"

@@ -5,8 +5,8 @@
 
 #include "model/build.h"
 #include "support/assert.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::model {
 

@@ -65,7 +65,7 @@ bool FormulaSymbols::moves(const std::string& name) const {
 
 bool FormulaSymbols::moves(const Expr& e) const {
   const auto is_place = [](const Expr& part) { return std::holds_alternative<Coordinate>(part->kind); };
-  return std::ranges::any_of(reading_of(e).any, [&](const std::string& name) { return moves(name); }) ||
+  return std::ranges::any_of(names_read(e).any, [&](const std::string& name) { return moves(name); }) ||
          (movement_.places && any_part(e, is_place));
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 class InfluenceReader {
  public:
-  explicit InfluenceReader(Reading& reading) : reading_(reading) {}
+  explicit InfluenceReader(NamesRead& reading) : reading_(reading) {}
 
   void read(const Expr& e, bool smooth) {
     match(
@@ -60,15 +60,15 @@ class InfluenceReader {
     for_each_part(e, [&](const Expr& part) { read(part, smooth); });
   }
 
-  Reading& reading_;
+  NamesRead& reading_;
 };
 
 void add(Influence::Unknowns& to, const Influence::Unknowns& from) { to.insert(from.begin(), from.end()); }
 
 }  // namespace
 
-Reading reading_of(const Expr& e) {
-  Reading reading;
+NamesRead names_read(const Expr& e) {
+  NamesRead reading;
   InfluenceReader(reading).read(e, true);
   return reading;
 }
@@ -105,7 +105,7 @@ void for_each_formula_of_run(const Problem& problem, const std::function<void(co
   });
 }
 
-Influence::Influence(const Problem& problem, const Reading& program) {
+Influence::Influence(const Problem& problem, const NamesRead& program) {
   const std::vector<Unknown>& unknowns = problem.task->unknowns;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     Reach& reach = reached_[unknowns[i].name];
@@ -113,7 +113,7 @@ Influence::Influence(const Problem& problem, const Reading& program) {
     reach.any.insert(i);
   }
   add_edges(problem, program);
-  Reading losses;
+  NamesRead losses;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_loss) InfluenceReader(losses).read(*formula.value, true);
   });
@@ -122,15 +122,15 @@ Influence::Influence(const Problem& problem, const Reading& program) {
   look_back(losses);
 }
 
-void Influence::add_edges(const Problem& problem, const Reading& program) {
+void Influence::add_edges(const Problem& problem, const NamesRead& program) {
   for_each_formula_of_run(problem, [&](const Formula& formula) {
     if (formula.is_of_loss) {
       const auto is_it = [&](const Loss& loss) { return &loss.value == formula.value && !loss.average.empty(); };
       const auto average = std::ranges::find_if(problem.task->losses, is_it);
-      if (average != problem.task->losses.end()) edges_.push_back({average->average, reading_of(*formula.value)});
+      if (average != problem.task->losses.end()) edges_.push_back({average->average, names_read(*formula.value)});
       return;
     }
-    Reading reading = reading_of(*formula.value);
+    NamesRead reading = names_read(*formula.value);
     if (!formula.is_of_length) return edges_.push_back({formula.makes, std::move(reading)});
     for (const State& state : problem.states) edges_.push_back({state.name, {{}, reading.any}});
   });
@@ -159,7 +159,7 @@ void Influence::spread() {
   }
 }
 
-void Influence::look_back(const Reading& losses) {
+void Influence::look_back(const NamesRead& losses) {
   wanted_ = losses.any;
   std::size_t before = 0;
   while (wanted_.size() != before) {
@@ -175,7 +175,7 @@ const Influence::Reach& Influence::on(const std::string& name) const {
   return found == reached_.end() ? none_ : found->second;
 }
 
-Influence::Reach Influence::on(const Reading& reading) const {
+Influence::Reach Influence::on(const NamesRead& reading) const {
   Reach result;
   for (const std::string& name : reading.smooth) add(result.smooth, on(name).smooth);
   for (const std::string& name : reading.any) add(result.any, on(name).any);

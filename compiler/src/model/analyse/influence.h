@@ -15,10 +15,10 @@
 namespace dpde::model {
 
 /// Names that an expression is made of: of fields, parameters and networks.
-struct Reading {
+struct NamesRead {
   std::set<std::string> smooth, any;  // smooth is part of any
 };
-Reading reading_of(const Expr& e);
+NamesRead names_read(const Expr& e);
 
 /// A formula that a run is made of.
 struct Formula {
@@ -34,7 +34,7 @@ void for_each_formula_of_run(const Problem& problem, const std::function<void(co
 class Influence {
  public:
   /// Of problem.task, which is there. `program`: what a hand-written step reads.
-  Influence(const Problem& problem, const Reading& program);
+  Influence(const Problem& problem, const NamesRead& program);
 
   /// By their places in task.unknowns.
   using Unknowns = std::set<std::size_t>;
@@ -44,7 +44,7 @@ class Influence {
   };
   /// What reaches a state, coefficient, parameter or network.
   const Reach& on(const std::string& name) const;
-  Reach on(const Reading& reading) const;
+  Reach on(const NamesRead& reading) const;
   const Reach& on_losses() const { return losses_; }
   /// Whether a loss can change with it.
   bool reaches_losses(const std::string& name) const { return wanted_.contains(name); }
@@ -52,12 +52,12 @@ class Influence {
  private:
   struct Edge {
     std::string to;
-    Reading from;
+    NamesRead from;
   };
-  void add_edges(const Problem& problem, const Reading& program);
+  void add_edges(const Problem& problem, const NamesRead& program);
   void add_edge(const std::string& to, const std::string& from) { edges_.push_back({to, {{from}, {from}}}); }
   void spread();
-  void look_back(const Reading& losses);
+  void look_back(const NamesRead& losses);
 
   std::vector<Edge> edges_;
   std::map<std::string, Reach> reached_;

@@ -2,8 +2,8 @@
 // Where networks take their arguments, and where what they make lies.
 #include <algorithm>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 
 namespace dpde::model {
 

@@ -11,8 +11,8 @@
 
 #include "model/build.h"
 #include "model/uses.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::model {
 

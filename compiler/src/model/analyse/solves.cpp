@@ -73,7 +73,7 @@ bool holds_odd_orders(const Solve& solve) {
   });
 }
 
-bool comes_near_by_steps(SolveMethod method) {
+bool is_iterative(SolveMethod method) {
   switch (method) {
     case SolveMethod::automatic:
     case SolveMethod::direct:
@@ -87,11 +87,11 @@ bool comes_near_by_steps(SolveMethod method) {
   unreachable("kind of solve");
 }
 
-bool begins_with_last(const Problem& problem) {
+bool uses_warm_start(const Problem& problem) {
   const Guess guess = problem.scheme.guess;
   const SolveMethod method = problem.scheme.solve.method;
   if (guess == Guess::none) return false;
-  if (method != SolveMethod::automatic) return comes_near_by_steps(method);
+  if (method != SolveMethod::automatic) return is_iterative(method);
   const auto is_held = [](const State& state) { return state.held.has_value(); };
   return is_asked_for(guess) || std::ranges::any_of(problem.states, is_held);
 }

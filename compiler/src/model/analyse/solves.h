@@ -22,11 +22,11 @@ bool is_of_waves(const Solve& solve, const Scheme& scheme);
 bool holds_odd_orders(const Solve& solve);
 
 /// Multigrid and Krylov methods; not so automatic.
-bool comes_near_by_steps(SolveMethod method);
+bool is_iterative(SolveMethod method);
 /// Whether solves of a step begin with what is known from before: a scheme says so, or names a method by steps; others
 /// begin with nothing. Where the method is left open masks leave no other ones for large grids (transforms need
 /// mirrors).
-bool begins_with_last(const Problem& problem);
+bool uses_warm_start(const Problem& problem);
 
 /// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.
 bool are_constraints(const Problem& problem);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analyse/split_terms.h"
 
-#include "model/build.h"
 #include "model/analyse/implicit_part.h"
+#include "model/build.h"
 
 namespace dpde::model {
 

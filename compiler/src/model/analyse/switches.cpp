@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "model/build.h"
 #include "model/analyse/formula_symbols.h"
+#include "model/build.h"
 #include "support/maths/piecewise.h"
 
 namespace dpde::model {
@@ -29,7 +29,7 @@ std::optional<Expr> switch_moved_by(std::size_t unknown, const Problem& problem,
     if (found || (!formula.is_of_loss && !influence.reaches_losses(formula.makes))) return;
     any_part(*formula.value, [&](const Expr& part) {
       const Expr* operand = operand_of_switch(part);
-      if (!found && operand && influence.on(reading_of(*operand)).any.contains(unknown)) found = part;
+      if (!found && operand && influence.on(names_read(*operand)).any.contains(unknown)) found = part;
       return found.has_value();
     });
   });
@@ -76,7 +76,7 @@ std::vector<OnlySwitching> only_switching(const Problem& problem, const Influenc
     if (influence.on_losses().smooth.contains(unknown)) continue;
     const std::optional<Expr> found = switch_moved_by(unknown, problem, influence);
     const Origin origin = found ? (*found)->origin : Origin{};
-    const bool sets_length = problem.rate && influence.on(reading_of(*problem.rate)).any.contains(unknown);
+    const bool sets_length = problem.rate && influence.on(names_read(*problem.rate)).any.contains(unknown);
     result.push_back(
         {unknown, origin, found ? switching_function(*found) : "", sets_length && !origin.range.is_known()});
   }
@@ -155,8 +155,8 @@ bool moves_its_start(const Expr& e, const Problem& problem, const Influence& inf
   };
   std::vector<Expr> factors;
   add_factors(at_the_start(e, problem).value_or(e), factors);
-  return std::ranges::any_of(reading_of(e).any, is_sought) || std::ranges::any_of(factors, [&](const Expr& factor) {
-           return std::ranges::any_of(reading_of(factor).any, is_moved) &&
+  return std::ranges::any_of(names_read(e).any, is_sought) || std::ranges::any_of(factors, [&](const Expr& factor) {
+           return std::ranges::any_of(names_read(factor).any, is_moved) &&
                   sign_at_the_start(factor, problem).value_or(0) == 0;
          });
 }
@@ -177,7 +177,7 @@ std::optional<Expr> side_of(const Expr& e, const LocalFields& scope) {
 Jump jump_of(const Expr& e, const FormulaSymbols::Inner& in, const Movement& movement) {
   Jump jump{e->origin, switching_function(e), {}, in.within, operand_of_switch(e) == nullptr};
   jump.side = side_of(e, in.scope);
-  for (const std::string& name : reading_of(*operand_of_jump(e)).any) {
+  for (const std::string& name : names_read(*operand_of_jump(e)).any) {
     if (movement.moves(name)) jump.movers.push_back(name);
   }
   return jump;
@@ -222,7 +222,7 @@ Movement movement_of(const Influence& influence, Signs signs) {
 void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Influence& influence,
                   std::vector<Divisor>& divisors) {
   const Movement movement = movement_of(influence, Signs::any);
-  const auto is_still = [&](const Expr& value) { return std::ranges::none_of(reading_of(value).any, movement.moves); };
+  const auto is_still = [&](const Expr& value) { return std::ranges::none_of(names_read(value).any, movement.moves); };
   look_inside(formula, problem, movement, [&](FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
     while (const std::optional<Piecewise::Id> found = find_jump(converter.formula())) {
       const Expr& pole = converter.source_of(*found);

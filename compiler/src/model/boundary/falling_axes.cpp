@@ -121,8 +121,9 @@ Expr FallingAxesRewriter::sampled(Sample sample, Origin origin) const {
     sample.place[a] = (*this)(sample.place[a]);
     if (!axes_[a].runs_down()) continue;
     sample.place[a] = turned(static_cast<int>(a), sample.place[a]);
-    if (sample.along[a] != Along::linear)
-      sample.along[a] = sample.along[a] == Along::lower ? Along::upper : Along::lower;
+    if (sample.along[a] != InterpolationBasis::linear)
+      sample.along[a] =
+          sample.along[a] == InterpolationBasis::lower ? InterpolationBasis::upper : InterpolationBasis::lower;
   }
   return model::sample(std::move(sample), origin);
 }

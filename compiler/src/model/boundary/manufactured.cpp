@@ -8,8 +8,8 @@
 #include <map>
 #include <numbers>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 
 namespace dpde::model {
 

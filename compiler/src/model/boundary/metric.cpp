@@ -4,9 +4,9 @@
 #include <cmath>
 #include <functional>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 
 namespace dpde::model {
 

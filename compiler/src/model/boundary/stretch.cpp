@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 #include "model/rewrite.h"
 #include "support/match.h"
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "model/build.h"
 #include "model/analyse/solves.h"
+#include "model/build.h"
 #include "model/uses.h"
 #include "support/assert.h"
 

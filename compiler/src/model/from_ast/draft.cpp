@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/from_ast/draft.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+
+#include "model/from_ast/elaboration.h"
 
 namespace dpde::model {
 
@@ -14,99 +14,104 @@ const std::string* Settings::find(const std::string& key) {
   return found == texts_.end() ? nullptr : &found->second;
 }
 
-int axis_of(const Draft& draft, const std::string& name) {
-  const auto found = draft.axis_names.find(name);
-  return found == draft.axis_names.end() ? axis_of(name) : found->second;
+int axis_of(const Elaboration& elaboration, const std::string& name) {
+  const auto found = elaboration.axis_names.find(name);
+  return found == elaboration.axis_names.end() ? axis_of(name) : found->second;
 }
 
-std::string written_axis(const Draft& draft, std::size_t axis) {
+std::string written_axis(const Elaboration& elaboration, std::size_t axis) {
   const auto is_it = [&](const auto& named) { return named.second == static_cast<int>(axis); };
-  const auto found = std::ranges::find_if(draft.axis_names, is_it);
-  return found == draft.axis_names.end() ? axis_name(static_cast<int>(axis)) : found->first;
+  const auto found = std::ranges::find_if(elaboration.axis_names, is_it);
+  return found == elaboration.axis_names.end() ? axis_name(static_cast<int>(axis)) : found->first;
 }
 
-bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector) {
+bool declare(Elaboration& elaboration, const ast::Identifier& name, Role role, bool is_vector) {
   if (is_reserved(name.name)) {
-    draft.sink.report("reserved-name", name.range, {name.name, std::string(word_for(role))}, "choose another name");
-    draft.scope.refuse(name.name);
+    elaboration.sink.report("reserved-name", name.range, {name.name, std::string(word_for(role))},
+                            "choose another name");
+    elaboration.scope.refuse(name.name);
     return false;
   }
-  if (const Meaning* first = draft.scope.find(name.name)) {
-    report_duplicate(draft, name.name, name.range, first->declared);
+  if (const Symbol* first = elaboration.scope.find(name.name)) {
+    report_duplicate(elaboration, name.name, name.range, first->declared);
     return false;
   }
-  draft.scope.declare(name.name, {role, name.range, -1, is_vector});
+  elaboration.scope.declare(name.name, {role, name.range, -1, is_vector});
   return true;
 }
 
-std::vector<std::string> components_of(const Draft& draft, const std::string& written) {
+std::vector<std::string> components_of(const Elaboration& elaboration, const std::string& written) {
   const std::string name = state_name(written);
-  const Meaning* meaning = draft.scope.find(name);
+  const Symbol* meaning = elaboration.scope.find(name);
   if (!meaning || !meaning->is_vector) return {name};
   std::vector<std::string> names;
-  for (const Axis& axis : draft.problem.axes) names.push_back(name + "." + axis.name);
+  for (const Axis& axis : elaboration.problem.axes) names.push_back(name + "." + axis.name);
   return names;
 }
 
-std::vector<std::string> declare_components(Draft& draft, const std::string& name) {
-  std::vector<std::string> names = components_of(draft, name);
-  const Meaning meaning = *draft.scope.find(name);
-  for (const std::string& component : names) draft.scope.declare(component, {meaning.role, meaning.declared});
+std::vector<std::string> declare_components(Elaboration& elaboration, const std::string& name) {
+  std::vector<std::string> names = components_of(elaboration, name);
+  const Symbol meaning = *elaboration.scope.find(name);
+  for (const std::string& component : names) elaboration.scope.declare(component, {meaning.role, meaning.declared});
   return names;
 }
 
-void report_unknown(Draft& draft, const ast::Identifier& name,
+void report_unknown(Elaboration& elaboration, const ast::Identifier& name,
                     const std::function<std::vector<std::string>()>& candidates) {
-  if (draft.scope.is_refused(name.name)) return;
+  if (elaboration.scope.is_refused(name.name)) return;
   const std::string base = vector_of(name.name);
-  const Meaning* vector = draft.scope.find(base);
+  const Symbol* vector = elaboration.scope.find(base);
   if (!vector) {
-    draft.sink.report("unknown-name", name.range, {name.name}, [&] { return did_you_mean(name.name, candidates()); });
+    elaboration.sink.report("unknown-name", name.range, {name.name},
+                            [&] { return did_you_mean(name.name, candidates()); });
     return;
   }
-  const auto found = draft.lets.find(base);
-  const bool is_vector = vector->is_vector || (found != draft.lets.end() && found->second.type == Typed::Type::vector);
+  const auto found = elaboration.lets.find(base);
+  const bool is_vector =
+      vector->is_vector || (found != elaboration.lets.end() && found->second.type == TypedExpr::Type::vector);
   if (!is_vector) {
     const bool is_field = vector->role == Role::state;
-    draft.sink.report("no-components", name.range, {base, is_field ? "field" : std::string(word_for(vector->role))},
-                      is_field ? fmt::format("declare it with vector {0} in place of field {0}", base) : "");
+    elaboration.sink.report("no-components", name.range,
+                            {base, is_field ? "field" : std::string(word_for(vector->role))},
+                            is_field ? fmt::format("declare it with vector {0} in place of field {0}", base) : "");
     return;
   }
   const std::string part = name.name.substr(base.size() + 1);
   std::vector<std::string> axes;
-  for (const Axis& axis : draft.problem.axes) axes.push_back(base + "." + axis.name);
-  draft.sink.report("missing-axis", name.range, {part},
-                    fmt::format("components of {}: {}", base, fmt::join(axes, ", ")));
+  for (const Axis& axis : elaboration.problem.axes) axes.push_back(base + "." + axis.name);
+  elaboration.sink.report("missing-axis", name.range, {part},
+                          fmt::format("components of {}: {}", base, fmt::join(axes, ", ")));
 }
 
-void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first) {
-  Diagnostic& diagnostic = draft.sink.report("duplicate", range, {what});
+void report_duplicate(Elaboration& elaboration, const std::string& what, SourceRange range, SourceRange first) {
+  Diagnostic& diagnostic = elaboration.sink.report("duplicate", range, {what});
   if (first.is_known()) diagnostic.notes.push_back({first, "the first is here"});
 }
 
-std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, const std::string& thing,
+std::vector<State*> find_states(Elaboration& elaboration, const ast::Identifier& written, const std::string& thing,
                                 const std::string& hint) {
   const std::string field = rated_field(written.name);
-  if (draft.scope.is_refused(field)) return {};
-  if (!field.empty() && !draft.problem.velocity_of(components_of(draft, field).front())) {
-    draft.sink.report("unknown-name", written.range, {written.name},
-                      "dt(u) is a field of its own only where the model has dt(dt(u)) = ...");
+  if (elaboration.scope.is_refused(field)) return {};
+  if (!field.empty() && !elaboration.problem.velocity_of(components_of(elaboration, field).front())) {
+    elaboration.sink.report("unknown-name", written.range, {written.name},
+                            "dt(u) is a field of its own only where the model has dt(dt(u)) = ...");
     return {};
   }
   const ast::Identifier name{state_name(written.name), written.range};
-  const Meaning* meaning = draft.scope.find(name.name);
+  const Symbol* meaning = elaboration.scope.find(name.name);
   std::vector<State*> states;
   if (!meaning) {
-    report_unknown(draft, name, [&] { return draft.scope.names(Role::state); });
-  } else if (meaning->role != Role::state && !draft.scope.is_refused(name.name)) {
-    const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name.name).front());
-    const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
+    report_unknown(elaboration, name, [&] { return elaboration.scope.names(Role::state); });
+  } else if (meaning->role != Role::state && !elaboration.scope.is_refused(name.name)) {
+    const Coefficient* coefficient =
+        elaboration.problem.find_coefficient(components_of(elaboration, name.name).front());
+    const bool is_control = coefficient ? coefficient->is_control() : elaboration.controls.contains(name.name);
     const std::string word =
         is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
-    draft.sink.report("not-a-field", name.range, {name.name, word, thing}, hint);
+    elaboration.sink.report("not-a-field", name.range, {name.name, word, thing}, hint);
   } else if (meaning->role == Role::state) {
-    for (const std::string& component : components_of(draft, name.name)) {
-      for (State& state : draft.problem.states) {
+    for (const std::string& component : components_of(elaboration, name.name)) {
+      for (State& state : elaboration.problem.states) {
         if (state.name == component) states.push_back(&state);
       }
     }
@@ -114,23 +119,23 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
   return states;
 }
 
-std::string written_name(const Draft& draft, const std::string& name) {
-  const State* state = draft.problem.find_state(components_of(draft, name).front());
+std::string written_name(const Elaboration& elaboration, const std::string& name) {
+  const State* state = elaboration.problem.find_state(components_of(elaboration, name).front());
   if (!state || state->velocity_of.empty()) return name;
   return fmt::format("dt({})", vector_of(name).empty() && !vector_of(state->name).empty()
                                    ? vector_of(state->velocity_of)
                                    : state->velocity_of);
 }
 
-std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen) {
+std::vector<std::string> states_not_in(const Elaboration& elaboration, const std::map<std::string, SourceRange>& seen) {
   std::vector<std::string> missing;
-  for (const State& state : draft.problem.states) {
+  for (const State& state : elaboration.problem.states) {
     if (seen.contains(state.name)) continue;
     const std::string vector = vector_of(state.name);
-    const Meaning* meaning = draft.scope.find(vector);
+    const Symbol* meaning = elaboration.scope.find(vector);
     bool all = meaning && meaning->is_vector;
     if (all) {
-      for (const std::string& component : components_of(draft, vector)) all = all && !seen.contains(component);
+      for (const std::string& component : components_of(elaboration, vector)) all = all && !seen.contains(component);
     }
     const std::string& name = all ? vector : state.name;
     if (missing.empty() || missing.back() != name) missing.push_back(name);

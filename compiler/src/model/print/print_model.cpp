@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
 #include "model/analyse/solves.h"
+#include "model/build.h"
 #include "model/uses.h"
 #include "network/print_network.h"
 #include "support/assert.h"
@@ -235,7 +235,7 @@ void add_results(const Problem& p, std::vector<std::string>& lines) {
     const std::string on = p.accuracy->states.empty() ? "" : fmt::format(" on {}", fmt::join(p.accuracy->states, ", "));
     lines.push_back(fmt::format("accuracy {}{}", p.accuracy->tolerance, on));
   }
-  for (const Shown& shown : p.shown) lines.push_back(fmt::format("let {} = {}", shown.name, print(shown.value)));
+  for (const OutputField& shown : p.shown) lines.push_back(fmt::format("let {} = {}", shown.name, print(shown.value)));
   for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
 }
 
@@ -356,7 +356,7 @@ std::string text_of(const Optimiser& optimiser, const std::optional<Training>& t
 std::string runs_text(const Test& test) {
   std::string text = fmt::format(" on trajectories(\"{}\") for {} steps", test.on, test.when.count);
   const char* separator = " beside ";
-  for (const Test::Beside& beside : test.beside) {
+  for (const Test::Baseline& beside : test.beside) {
     text += fmt::format("{}{} on trajectories(\"{}\")", separator, beside.scene, beside.on);
     separator = ", ";
   }

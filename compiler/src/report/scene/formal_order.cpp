@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "model/build.h"
 #include "model/analyse/implicit_part.h"
 #include "model/boundary/metric.h"
-#include "model/uses.h"
 #include "model/boundary/wall_coefficient.h"
+#include "model/build.h"
+#include "model/uses.h"
 #include "stencil/analyse/operator_order.h"
 #include "stencil/space/waves.h"
 #include "support/assert.h"
@@ -183,7 +183,7 @@ Order order_inside(const model::Problem& problem) {
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
   order.is_spectral = space.empty() && uses_waves;
   order.time = order_with_parts(problem, scheme.time->order);
-  if (scheme.is_split() || (scheme.follows_flow() && transports)) order.time = order_of_parts(problem, split);
+  if (scheme.is_split() || (scheme.is_semi_lagrangian() && transports)) order.time = order_of_parts(problem, split);
   if (std::ranges::any_of(problem.projections, &model::Projection::is_each_step))
     order.time = std::min(order.time, order_of_pressure_before);
   return order;

@@ -15,16 +15,16 @@
 #include "driver/memory/cost.h"
 #include "driver/memory/memory_plan.h"
 #include "driver/memory/storage.h"
-#include "model/scheme.h"
 #include "model/analyse/solves.h"
+#include "model/scheme.h"
 #include "report/scene/advective_form.h"
 #include "report/scene/formal_order.h"
 #include "report/scene/solves.h"
 #include "report/scene/step_character.h"
 #include "report/scene/verdict.h"
 #include "stability/equations.h"
-#include "stability/report/ill_posed.h"
 #include "stability/frozen/zero_step.h"
+#include "stability/report/ill_posed.h"
 #include "support/names/number_text.h"
 
 namespace dpde::report {
@@ -130,7 +130,7 @@ Report conserved_report(const driver::Session& session, const SourceFile& source
 }
 
 /// Why waves grow at every step, or the faster the shorter they are.
-std::string causes_text(driver::Session& session, const stability::Verdict& verdict, Json& result,
+std::string causes_text(driver::Session& session, const stability::StabilityReport& verdict, Json& result,
                         DiagnosticSink& sink) {
   result["ill_posed"] = nullptr;
   if (!verdict.is_analysed()) return "";
@@ -162,7 +162,7 @@ Report step_report(const CheckedScene& scene, const SceneOptions& options, Diagn
     return report;
   }
   driver::Session& session = *scene.session;
-  const stability::Verdict verdict = stability::verdict_of(session, options.look);
+  const stability::StabilityReport verdict = stability::verdict_of(session, options.look);
   Report step = verdict_report(session.problem(), verdict, scene.source);
   report.say(step.text());
   result["stability"] = std::move(step.json);
@@ -199,7 +199,7 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
     workspace.set_param(unknown.name, number->value);
   }
   if (before.empty()) return "";
-  const stability::Verdict verdict = stability::verdict_of(*session);
+  const stability::StabilityReport verdict = stability::verdict_of(*session);
   const double limit = verdict.bounded_step();
   std::string text;
   if (verdict.is_analysed() && std::isfinite(limit)) {

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "driver/scene/session.h"
-#include "report/training/costs.h"
 #include "report/report.h"
-#include "stability/verdict.h"
+#include "report/training/costs.h"
+#include "stability/stability_report.h"
 
 namespace dpde::report {
 

@@ -16,8 +16,8 @@ namespace dpde::report {
 
 namespace {
 
+using stability::StabilityReport;
 using stability::StepLimit;
-using stability::Verdict;
 
 std::string written_text(const SourceRange& range, const SourceFile& source) {
   return std::string(
@@ -35,7 +35,8 @@ const char* kind_name(StepLimit::Kind kind) {
 
 using Term = std::optional<SourceRange>;
 
-Json verdict_json(const model::Problem& problem, const Verdict& verdict, const Term& term, const SourceFile& source) {
+Json verdict_json(const model::Problem& problem, const StabilityReport& verdict, const Term& term,
+                  const SourceFile& source) {
   Json result = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   if (!verdict.is_analysed()) {
     result["why"] = verdict.why;
@@ -81,7 +82,7 @@ Json verdict_json(const model::Problem& problem, const Verdict& verdict, const T
 }
 
 /// Of a wave that grows at every step.
-std::string growth_text(const stability::Verdict& verdict) {
+std::string growth_text(const stability::StabilityReport& verdict) {
   if (!std::isfinite(verdict.hundredfold())) return "grows, by too little in a step of this length to be told";
   return fmt::format("grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps", verdict.growth,
                      std::ceil(verdict.hundredfold()));
@@ -91,7 +92,7 @@ std::string growth_text(const stability::Verdict& verdict) {
 std::string line_of(const std::string& text) { return text.empty() ? "" : "  " + text + "\n"; }
 
 /// What grows however short the step is.
-std::string own_growth_text(const model::Problem& problem, const Verdict& verdict) {
+std::string own_growth_text(const model::Problem& problem, const StabilityReport& verdict) {
   std::string text;
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
@@ -106,11 +107,11 @@ std::string own_growth_text(const model::Problem& problem, const Verdict& verdic
 
 /// Coefficients that are frozen as the run begins are those of a run whose states keep their size. Where the equations
 /// let them grow by more than a factor of e, those that they grow to may have a limit that these have not.
-bool grows_to_other_states(const model::Problem& problem, const Verdict& verdict) {
+bool grows_to_other_states(const model::Problem& problem, const StabilityReport& verdict) {
   return !verdict.is_exact && verdict.growth_rate * problem.step * problem.steps > 1;
 }
 
-std::string no_limit_text(const model::Problem& problem, const Verdict& verdict) {
+std::string no_limit_text(const model::Problem& problem, const StabilityReport& verdict) {
   if (verdict.is_exact) return "no step is too large for it\n";
   const std::string text = "no step was found that is too large for it as it begins\n";
   if (!grows_to_other_states(problem, verdict)) return text;
@@ -118,10 +119,10 @@ std::string no_limit_text(const model::Problem& problem, const Verdict& verdict)
          "  what its states grow to may have a limit, which was not looked for: begin with such a state to see it\n";
 }
 
-std::string term_text(const model::Problem& problem, const Verdict& verdict, const Term& term,
+std::string term_text(const model::Problem& problem, const StabilityReport& verdict, const Term& term,
                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
-  stability::Verdict first = verdict;
+  stability::StabilityReport first = verdict;
   if (verdict.limit.kind == StepLimit::Kind::limit) first.wave = verdict.limit.wave;
   const std::string wave = stability::wave_text(first, problem);
   std::string text = "stability: ";
@@ -148,7 +149,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
       break;
     }
   }
-  for (const stability::Verdict& other : verdict.worse)
+  for (const stability::StabilityReport& other : verdict.worse)
     text += fmt::format("  at the scene's step {} of {} grows faster, by a factor of {:.6g} a step\n",
                         stability::wave_text(other, problem), other.field, other.growth);
   text += own_growth_text(problem, verdict);
@@ -180,7 +181,7 @@ std::string term_text(const model::Problem& problem, const Verdict& verdict, con
 
 }  // namespace
 
-Report verdict_report(const model::Problem& problem, const Verdict& verdict, const SourceFile& source) {
+Report verdict_report(const model::Problem& problem, const StabilityReport& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
   Report report;
   report.say(term_text(problem, verdict, term, source));

@@ -4,11 +4,12 @@
 
 #include "report/report.h"
 #include "source/source_file.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 namespace dpde::report {
 
 /// One line or more; the JSON is the object `stability` of dpde check.
-Report verdict_report(const model::Problem& problem, const stability::Verdict& verdict, const SourceFile& source);
+Report verdict_report(const model::Problem& problem, const stability::StabilityReport& verdict,
+                      const SourceFile& source);
 
 }  // namespace dpde::report

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
-#include "report/training/beside_figures.h"
 #include "report/scene/solves.h"
+#include "report/training/beside_figures.h"
 #include "support/maths/evaluate.h"
 #include "support/names/number_text.h"
 

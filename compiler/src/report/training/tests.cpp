@@ -8,9 +8,9 @@
 #include <cmath>
 #include <set>
 
+#include "report/scene/solves.h"
 #include "report/training/beside.h"
 #include "report/training/one_test.h"
-#include "report/scene/solves.h"
 #include "support/assert.h"
 #include "support/maths/evaluate.h"
 
@@ -369,7 +369,7 @@ std::string weights_not_used_text(const training::TestScenes& scenes) {
   const model::Problem& own = *scenes.own.compiled->problem;
   std::set<std::string> told;
   for (const model::Test& test : scenes.tests) {
-    for (const model::Test::Beside& beside : test.beside) {
+    for (const model::Test::Baseline& beside : test.beside) {
       const model::Problem& problem = *scenes.beside->scene(beside).compiled->problem;
       for (const model::GivenWeights& given : problem.weights) {
         const auto is_it = [&](const model::Unknown& unknown) { return unknown.name == given.network; };

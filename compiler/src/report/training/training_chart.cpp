@@ -37,7 +37,7 @@ chart::Point point_of(const TrajectoryTest& test, const training::TestCost& cost
 /// The first scene of each scheme names its curve, whatever its step, its precision and how near its solves come.
 class CurveNames {
  public:
-  std::string of(model::Test::Beside beside, model::Scheme scheme) {
+  std::string of(model::Test::Baseline beside, model::Scheme scheme) {
     scheme.name.clear();
     scheme.real = Precision::f64;
     scheme.solve.tolerance = SolveBy{}.tolerance;
@@ -63,7 +63,7 @@ std::vector<Row> rows_of(const training::TestScenes& scenes, const training::Tes
   CurveNames names;
   for (std::size_t s = 0; s < results.beside[i].size(); ++s) {
     const TrajectoryTest& test = results.beside[i][s];
-    const model::Test::Beside& beside = scenes.tests[i].beside[s];
+    const model::Test::Baseline& beside = scenes.tests[i].beside[s];
     const model::Scheme& scheme = scenes.beside->scene(beside).compiled->problem->scheme;
     const std::string curve = test.has_network ? test.scene : names.of(beside, scheme);
     rows.push_back({test.scene, curve, test.has_network, point_of(test, results.costs[i][s + 1]), test.made_data});

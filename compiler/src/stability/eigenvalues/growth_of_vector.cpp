@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stability/step/coupled_means.h"
 #include "stability/eigenvalues/ritz_pairs.h"
+#include "stability/step/coupled_means.h"
 #include "stability/step/step_search.h"
 
 namespace dpde::stability {

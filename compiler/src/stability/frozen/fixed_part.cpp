@@ -34,8 +34,8 @@ class FixedPart {
     for (const Statement& statement : program.body) effects_.push_back(effects(module, statement));
     const std::set<std::string> others = dependent(perturbations);
     for (std::size_t i = 0; i < effects_.size(); ++i) {
-      is_fixed_[i] = can_be_apart(program.body[i]) && effects_[i].updates.empty() && effects_[i].spoils.empty() &&
-                     !reads_any(effects_[i], others);
+      is_fixed_[i] = can_be_apart(program.body[i]) && effects_[i].updates.empty() &&
+                     effects_[i].invalidates_halo.empty() && !reads_any(effects_[i], others);
       for (const auto* names : {&effects_[i].writes, &effects_[i].fills, &effects_[i].sums}) {
         for (const std::string& name : *names) is_fixed_[i] = is_fixed_[i] && !others.contains(name);
       }
@@ -59,7 +59,7 @@ class FixedPart {
       before = names.size();
       for (const Effects& e : effects_) {
         if (!reads_any(e, names)) continue;
-        for (const auto* made : {&e.writes, &e.updates, &e.fills, &e.sums, &e.spoils})
+        for (const auto* made : {&e.writes, &e.updates, &e.fills, &e.sums, &e.invalidates_halo})
           names.insert(made->begin(), made->end());
       }
     }
@@ -95,7 +95,7 @@ class FixedPart {
   }
   static bool touches_any(const Effects& e, const std::vector<std::string>& names) {
     return contains_any(e.writes, names) || contains_any(e.updates, names) || contains_any(e.fills, names) ||
-           contains_any(e.spoils, names) || contains_any(e.sums, names);
+           contains_any(e.invalidates_halo, names) || contains_any(e.sums, names);
   }
 
   std::vector<Effects> effects_;

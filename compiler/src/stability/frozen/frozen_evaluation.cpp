@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "support/assert.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::stability {
 
@@ -25,7 +25,7 @@ struct Tap {
   double weight;
 };
 
-std::vector<Tap> taps_along(double displacement, Along along) {
+std::vector<Tap> taps_along(double displacement, InterpolationBasis along) {
   const double below = std::floor(displacement), f = displacement - below;
   std::vector<Tap> taps;
   int cell = static_cast<int>(below) - 1;
@@ -197,7 +197,7 @@ double Evaluation::number(Id id) {
       [&](const FrozenKernels::Select& s) { return number_of_select(s); });
 }
 
-Form Evaluation::form(Id id) {
+LinearForm Evaluation::form(Id id) {
   if (kernels_.node(id).is_number) return {};
   add_form(id, 1);
   return sum_.take();
@@ -329,10 +329,11 @@ Value with_sum_of_slopes(const Value& a, const Value& b) {
   return sum;
 }
 
-Form mean_slope(const Form& below, const Form& above) {
-  Form slope = above.plus(below.times(-1)).times(0.5);
-  const bool varies = std::ranges::any_of(slope.terms(), [](const Form::Term& term) { return term.coefficient != 0; });
-  return varies ? slope : Form();
+LinearForm mean_slope(const LinearForm& below, const LinearForm& above) {
+  LinearForm slope = above.plus(below.times(-1)).times(0.5);
+  const bool varies =
+      std::ranges::any_of(slope.terms(), [](const LinearForm::Term& term) { return term.coefficient != 0; });
+  return varies ? slope : LinearForm();
 }
 
 }  // namespace
@@ -354,13 +355,13 @@ void Evaluation::add_slopes_of_forms(const FrozenKernels::Kernel& kernel, std::v
     const std::vector<Value> above = stored_values(kernel);
     base_[axis] = 0;
     numbers_.set_step(whole_step);
-    std::vector<Form> slopes;
+    std::vector<LinearForm> slopes;
     for (std::size_t i = 0; i < below.size(); ++i) slopes.push_back(mean_slope(below[i].form, above[i].form));
     return slopes;
   };
   std::vector<Value> at_rest;
   for (std::size_t axis = 0; axis < base_.size(); ++axis) {
-    std::vector<Form> slopes, slopes_at_rest;
+    std::vector<LinearForm> slopes, slopes_at_rest;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!varies(i, axis)) continue;
       if (at_rest.empty()) {
@@ -369,7 +370,7 @@ void Evaluation::add_slopes_of_forms(const FrozenKernels::Kernel& kernel, std::v
         numbers_.set_step(step);
       }
       const bool is_there_at_rest = !at_rest[i].form.is_zero() && at_rest[i].form.is_finite();
-      std::vector<Form>& known = is_there_at_rest ? slopes_at_rest : slopes;
+      std::vector<LinearForm>& known = is_there_at_rest ? slopes_at_rest : slopes;
       if (known.empty()) known = slopes_along(axis, is_there_at_rest ? 0 : numbers_.step());
       values[i].slopes_of_form[axis] = known[i];
     }

@@ -21,10 +21,10 @@ inline constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN()
 /// The value at the point, its change from cell to cell, and how it is perturbed.
 struct Value {
   double number = 0;
-  Form form = {};
+  LinearForm form = {};
   std::array<double, 3> slope = {};  // of fields; no expression has one
   /// By how much the coefficients of the form change from cell to cell, of fields that transforms read.
-  std::array<Form, 3> slopes_of_form = {};
+  std::array<LinearForm, 3> slopes_of_form = {};
 };
 
 /// Numbers as a step from the point has them.
@@ -59,7 +59,7 @@ class Evaluation {
   Evaluation(const FrozenKernels& kernels, const std::set<std::string>& varied, const std::set<std::string>& rates,
              const FrozenPoint& point, double dt, FrozenStages& stages, bool of_constraints);
 
-  void perturb(const std::string& field, int component) { set(field, {0, Form(component)}); }
+  void perturb(const std::string& field, int component) { set(field, {0, LinearForm(component)}); }
   void run(const std::vector<stencil::Statement>& body);
   const Value& at(const std::string& field) { return field_value(field); }
   bool is_too_far() const { return is_too_far_; }
@@ -79,7 +79,7 @@ class Evaluation {
   void for_each_tap(const FrozenKernels::Interp& interp, const Tell& tell);
   Value value(Id node) { return {number(node), form(node)}; }
   /// How it is perturbed.
-  Form form(Id node);
+  LinearForm form(Id node);
   /// The same, times the factor, into `sum_`.
   void add_form(Id node, double factor);
   void add_form_of(Id field, const stencil::Offset& offset, double factor);
@@ -109,7 +109,7 @@ class Evaluation {
   WaveMultiplier multiplier_of(const stencil::Transform::Term& term) const;
   void add_waves_of(const stencil::Transform::Term& term, const WaveMultiplier& by, Value& result, WaveSum& waves,
                     std::array<WaveSum, 3>& slopes);
-  void add_waves(Form& to, WaveSum waves);
+  void add_waves(LinearForm& to, WaveSum waves);
   /// `unknown`: what the model calls it.
   Value solved(const std::string& field, const std::string& unknown) const;
   void run_block(const stencil::Solve& solve);

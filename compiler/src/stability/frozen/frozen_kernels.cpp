@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -43,7 +43,7 @@ class Unperturbed {
             look_at(solve.body, true);
           },
           [&](const stencil::Repeat& repeat) {
-            for (const stencil::Carry& carry : repeat.carries) {
+            for (const stencil::LoopCarried& carry : repeat.carries) {
               made.insert({carry.state, carry.next, carry.result});
             }
             look_at(repeat.body, is_in_solve);
@@ -303,7 +303,7 @@ void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
           add_fields_of(solve.body);
         },
         [&](const stencil::Repeat& repeat) {
-          for (const stencil::Carry& carry : repeat.carries)
+          for (const stencil::LoopCarried& carry : repeat.carries)
             add_field(carry.state), add_field(carry.next), add_field(carry.result);
           add_fields_of(repeat.body);
         });

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
-#include "stencil/stencil.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/stencil.h"
 
 namespace dpde::stability {
 

@@ -29,9 +29,9 @@ constexpr std::size_t fewest_points_with_means = 6;                  // of many 
 constexpr std::size_t work_of_points = 40'000;                       // products at each wave
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-bool is_equal(const Response& a, const Response& b) {
-  const auto is_same = [](const Form& left, const Form& right) {
-    return std::ranges::equal(left.terms(), right.terms(), [](const Form::Term& l, const Form::Term& r) {
+bool is_equal(const LinearisedStep& a, const LinearisedStep& b) {
+  const auto is_same = [](const LinearForm& left, const LinearForm& right) {
+    return std::ranges::equal(left.terms(), right.terms(), [](const LinearForm::Term& l, const LinearForm::Term& r) {
       return l.key == r.key && l.coefficient == r.coefficient;
     });
   };
@@ -50,10 +50,10 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, F
   const double step = session.problem().step;
   const bool is_known = linear.response(point, step).has_value();
   if (is_known && depends_on(linear, point, step, [](FrozenPoint& p) { p.params["t"] = not_a_number; })) return true;
-  std::optional<Response> before;
+  std::optional<LinearisedStep> before;
   for (const double part : {0.0, 0.113, 0.237, 0.391, 0.529, 0.683, 0.871, 1.0}) {
     point.params["t"] = time_within(session, part);
-    const std::optional<Response> now = linear.response(point, session.problem().step);
+    const std::optional<LinearisedStep> now = linear.response(point, session.problem().step);
     if (before && now && !is_equal(*before, *now)) return true;
     if (now) before = now;
   }
@@ -70,40 +70,42 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, c
 }
 
 /// The sum of the magnitudes of what a step changes: it grows with the largest rate.
-double weight_of(const std::optional<Response>& response) {
+double weight_of(const std::optional<LinearisedStep>& response) {
   double sum = 0;
   for (std::size_t row = 0; response && row < response->rows.size(); ++row) {
-    for (const Form::Term& term : response->rows[row].terms())
+    for (const LinearForm::Term& term : response->rows[row].terms())
       sum += std::abs(term.coefficient - (term.key == static_cast<std::int64_t>(row) ? 1 : 0));
   }
   if (!response) return sum;
   for (const WaveSum& wave : response->waves) {
-    for (const Form::Term& term : wave.divisor.terms()) sum += std::abs(term.coefficient);
+    for (const LinearForm::Term& term : wave.divisor.terms()) sum += std::abs(term.coefficient);
     for (const WaveSum::Term& part : wave.terms) {
-      for (const Form::Term& term : part.form.terms()) sum += std::abs(term.coefficient);
+      for (const LinearForm::Term& term : part.form.terms()) sum += std::abs(term.coefficient);
     }
   }
   return sum;
 }
 
 /// What a look at one wave takes, in products.
-std::size_t work_of(const Response& response) {
+std::size_t work_of(const LinearisedStep& response) {
   std::size_t terms = 0;
-  for (const Form& row : response.rows) terms += row.terms().size();
+  for (const LinearForm& row : response.rows) terms += row.terms().size();
   for (const WaveSum& wave : response.waves) {
     for (const WaveSum::Term& term : wave.terms) terms += term.form.terms().size();
   }
   return terms * response.rows.size();
 }
 
-bool may_take_long(const LinearStep& linear) { return linear.follows_flow() || linear.solves() || linear.reduces(); }
+bool may_take_long(const LinearStep& linear) {
+  return linear.is_semi_lagrangian() || linear.solves() || linear.reduces();
+}
 
 /// Those that may be looked at: where the flow is followed, something is solved for, or many stages have means in them,
 /// each analysis takes long.
 std::size_t most_points_of(const LinearStep& linear, const ScenePoint& point, double step) {
   if (linear.solves()) return most_points_with_solves;
-  if (linear.follows_flow()) return most_points;
-  const std::optional<Response> response = linear.response(point.point, step);
+  if (linear.is_semi_lagrangian()) return most_points;
+  const std::optional<LinearisedStep> response = linear.response(point.point, step);
   if (!response || response->waves.empty()) return std::numeric_limits<std::size_t>::max();
   return std::max(fewest_points_with_means, work_of_points / work_of(*response));
 }
@@ -125,7 +127,7 @@ class Scales {
       short_ *= std::isfinite(change) ? std::clamp(middle / change, 1 / far, far) : middle;
     }
     steps_ = {short_};
-    if (!linear.follows_flow()) steps_.push_back(far * short_);  // which would be carried too far
+    if (!linear.is_semi_lagrangian()) steps_.push_back(far * short_);  // which would be carried too far
   }
 
   const std::vector<double>& steps() const { return steps_; }
@@ -141,7 +143,7 @@ class Scales {
   };
   Rest rest_at(const ScenePoint& point) const {
     Rest rest;
-    const std::optional<Response> response = linear_.response(point.point, 0, rest.stages);
+    const std::optional<LinearisedStep> response = linear_.response(point.point, 0, rest.stages);
     if (response) rest.weight = weight_of(response);
     return rest;
   }
@@ -149,7 +151,7 @@ class Scales {
   double largest_change(const std::vector<ScenePoint>& points, std::vector<Rest>& rests, double step) const {
     double largest = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::optional<Response> response = linear_.response(points[i].point, step, rests[i].stages);
+      const std::optional<LinearisedStep> response = linear_.response(points[i].point, step, rests[i].stages);
       if (!response && rests[i].weight) return std::numeric_limits<double>::infinity();
       largest = std::max(largest, std::abs(weight_of(response) - rests[i].weight.value_or(0)));
     }
@@ -187,7 +189,7 @@ RankedPoints ranked(std::vector<ScenePoint> points, const driver::Session& sessi
   if (points.size() <= most) return {std::move(points), {}};
   const Scales scales(linear, points, session.problem().step);
   points = by_weight(std::move(points), scales);
-  const std::optional<Response> response = linear.response(points.front().point, session.problem().step);
+  const std::optional<LinearisedStep> response = linear.response(points.front().point, session.problem().step);
   const std::size_t most_others = response ? work_of_others / std::max<std::size_t>(1, work_of(*response)) : 0;
   RankedPoints result;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <utility>
 
-#include "stability/waves/coupled_waves.h"
 #include "stability/frozen/frozen_evaluation.h"
-#include "stencil/build.h"
+#include "stability/waves/coupled_waves.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 #include "support/assert.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::stability {
 
@@ -21,15 +21,15 @@ namespace {
 
 constexpr double sum_rounding = 1e-12;  // of sums of weights
 
-bool reads_neighbours(const Form& image) {
-  return std::ranges::any_of(image.terms(), [](const Form::Term& term) {
-    return term.coefficient != 0 && Form::offset_of(term.key) != Offset{};
+bool reads_neighbours(const LinearForm& image) {
+  return std::ranges::any_of(image.terms(), [](const LinearForm::Term& term) {
+    return term.coefficient != 0 && LinearForm::offset_of(term.key) != Offset{};
   });
 }
 
-Value divided(const Value& right, const Form& image) {
+Value divided(const Value& right, const LinearForm& image) {
   double by = 0;
-  for (const Form::Term& term : image.terms()) by += term.coefficient;
+  for (const LinearForm::Term& term : image.terms()) by += term.coefficient;
   Value result{right.number / by, {}, right.slope};
   for (double& slope : result.slope) slope /= by;
   return result;
@@ -131,7 +131,7 @@ WaveMultiplier Evaluation::multiplier_of(const Transform::Term& term) const {
 /// varies with dt is a part of a step, in which coefficients are frozen: with dt = 0 it has none of it.
 void Evaluation::add_waves_of(const Transform::Term& term, const WaveMultiplier& by, Value& result, WaveSum& waves,
                               std::array<WaveSum, 3>& slopes) {
-  const auto add = [&](const Form& form, const WaveMultiplier& multiplier) {
+  const auto add = [&](const LinearForm& form, const WaveMultiplier& multiplier) {
     if (multiplier.is_constant()) {
       result.form = result.form.plus(form.times(multiplier.of_constant()));
     } else if (!form.is_zero()) {
@@ -141,7 +141,7 @@ void Evaluation::add_waves_of(const Transform::Term& term, const WaveMultiplier&
   const Value& field = field_value(term.field);
   add(field.form, by);
   for (std::size_t axis = 0; axis < slopes.size(); ++axis) {
-    const Form& slope = field.slopes_of_form[axis];
+    const LinearForm& slope = field.slopes_of_form[axis];
     if (slope.is_zero()) continue;
     const double step = numbers_.set_step(0);
     const WaveMultiplier at_rest = multiplier_of(term);
@@ -151,8 +151,8 @@ void Evaluation::add_waves_of(const Transform::Term& term, const WaveMultiplier&
   }
 }
 
-void Evaluation::add_waves(Form& to, WaveSum waves) {
-  to = to.plus(Form(most_states + static_cast<int>(waves_.size())));
+void Evaluation::add_waves(LinearForm& to, WaveSum waves) {
+  to = to.plus(LinearForm(most_states + static_cast<int>(waves_.size())));
   waves_.push_back(std::move(waves));
   is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
 }
@@ -167,7 +167,7 @@ Value Evaluation::solved(const std::string& field, const std::string& unknown) c
 
 /// Nothing in it is a stage of the states.
 void Evaluation::run_block(const Solve& solve) {
-  const auto no = [](const auto&) { unreachable("a statement that survey.h refuses in the block of a solve"); };
+  const auto no = [](const auto&) { unreachable("a statement that step_capabilities.h refuses in the block of a solve"); };
   for (const Statement& statement : solve.body) {
     match(
         statement, [](const Fill&) {},
@@ -184,11 +184,11 @@ void Evaluation::run_block(const Solve& solve) {
 /// What is not perturbed is as it is known; rates are 0.
 void Evaluation::solve_coupled(const Solve& solve) {
   const std::size_t count = solve.unknowns.size();
-  std::vector<std::vector<Form>> matrix(count, std::vector<Form>(count));
-  std::vector<Form> rights;
+  std::vector<std::vector<LinearForm>> matrix(count, std::vector<LinearForm>(count));
+  std::vector<LinearForm> rights;
   for (const std::string& right : solve.rights) rights.push_back(field_value(right).form);
   for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t i = 0; i < count; ++i) set(solve.unknowns[i], {0, i == k ? Form(0) : Form()});
+    for (std::size_t i = 0; i < count; ++i) set(solve.unknowns[i], {0, i == k ? LinearForm(0) : LinearForm()});
     run_block(solve);
     for (std::size_t i = 0; i < count; ++i) matrix[i][k] = field_value(solve.images[i]).form;
   }
@@ -223,9 +223,9 @@ void Evaluation::solve(const Solve& solve) {
   if (solve.unknowns.size() > 1) return solve_coupled(solve);
   const bool is_state = varied_.contains(solve.unknowns.front());
   const double step = is_state ? numbers_.set_step(0) : numbers_.step();
-  set(solve.unknowns.front(), {0, Form(0)});
+  set(solve.unknowns.front(), {0, LinearForm(0)});
   run_block(solve);
-  const Form image = field_value(solve.images.front()).form;
+  const LinearForm image = field_value(solve.images.front()).form;
   numbers_.set_step(step);
   const Value right = field_value(solve.rights.front());
   Value result;
@@ -244,12 +244,12 @@ void Evaluation::solve(const Solve& solve) {
 /// Outside, what it carries keeps its value.
 void Evaluation::repeat(const Repeat& repeat) {
   std::map<std::string, Value> outside, results;
-  for (const Carry& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
+  for (const LoopCarried& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
   for (int k = 0; k < repeat.count; ++k) {
     numbers_.count(repeat.counter.name, repeat.counter.is_backwards ? repeat.count - 1 - k : k);
     run(repeat.body);
     std::map<std::string, Value> next;
-    for (const Carry& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
+    for (const LoopCarried& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
     for (auto& [state, value] : next) set(state, std::move(value));
   }
   numbers_.forget(repeat.counter.name);

@@ -61,7 +61,7 @@ std::size_t spread(std::size_t i, std::size_t cells) {
 }
 
 Sampler::Sampler(driver::Session& session, const LinearStep& linear)
-    : session_(session), states_(session, linear), follows_flow_(linear.follows_flow()) {
+    : session_(session), states_(session, linear), follows_flow_(linear.is_semi_lagrangian()) {
   for (const auto& [name, values] : states_.fixed()) {
     for (const model::Coefficient& coefficient : session.problem().coefficients) {
       if (coefficient.name == name && coefficient.is_control()) intervals_[name] = coefficient.every;

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "stability/frozen/consistent_start.h"
+#include "stability/frozen/zero_step.h"
 #include "stability/report/known_networks.h"
 #include "stability/step/whole_fields.h"
-#include "stability/frozen/zero_step.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/contains.h"
 
 namespace dpde::stability {

@@ -12,8 +12,8 @@
 #include "model/analyse/placement.h"
 #include "model/analyse/solves.h"
 #include "stability/equations.h"
-#include "stability/survey.h"
 #include "stability/report/verdict_cache.h"
+#include "stability/step_capabilities.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -153,7 +153,7 @@ CoarseGrid grid_of_solutions(const driver::Session& session) {
   if (are_constraints ? has_events_in_each_step(problem) : is_staggered) return own;
   const stencil::Module& module = session.compiled().stencil;
   const std::vector<stencil::Statement>& body = module.find_program(session.compiled().step_name())->body;
-  Survey found;
+  StepCapabilities found;
   survey(module, body, found);
   const int rank = static_cast<int>(session.axes().size());
   return found.solves && reduces_to_means(body, rank, is_staggered) ? CoarseGrid(session.axes()) : own;

@@ -5,8 +5,8 @@
 
 #include "model/build.h"
 #include "model/uses.h"
-#include "stability/frozen/consistent_start.h"
 #include "stability/equations.h"
+#include "stability/frozen/consistent_start.h"
 #include "stability/frozen/frozen_points.h"
 #include "stability/report/local_character.h"
 
@@ -24,12 +24,12 @@ struct Transport {
   double at_grid_scale = 0;  // diffusion that the wave of two cells sees
 };
 
-Transport transport_of(const Response& response, std::size_t row, std::size_t axis, double spacing) {
+Transport transport_of(const LinearisedStep& response, std::size_t row, std::size_t axis, double spacing) {
   Transport found;
   double size = 0;
-  for (const Form::Term& term : response.rows[row].terms()) {
-    if (Form::component_of(term.key) != static_cast<int>(row)) continue;
-    const double k = Form::offset_of(term.key)[axis];
+  for (const LinearForm::Term& term : response.rows[row].terms()) {
+    if (LinearForm::component_of(term.key) != static_cast<int>(row)) continue;
+    const double k = LinearForm::offset_of(term.key)[axis];
     found.speed -= spacing * k * term.coefficient;
     found.diffusion += 0.5 * spacing * spacing * k * k * term.coefficient;
     found.at_grid_scale += 0.25 * spacing * spacing * (1 - std::cos(std::numbers::pi * k)) * term.coefficient;
@@ -75,7 +75,7 @@ bool carries_itself(const LinearStep& linear, FrozenPoint point, const std::stri
   const auto own = point.fields.find(field);
   if (own == point.fields.end()) return false;
   own->second.value = own->second.value == 0 ? 1 : 2 * own->second.value;
-  const std::optional<Response> other = generator_of(linear, point);
+  const std::optional<LinearisedStep> other = generator_of(linear, point);
   return other && std::abs(transport_of(*other, row, axis, spacing).speed - speed) > rounding_of_sums * std::abs(speed);
 }
 
@@ -122,8 +122,8 @@ class LargestNumbers {
 
   void look_at(const ScenePoint& at) {
     const FrozenPoint point = flat(at.point);
-    const std::optional<Response> rows = generator_of(central_, point);
-    const std::optional<Response> own = own_ ? generator_of(*own_, point) : std::nullopt;
+    const std::optional<LinearisedStep> rows = generator_of(central_, point);
+    const std::optional<LinearisedStep> own = own_ ? generator_of(*own_, point) : std::nullopt;
     if (!rows) return;
     for (std::size_t row = 0; row < rows->rows.size(); ++row) {
       for (std::size_t axis = 0; axis < session_.axes().size(); ++axis) {
@@ -176,7 +176,7 @@ SourceRange transport_of(const model::Problem& problem, const std::string& field
 }
 
 /// Whether the scheme adds less than no diffusion to a row along an axis.
-bool looks_downwind(const Response& own, const Response& central, std::size_t row,
+bool looks_downwind(const LinearisedStep& own, const LinearisedStep& central, std::size_t row,
                     const std::vector<model::Axis>& axes) {
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const double h = axes[axis].spacing();
@@ -191,14 +191,14 @@ bool looks_downwind(const Response& own, const Response& central, std::size_t ro
 
 std::vector<Downwind> downwind_differences(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
-  if (problem.scheme.follows_flow() || !problem.program.empty() || !has_other_differences(problem)) return {};
+  if (problem.scheme.is_semi_lagrangian() || !problem.program.empty() || !has_other_differences(problem)) return {};
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem)),
                                   own = linear_step(without_waves(problem));
   if (!central || !own || central->states() != own->states()) return {};
   std::vector<Downwind> found;
   for (const ScenePoint& at : all_frozen_points(session, *central)) {
     const FrozenPoint point = flat(at.point);
-    const std::optional<Response> plain = generator_of(*central, point), rows = generator_of(*own, point);
+    const std::optional<LinearisedStep> plain = generator_of(*central, point), rows = generator_of(*own, point);
     for (std::size_t row = 0; plain && rows && row < rows->rows.size(); ++row) {
       const std::string& field = central->states()[row];
       if (std::ranges::find(found, field, &Downwind::field) != found.end()) continue;
@@ -219,9 +219,9 @@ std::vector<CellNumber> cell_numbers(driver::Session& session) {
   const model::Problem problem = by_euler(session.problem());
   const std::optional<LinearStep> central = linear_step(with_central_advection(problem));
   if (!central) return {};
-  const std::optional<LinearStep> own = problem.scheme.follows_flow()     ? std::nullopt
-                                        : !has_other_differences(problem) ? central
-                                                                          : linear_step(problem);
+  const std::optional<LinearStep> own = problem.scheme.is_semi_lagrangian() ? std::nullopt
+                                        : !has_other_differences(problem)   ? central
+                                                                            : linear_step(problem);
   return LargestNumbers(session, *central, own).run();
 }
 

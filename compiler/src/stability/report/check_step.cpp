@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stability/step/folded_products.h"
 #include "stability/report/ill_posed.h"
 #include "stability/report/local_character.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
+#include "stability/step/folded_products.h"
 
 namespace dpde::stability {
 
@@ -22,12 +22,12 @@ SourceRange equation_of(const model::Problem& problem, const std::string& field)
   return state == nullptr ? problem.time_origin.range : state->origin.range;
 }
 
-std::string with_force(std::string hint, const Verdict& verdict, bool ruins) {
+std::string with_force(std::string hint, const StabilityReport& verdict, bool ruins) {
   if (!verdict.place.empty()) hint += fmt::format("; coefficients were frozen as they begin at {}", verdict.place);
   return ruins ? hint + "; --force runs it all the same" : hint;
 }
 
-void report_never(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
+void report_never(driver::Session& session, const StabilityReport& verdict, bool ruins, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   std::string hint = "a smaller step only takes longer to fail";
   if (const std::optional<OtherScheme> other = stable_scheme(session))
@@ -52,10 +52,10 @@ std::string growth_text(double growth) {
 }
 
 /// `lowest`: of all groups, where it has a limit.
-void report_above(driver::Session& session, const Verdict& verdict, const Verdict& lowest, bool ruins,
+void report_above(driver::Session& session, const StabilityReport& verdict, const StabilityReport& lowest, bool ruins,
                   DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
-  const Verdict& limited = lowest.limit.kind == StepLimit::Kind::limit ? lowest : verdict;
+  const StabilityReport& limited = lowest.limit.kind == StepLimit::Kind::limit ? lowest : verdict;
   const std::string plain = limited.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
                                               : fmt::format("--set step={} is stable", limited.largest_step);
   const std::string folding = folding_text(problem, limited), pole = pole_text(problem, verdict);
@@ -69,7 +69,7 @@ void report_above(driver::Session& session, const Verdict& verdict, const Verdic
 
 }  // namespace
 
-std::string short_waves_text(const Verdict& verdict) {
+std::string short_waves_text(const StabilityReport& verdict) {
   if (!verdict.short_waves) return "";
   return fmt::format(
       "disturbances {:.2g} cells long grow by a factor of e in {:.4g}, in steps of any length: a shorter step does not "
@@ -78,7 +78,7 @@ std::string short_waves_text(const Verdict& verdict) {
 }
 
 std::string advice_on_blow_up(driver::Session& session) {
-  const Verdict verdict = verdict_of(session);
+  const StabilityReport verdict = verdict_of(session);
   if (const auto cause = verdict.growth_rate > 0 ? ill_posed(session) : std::nullopt)
     return "the equations are ill-posed: " + ill_posed_text(*cause);
   const double step = session.problem().step;
@@ -108,9 +108,9 @@ std::string advice_on_blow_up(driver::Session& session) {
 
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink, const Look& look) {
   if (force || session.problem().step_control) return true;
-  const std::optional<Verdict> grown = verdict_where_it_grows(session, look);
+  const std::optional<StabilityReport> grown = verdict_where_it_grows(session, look);
   if (!grown || !grown->is_above()) return true;
-  const Verdict& verdict = grown->grown_most();
+  const StabilityReport& verdict = grown->dominant();
   const bool ruins = grown->ruins_run();
   if (verdict.limit.kind == StepLimit::Kind::never) {
     if (verdict.end_growth > 0.1) report_never(session, verdict, ruins, sink);

@@ -83,7 +83,7 @@ std::optional<IllPosed> ill_posed(driver::Session& session) {
   for (const StateGroup& group : state_groups(session)) {
     std::string why;
     const std::optional<LinearStep> linear = linear_step(session, why, group);
-    if (!linear || linear->follows_flow()) continue;
+    if (!linear || linear->is_semi_lagrangian()) continue;
     const Equations equations(session.problem(), linear->group());
     for (const ScenePoint& point : all_frozen_points(session, *linear)) {
       std::optional<IllPosed> found = ill_posed_at(equations, point, session.problem().axes);

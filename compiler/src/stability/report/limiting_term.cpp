@@ -8,8 +8,8 @@
 #include "model/build.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
+#include "stability/stability_report.h"
 #include "stability/waves/rates_of_terms.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 
@@ -41,8 +41,8 @@ double number_of(const StepLimit& limit) {
 
 /// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
 /// terms this one look says that all depends on others.
-bool still_grows(const model::Problem& problem, const LinearStep& linear, const Verdict& verdict, double step) {
-  const std::optional<Response> response = linear.response(verdict.worst, step);
+bool still_grows(const model::Problem& problem, const LinearStep& linear, const StabilityReport& verdict, double step) {
+  const std::optional<LinearisedStep> response = linear.response(verdict.worst, step);
   if (!response) return false;
   const Amplification g(*response, static_cast<int>(problem.axes.size()));
   constexpr double surely = 0.1;
@@ -61,7 +61,7 @@ double limit_above(double least, const model::Problem& problem, const LinearStep
 
 }  // namespace
 
-std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
+std::optional<SourceRange> limiting_term(const model::Problem& problem, const StabilityReport& verdict) {
   if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || verdict.is_of_walls ||
       verdict.is_of_means || verdict.is_of_networks || !problem.program.empty())
     return std::nullopt;

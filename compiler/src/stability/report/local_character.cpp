@@ -8,11 +8,11 @@
 #include <iterator>
 #include <numbers>
 
-#include "stability/waves/amplification.h"
-#include "stability/frozen/consistent_start.h"
-#include "stability/waves/courant_number.h"
 #include "stability/equations.h"
+#include "stability/frozen/consistent_start.h"
 #include "stability/frozen/frozen_points.h"
+#include "stability/waves/amplification.h"
+#include "stability/waves/courant_number.h"
 #include "stability/waves/step_of_rates.h"
 
 namespace dpde::stability {
@@ -28,10 +28,10 @@ constexpr double shortest_try = 1e-6, first_positive_try = 1e-3, last_positive_t
                  step_factor_with_solves = 2;  // in units of 1 / largest rate
 constexpr double step_precision = 1e-7;
 
-bool is_positive(const Response& response) {
+bool is_positive(const LinearisedStep& response) {
   double smallest = 0, largest = 0;
-  for (const Form& row : response.rows) {
-    for (const Form::Term& term : row.terms()) {
+  for (const LinearForm& row : response.rows) {
+    for (const LinearForm::Term& term : row.terms()) {
       smallest = std::min(smallest, term.coefficient);
       largest = std::max(largest, std::abs(term.coefficient));
     }
@@ -40,13 +40,13 @@ bool is_positive(const Response& response) {
 }
 
 /// What the rates make of what they have made: each place that a row reads is what `inner` has there.
-Response applied_to(const Response& outer, const Response& inner) {
-  Response result;
+LinearisedStep applied_to(const LinearisedStep& outer, const LinearisedStep& inner) {
+  LinearisedStep result;
   FormSum sum;
-  for (const Form& row : outer.rows) {
-    for (const Form::Term& term : row.terms()) {
-      const Form& read = inner.rows[static_cast<std::size_t>(Form::component_of(term.key))];
-      sum.add(read, Form::offset_of(term.key), term.coefficient);
+  for (const LinearForm& row : outer.rows) {
+    for (const LinearForm::Term& term : row.terms()) {
+      const LinearForm& read = inner.rows[static_cast<std::size_t>(LinearForm::component_of(term.key))];
+      sum.add(read, LinearForm::offset_of(term.key), term.coefficient);
     }
     result.rows.push_back(sum.take());
   }
@@ -57,15 +57,15 @@ Response applied_to(const Response& outer, const Response& inner) {
 /// steps of all lengths.
 class WeightsByLength {
  public:
-  WeightsByLength(const Response& rates, const std::vector<double>& polynomial) {
-    std::vector<Response> powers(1);
+  WeightsByLength(const LinearisedStep& rates, const std::vector<double>& polynomial) {
+    std::vector<LinearisedStep> powers(1);
     for (std::size_t row = 0; row < rates.rows.size(); ++row) powers[0].rows.emplace_back(static_cast<int>(row));
     while (powers.size() < polynomial.size()) powers.push_back(applied_to(rates, powers.back()));
     std::vector<std::vector<std::int64_t>> places;  // that some power reads, of each row
     for (std::size_t row = 0; row < rates.rows.size(); ++row) {
       std::vector<std::int64_t>& of_row = places.emplace_back();
-      for (const Response& power : powers)
-        std::ranges::transform(power.rows[row].terms(), std::back_inserter(of_row), &Form::Term::key);
+      for (const LinearisedStep& power : powers)
+        std::ranges::transform(power.rows[row].terms(), std::back_inserter(of_row), &LinearForm::Term::key);
       std::ranges::sort(of_row);
       of_row.erase(std::unique(of_row.begin(), of_row.end()), of_row.end());
     }
@@ -74,7 +74,7 @@ class WeightsByLength {
     for (std::size_t row = 0; row < places.size(); first += std::ssize(places[row++])) {
       for (std::size_t k = 0; k < powers.size(); ++k) {
         auto place = places[row].begin();  // terms are in their order
-        for (const Form::Term& term : powers[k].rows[row].terms()) {
+        for (const LinearForm::Term& term : powers[k].rows[row].terms()) {
           place = std::find(place, places[row].end(), term.key);
           by_powers_(first + (place - places[row].begin()), static_cast<Eigen::Index>(k)) =
               polynomial[k] * term.coefficient;
@@ -148,7 +148,7 @@ bool is_positive(const Amplification& step, int rank) {
 /// The largest rate of a step that solves, by a short one.
 double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
   const double dt = shortest_try * step;
-  const std::optional<Response> rows = linear.response(point, dt);
+  const std::optional<LinearisedStep> rows = linear.response(point, dt);
   if (!rows) return 0;
   const Amplification short_step(*rows, rank);
   const auto change = [&](const Angles& angles) {
@@ -159,10 +159,10 @@ double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, dou
 }
 
 /// The largest of what a step adds to the states.
-double change_of(const Response& rows) {
-  Response change;
+double change_of(const LinearisedStep& rows) {
+  LinearisedStep change;
   for (std::size_t row = 0; row < rows.rows.size(); ++row)
-    change.rows.push_back(rows.rows[row].plus(Form(static_cast<int>(row)).times(-1)));
+    change.rows.push_back(rows.rows[row].plus(LinearForm(static_cast<int>(row)).times(-1)));
   return magnitude_of(change);
 }
 
@@ -205,9 +205,9 @@ class StepsByLength {
     WeightsByLength weights;
   };
   /// `rows`: of a step of this length. nullopt where it is no such polynomial.
-  std::optional<Found> at(const FrozenPoint& point, const Response& rows, double step) const {
+  std::optional<Found> at(const FrozenPoint& point, const LinearisedStep& rows, double step) const {
     if (polynomial_.empty()) return std::nullopt;
-    const std::optional<Response> rates = equations_.rates_at(point);
+    const std::optional<LinearisedStep> rates = equations_.rates_at(point);
     if (!rates) return std::nullopt;
     if (!step_of_rates_.makes(Amplification(rows, rank_), Amplification(*rates, rank_), places_, step))
       return std::nullopt;
@@ -223,9 +223,9 @@ class StepsByLength {
 };
 
 /// A long step of a Runge-Kutta scheme changes by powers of the rate: a short one tells it.
-double rate_by_short_step(const LinearStep& linear, const FrozenPoint& point, const Response& rows, double step) {
+double rate_by_short_step(const LinearStep& linear, const FrozenPoint& point, const LinearisedStep& rows, double step) {
   const double by_step = change_of(rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
-  const std::optional<Response> short_rows = linear.response(point, std::min(step, short_step));
+  const std::optional<LinearisedStep> short_rows = linear.response(point, std::min(step, short_step));
   return short_rows ? change_of(*short_rows) / std::min(step, short_step) : 0;
 }
 
@@ -241,7 +241,7 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
   for (const ScenePoint& at : frozen_points(session, linear)) {
     points.push_back(flat(at.point));
     weights.emplace_back();
-    const std::optional<Response> rows = linear.response(points.back(), step);
+    const std::optional<LinearisedStep> rows = linear.response(points.back(), step);
     if (!rows) continue;
     if (linear.solves()) {
       rate = std::max(rate, rate_of(linear, points.back(), rank, step));
@@ -268,9 +268,9 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
     return std::ranges::all_of(points, [&](const FrozenPoint& point) {
       const auto number = static_cast<std::size_t>(&point - points.data());
       if (weights[number]) return weights[number]->are_positive(dt);
-      const std::optional<Response> rows = linear.response(point, dt, stages[number]);
+      const std::optional<LinearisedStep> rows = linear.response(point, dt, stages[number]);
       if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
-      return rows ? is_positive(*rows) : linear.follows_flow();  // where it goes too far to be followed
+      return rows ? is_positive(*rows) : linear.is_semi_lagrangian();  // where it goes too far to be followed
     });
   };
   found.largest_step = largest_step_where(rate, linear.solves() ? step_factor_with_solves : step_factor, holds);
@@ -313,7 +313,7 @@ Positivity positivity_of(driver::Session& session, double step, const StateGroup
   Positivity found;
   const std::optional<LinearStep> linear = linear_step(session, found.why, group);
   if (!linear) return found;
-  if (session.problem().scheme.has_clamp() && linear->follows_flow()) {
+  if (session.problem().scheme.has_clamp() && linear->is_semi_lagrangian()) {
     found.why = "its clamp is not linear";
     return found;
   }
@@ -328,7 +328,7 @@ std::vector<Wave> waves_of(const driver::Session& session, const FrozenPoint& at
   const std::optional<LinearStep> linear = linear_step(session, why, group);
   if (!linear) return {};
   const FrozenPoint point = flat(at);
-  const std::optional<Response> rows = linear->response(point, step);
+  const std::optional<LinearisedStep> rows = linear->response(point, step);
   const std::optional<Symbol> equations = Equations(session.problem(), group).about(point);
   if (!rows || !equations) return {};
   const Amplification scheme(*rows, rank);

@@ -160,7 +160,7 @@ double size_of_limit(const StepLimit& limit) {
 
 }  // namespace
 
-void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict) {
+void examine_networks(driver::Session& session, const StateGroup& group, double most, StabilityReport& verdict) {
   const std::optional<LinearStep> linear = compiled_step(session, verdict.why, group);
   if (!linear || !linear->has_networks()) return;
   const Networks networks(session, *linear);

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/build.h"
 #include "model/boundary/metric.h"
+#include "model/build.h"
+#include "stability/stability_report.h"
 #include "stability/state_groups.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 
@@ -40,7 +40,7 @@ bool spreads(const model::State& state) {
 struct Rates {
   bool diffuse = false, are_filtered = false;  // along the axis around the pole alone
 
-  Rates(const model::Problem& problem, const Verdict& verdict, int around) {
+  Rates(const model::Problem& problem, const StabilityReport& verdict, int around) {
     for (const model::State& state : problem.states) {
       if (!state.rhs || !is_in(verdict.group, state.name)) continue;
       diffuse = diffuse || spreads(state);
@@ -66,7 +66,7 @@ std::string remedy(const Rates& rates, const std::string& around) {
 
 }  // namespace
 
-std::string pole_text(const model::Problem& problem, const Verdict& verdict) {
+std::string pole_text(const model::Problem& problem, const StabilityReport& verdict) {
   if (verdict.limit.kind != StepLimit::Kind::limit) return "";
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];

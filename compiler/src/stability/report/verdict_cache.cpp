@@ -116,7 +116,7 @@ std::string text_of(const FrozenPoint& point) {
 
 namespace {
 
-std::string lines_of(const Verdict& v) {
+std::string lines_of(const StabilityReport& v) {
   std::string text = fmt::format("{}\n{}\n{}\n", v.why, v.place, v.field);
   text += fmt::format("{} {} {} {}\n", static_cast<int>(v.limit.kind), v.limit.step, v.limit.order, v.limit.state);
   for (const Angles& wave : {v.limit.wave, v.wave}) text += fmt::format("{} {} {}\n", wave[0], wave[1], wave[2]);
@@ -131,12 +131,12 @@ std::string lines_of(const Verdict& v) {
                       fmt::join(v.group, " "));
   text += fmt::format("{} {}\n", v.solution_cells.size(), fmt::join(v.solution_cells, " "));
   text += text_of(v.worst) + fmt::format("{}\n", v.worse.size());
-  for (const Verdict& other : v.worse) text += lines_of(other);
+  for (const StabilityReport& other : v.worse) text += lines_of(other);
   return text;
 }
 
-Verdict read_verdict(Reader& reader) {
-  Verdict v;
+StabilityReport read_verdict(Reader& reader) {
+  StabilityReport v;
   v.why = reader.line(), v.place = reader.line(), v.field = reader.line();
   const double kind = reader.number();
   v.limit.kind = kind == 1 ? StepLimit::Kind::none : kind == 2 ? StepLimit::Kind::never : StepLimit::Kind::limit;
@@ -150,7 +150,9 @@ Verdict read_verdict(Reader& reader) {
   v.is_of_networks = reader.number() != 0, v.is_of_grid = reader.number() != 0;
   v.is_of_means = reader.number() != 0;
   const double runs = reader.number();
-  v.runs = runs == 1 ? Verdict::Runs::made : runs == 2 ? Verdict::Runs::left_out : Verdict::Runs::none;
+  v.runs = runs == 1   ? StabilityReport::Runs::made
+           : runs == 2 ? StabilityReport::Runs::left_out
+                       : StabilityReport::Runs::none;
   v.places = static_cast<int>(reader.number()), v.places_between_walls = static_cast<int>(reader.number());
   v.growth = reader.number(), v.beyond = reader.number();
   v.growth_rate = reader.number(), v.growth_by_events = reader.number(), v.end_growth = reader.number();
@@ -171,11 +173,11 @@ Verdict read_verdict(Reader& reader) {
 
 }  // namespace
 
-std::string text_of(const Verdict& v) { return lines_of(v) + last_line; }
+std::string text_of(const StabilityReport& v) { return lines_of(v) + last_line; }
 
-std::optional<Verdict> verdict_from(const std::string& text) {
+std::optional<StabilityReport> verdict_from(const std::string& text) {
   Reader reader(text);
-  Verdict v = read_verdict(reader);
+  StabilityReport v = read_verdict(reader);
   const bool is_whole = reader.line() == last_line;
   return is_whole && reader.is_good() ? std::optional(std::move(v)) : std::nullopt;
 }
@@ -191,9 +193,9 @@ class Kept {
         cache_(session.compiled().options.cache.get()),
         key_(cache_ == nullptr ? "" : key_of(session)) {}
 
-  Verdict verdict() const {
+  StabilityReport verdict() const {
     const auto is_text = [](const std::string& text) { return verdict_from(text).has_value(); };
-    std::optional<Verdict> found;
+    std::optional<StabilityReport> found;
     const std::string text =
         kept_or_found("", is_text, [&] { return text_of(found.emplace(examine(session_, look_))); });
     return found ? std::move(*found) : verdict_from(text).value();
@@ -229,11 +231,11 @@ class Kept {
 
 }  // namespace
 
-Verdict verdict_of(driver::Session& session, const Look& look) { return Kept(session, look).verdict(); }
+StabilityReport verdict_of(driver::Session& session, const Look& look) { return Kept(session, look).verdict(); }
 
 bool grows_nothing(driver::Session& session, const Look& look) { return Kept(session, look).grows_nothing(); }
 
-std::optional<Verdict> verdict_where_it_grows(driver::Session& session, const Look& look) {
+std::optional<StabilityReport> verdict_where_it_grows(driver::Session& session, const Look& look) {
   const Kept kept(session, look);
   return kept.grows_nothing() ? std::nullopt : std::optional(kept.verdict());
 }

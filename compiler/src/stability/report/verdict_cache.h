@@ -3,15 +3,15 @@
 // values of its fields as the run begins. The cache adds the version of dpde.
 #pragma once
 
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 namespace dpde::stability {
 
 /// What verdict_of() and grows_nothing() do where nothing is kept.
-Verdict examine(driver::Session& session, const Look& look = {});
+StabilityReport examine(driver::Session& session, const Look& look = {});
 bool look_for_growth(driver::Session& session, const Look& look = {});
 /// The same of a group whose step has networks; no limit is looked for above `most`.
-void examine_networks(driver::Session& session, const StateGroup& group, double most, Verdict& verdict);
+void examine_networks(driver::Session& session, const StateGroup& group, double most, StabilityReport& verdict);
 bool networks_grow_nothing(driver::Session& session, const StateGroup& group);
 
 /// The numbers and fields of a scene as its run begins.
@@ -20,7 +20,7 @@ std::string key_of_fields(driver::Session& session);
 std::string key_of(driver::Session& session);
 
 /// As text, and back; nullopt of what is no such text.
-std::string text_of(const Verdict& verdict);
-std::optional<Verdict> verdict_from(const std::string& text);
+std::string text_of(const StabilityReport& verdict);
+std::optional<StabilityReport> verdict_from(const std::string& text);
 
 }  // namespace dpde::stability

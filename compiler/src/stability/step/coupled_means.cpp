@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "dpde/runtime/error.h"
-#include "stability/waves/amplification.h"
 #include "stability/eigenvalues/eigenvalues.h"
-#include "stability/step/folded_products.h"
 #include "stability/eigenvalues/ritz_pairs.h"
-#include "stencil/build.h"
+#include "stability/step/folded_products.h"
+#include "stability/waves/amplification.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/contains.h"
 #include "support/match.h"
 
@@ -56,7 +56,7 @@ void take_out(Module& module, const Program& program, std::vector<Statement>& bo
         [&](const Reduce& reduce) {
           if (is_out(reduce)) out = &reduce;
         },
-        [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {}, [](Solve&) {},  // of kernels alone: see survey.h
+        [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {}, [](Solve&) {},  // of kernels alone: see step_capabilities.h
         [&](Repeat& repeat) { take_out(module, program, repeat.body, is_out); });
     if (out == nullptr) continue;
     Kernel nothing{"no_" + out->result, static_cast<int>(program.axes.size())};
@@ -87,7 +87,7 @@ namespace {
 std::optional<Eigen::MatrixXcd> part_of_means(const LinearStep& linear, const FrozenPoint& point, int rank,
                                               double step) {
   constexpr double nearly_a_mean = 1e-5;  // radians a cell
-  const std::optional<Response> response = linear.response(point, step);
+  const std::optional<LinearisedStep> response = linear.response(point, step);
   if (!response) return std::nullopt;
   const Amplification amplification(*response, rank);
   Angles longest{};

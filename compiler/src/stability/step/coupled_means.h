@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "driver/scene/session.h"
-#include "stability/waves/coupled_flow.h"
 #include "stability/frozen/frozen_points.h"
 #include "stability/step/linear_step.h"
 #include "stability/step/tangent_runs.h"
+#include "stability/waves/coupled_flow.h"
 
 namespace dpde::stability {
 

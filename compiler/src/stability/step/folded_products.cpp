@@ -5,7 +5,7 @@
 
 #include "model/build.h"
 #include "model/uses.h"
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 #include "support/assert.h"
 
 namespace dpde::stability {
@@ -67,7 +67,7 @@ bool folds_products(const model::Problem& problem, const StateGroup& group) {
   });
 }
 
-std::string folding_text(const model::Problem& problem, const Verdict& verdict) {
+std::string folding_text(const model::Problem& problem, const StabilityReport& verdict) {
   const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& s) { return s.parts > 1; });
   const bool may_be_set_by_it = verdict.is_of_means || verdict.short_waves || verdict.leaves_out_folding();
   if (!may_be_set_by_it || has_parts || !folds_products(problem, verdict.group)) return "";

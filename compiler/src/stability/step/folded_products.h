@@ -12,13 +12,13 @@
 
 namespace dpde::stability {
 
-struct Verdict;
+struct StabilityReport;
 
 /// Whether equations of the group multiply fields by derivatives that are Fourier series, or take these of products,
 /// and nothing cuts what folds back.
 bool folds_products(const model::Problem& problem, const StateGroup& group);
 
 /// The cure, where it is what folds back that sets the verdict, or may; "": it does not, or there is none.
-std::string folding_text(const model::Problem& problem, const Verdict& verdict);
+std::string folding_text(const model::Problem& problem, const StabilityReport& verdict);
 
 }  // namespace dpde::stability

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "adjoint/reverse/plan.h"
-#include "stability/step/coupled_means.h"
 #include "stability/frozen/frozen_evaluation.h"
 #include "stability/report/known_networks.h"
-#include "stability/survey.h"
+#include "stability/step/coupled_means.h"
+#include "stability/step_capabilities.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/passes/displaced_values.h"
 #include "stencil/passes/passes.h"
@@ -64,9 +64,9 @@ std::optional<LinearStep> LinearStep::make(const Module& given, const std::strin
   Module uncoupled = without_coupled_means(result.module_, result.rates_);
   if (!(uncoupled == result.module_))
     result.coupled_ = std::exchange(result.module_, remove_dead_code(std::move(uncoupled)));
-  Survey found;
+  StepCapabilities found;
   survey(result.module_, result.program().body, found);
-  result.follows_flow_ = found.follows_flow;
+  result.follows_flow_ = found.is_semi_lagrangian;
   result.reduces_ = found.reduces || result.couples_means();
   result.solves_ = found.solves;
   result.has_networks_ = found.has_networks;
@@ -99,25 +99,25 @@ bool LinearStep::is_rational_in_step(const FrozenStages& stages) const {
          std::ranges::all_of(stages, [](const auto& stage) { return stage.has_value(); });
 }
 
-std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
+std::optional<LinearisedStep> LinearStep::response(const FrozenPoint& point, double dt) const {
   FrozenStages stages;
   return response(point, dt, stages);
 }
 
-std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
+std::optional<LinearisedStep> LinearStep::response(const FrozenPoint& point, double dt, FrozenStages& stages) const {
   Evaluation evaluation(*kernels_, varied_, rates_, point, dt, stages, of_constraints_);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }
   evaluation.run(program().body);
   if (evaluation.is_too_far()) return std::nullopt;
-  Response response;
+  LinearisedStep response;
   for (const std::string& result : results_)
-    response.rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
+    response.rows.push_back(result.empty() ? LinearForm() : evaluation.at(result).form);
   response.waves = evaluation.take_waves();
   response.displacement = evaluation.displacement();
-  const bool is_finite =
-      std::ranges::all_of(response.rows, &Form::is_finite) && std::ranges::all_of(response.waves, &WaveSum::is_finite);
+  const bool is_finite = std::ranges::all_of(response.rows, &LinearForm::is_finite) &&
+                         std::ranges::all_of(response.waves, &WaveSum::is_finite);
   return is_finite ? std::optional(std::move(response)) : std::nullopt;
 }
 

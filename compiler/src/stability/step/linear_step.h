@@ -41,8 +41,8 @@ struct FrozenPoint {
 };
 
 /// One row a state, in the order of LinearStep::states(). Component most_states + i is waves[i], made of those before.
-struct Response {
-  std::vector<Form> rows;
+struct LinearisedStep {
+  std::vector<LinearForm> rows;
   std::vector<WaveSum> waves = {};
   double displacement = 0;  // in cells, of the farthest interpolation
 };
@@ -62,9 +62,9 @@ class LinearStep {
   const std::vector<std::string>& states() const { return states_; }
   StateGroup group() const { return {states_.begin(), states_.end()}; }
   /// Of a step of size dt from this point. nullopt where offsets are too far or a value is not finite.
-  std::optional<Response> response(const FrozenPoint& point, double dt) const;
+  std::optional<LinearisedStep> response(const FrozenPoint& point, double dt) const;
   /// The same, with what former responses at this point have found.
-  std::optional<Response> response(const FrozenPoint& point, double dt, FrozenStages& stages) const;
+  std::optional<LinearisedStep> response(const FrozenPoint& point, double dt, FrozenStages& stages) const;
   /// Fields that the tangent reads beside perturbations: states, coefficients, coordinates, what networks give.
   const std::vector<std::string>& inputs() const { return inputs_; }
   /// Those of them that networks give, see known_networks.h.
@@ -82,7 +82,7 @@ class LinearStep {
   /// The same with all means of perturbations among these.
   LinearStep with_all_coupled() const;
   /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
-  bool follows_flow() const { return follows_flow_; }
+  bool is_semi_lagrangian() const { return follows_flow_; }
   bool reduces() const { return reduces_; }
   /// It solves equations: the response of one point reaches all others.
   bool solves() const { return solves_; }

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "dpde/runtime/cell_colours.h"
-#include "stability/step/compiled_tangent.h"
 #include "stability/eigenvalues/eigenvalues.h"
-#include "stability/report/known_networks.h"
 #include "stability/frozen/scene_states.h"
+#include "stability/report/known_networks.h"
+#include "stability/step/compiled_tangent.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 
@@ -117,7 +117,7 @@ Eigen::Index OwnGrid::cells() const {
 }
 
 double OwnGrid::smooth_length(double step) const {
-  if (linear_.follows_flow()) return 0;
+  if (linear_.is_semi_lagrangian()) return 0;
   for (double length = 1e-4 * step; length > 1e-11 * step; length *= 1e-3) {
     const Eigen::MatrixXd up = tangent(length), down = tangent(-length);
     if ((0.5 * (up + down) - Eigen::MatrixXd::Identity(up.rows(), up.cols())).norm() < 1e-2) return length;
@@ -248,12 +248,12 @@ Eigen::VectorXd OwnGrid::applied(const Eigen::VectorXd& perturbations, double st
 }
 
 stencil::Cell OwnGrid::reach(double step) const {
-  const std::optional<Response> response = linear_.response(point_, step);
+  const std::optional<LinearisedStep> response = linear_.response(point_, step);
   if (!response || !response->waves.empty() || linear_.couples_means()) return memory_.grid().cells;
   stencil::Cell reach{};
-  for (const Form& row : response->rows) {
-    for (const Form::Term& term : row.terms()) {
-      const stencil::Offset offset = Form::offset_of(term.key);
+  for (const LinearForm& row : response->rows) {
+    for (const LinearForm::Term& term : row.terms()) {
+      const stencil::Offset offset = LinearForm::offset_of(term.key);
       for (std::size_t axis = 0; axis < reach.size(); ++axis)
         reach[axis] = std::max(reach[axis], std::abs(offset[axis]));
     }

@@ -31,15 +31,15 @@ constexpr double rounding = 1e-12;                          // of sums of weight
 
 }  // namespace
 
-Amplification::Readings Amplification::readings_of(const Form& form) {
-  std::map<int, Reading> by_component;
-  for (const Form::Term& term : form.terms()) {
-    const stencil::Offset offset = Form::offset_of(term.key);
+Amplification::Readings Amplification::readings_of(const LinearForm& form) {
+  std::map<int, ComponentRow> by_component;
+  for (const LinearForm::Term& term : form.terms()) {
+    const stencil::Offset offset = LinearForm::offset_of(term.key);
     const auto known = std::ranges::find(offsets_, offset);
     const auto number = static_cast<std::size_t>(known - offsets_.begin());
     if (known == offsets_.end()) offsets_.push_back(offset);
-    Reading& reading = by_component[Form::component_of(term.key)];
-    reading.component = Form::component_of(term.key);
+    ComponentRow& reading = by_component[LinearForm::component_of(term.key)];
+    reading.component = LinearForm::component_of(term.key);
     reading.weights.emplace_back(number, term.coefficient);
   }
   Readings readings;
@@ -70,7 +70,7 @@ std::size_t Amplification::number_of(const WaveMultiplier& by) {
   return number;
 }
 
-std::complex<double> Amplification::Reading::at(const std::vector<std::complex<double>>& phases) const {
+std::complex<double> Amplification::ComponentRow::at(const std::vector<std::complex<double>>& phases) const {
   double real = 0, imaginary = 0;
   for (const auto& [place, coefficient] : weights) {
     real += coefficient * phases[place].real();
@@ -82,35 +82,35 @@ std::complex<double> Amplification::Reading::at(const std::vector<std::complex<d
 namespace {
 
 /// Tells the terms of each place together: they lie side by side.
-void for_each_place(const Form& form,
-                    const std::function<void(const stencil::Offset&, std::span<const Form::Term>)>& tell) {
-  const std::vector<Form::Term>& terms = form.terms();
-  const auto place_of = [](const Form::Term& term) { return term.key - Form::component_of(term.key); };
+void for_each_place(const LinearForm& form,
+                    const std::function<void(const stencil::Offset&, std::span<const LinearForm::Term>)>& tell) {
+  const std::vector<LinearForm::Term>& terms = form.terms();
+  const auto place_of = [](const LinearForm::Term& term) { return term.key - LinearForm::component_of(term.key); };
   for (std::size_t first = 0, end = 0; first < terms.size(); first = end) {
     while (end < terms.size() && place_of(terms[end]) == place_of(terms[first])) ++end;
-    tell(Form::offset_of(terms[first].key), std::span(terms).subspan(first, end - first));
+    tell(LinearForm::offset_of(terms[first].key), std::span(terms).subspan(first, end - first));
   }
 }
 
 }  // namespace
 
-void Amplification::note_reach(const Form& form) {
-  for_each_place(form, [&](const stencil::Offset& offset, std::span<const Form::Term>) {
+void Amplification::note_reach(const LinearForm& form) {
+  for_each_place(form, [&](const stencil::Offset& offset, std::span<const LinearForm::Term>) {
     for (std::size_t axis = 0; axis < reach_.size(); ++axis)
       reach_[axis] = std::max(reach_[axis], std::abs(offset[axis]));
   });
 }
 
-Amplification::Amplification(const Response& response, int rank)
+Amplification::Amplification(const LinearisedStep& response, int rank)
     : size_(static_cast<int>(response.rows.size())), rank_(rank) {
-  const std::vector<Form>& rows = response.rows;
-  for (const Form& row : rows) note_reach(row);
+  const std::vector<LinearForm>& rows = response.rows;
+  for (const LinearForm& row : rows) note_reach(row);
   for (const WaveSum& sum : response.waves) {
     for (const WaveSum::Term& term : sum.terms) note_reach(term.form);
     note_reach(sum.divisor);
   }
   if (!response.waves.empty()) {
-    for (const Form& row : rows) rows_.push_back(readings_of(row));
+    for (const LinearForm& row : rows) rows_.push_back(readings_of(row));
     for (const WaveSum& sum : response.waves) {
       Wave& wave = waves_.emplace_back(Wave{{}, readings_of(sum.divisor)});
       for (const WaveSum::Term& term : sum.terms) wave.terms.emplace_back(readings_of(term.form), number_of(term.by));
@@ -119,11 +119,11 @@ Amplification::Amplification(const Response& response, int rank)
   }
   Places places;
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    for_each_place(rows[row], [&](const stencil::Offset& offset, std::span<const Form::Term> terms) {
+    for_each_place(rows[row], [&](const stencil::Offset& offset, std::span<const LinearForm::Term> terms) {
       std::vector<double>& weights = places[offset];
       weights.resize(rows.size() * rows.size());
-      for (const Form::Term& term : terms)
-        weights[static_cast<std::size_t>(Form::component_of(term.key)) * rows.size() + row] = term.coefficient;
+      for (const LinearForm::Term& term : terms)
+        weights[static_cast<std::size_t>(LinearForm::component_of(term.key)) * rows.size() + row] = term.coefficient;
     });
   }
   std::map<std::pair<int, int>, Line> lines;
@@ -244,7 +244,7 @@ struct Amplification::Amplitudes {
   void add(const Readings& readings, const std::complex<double>& factor,
            const std::vector<std::complex<double>>& phases, Eigen::Index to) {
     if (factor == 0.0) return;  // as the mean of all waves but one
-    for (const Reading& reading : readings) {
+    for (const ComponentRow& reading : readings) {
       const Eigen::Index from = reading.component - most_states;
       if (from >= 0 && is_zero[static_cast<std::size_t>(from)]) continue;
       const std::complex<double> w = reading.at(phases);
@@ -286,7 +286,7 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
     for (const auto& [readings, by] : wave.terms) amplitudes.add(readings, multipliers[by], phases, column);
     std::complex<double> divisor = 0;
     double size = 0;
-    for (const Reading& reading : wave.divisor) {
+    for (const ComponentRow& reading : wave.divisor) {
       divisor += reading.at(phases);
       for (const auto& [place, coefficient] : reading.weights) size += std::abs(coefficient);
     }

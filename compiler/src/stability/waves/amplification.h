@@ -20,7 +20,7 @@ using Angles = std::array<double, 3>;
 
 class Amplification {
  public:
-  Amplification(const Response& response, int rank);
+  Amplification(const LinearisedStep& response, int rank);
 
   int size() const { return size_; }
   /// Of the angles. Else some of it is there only for some waves: means, what is dealiased, what is solved for.
@@ -39,20 +39,20 @@ class Amplification {
 
  private:
   using Phases = std::array<std::vector<std::complex<double>>, 3>;  // of each offset along each axis
-  void note_reach(const Form& form);
+  void note_reach(const LinearForm& form);
   using Places = std::map<stencil::Offset, std::vector<double>>;  // weights by columns
   void note_symmetries(const Places& places);
   Phases phases_of(const Angles& angles) const;
   Eigen::MatrixXcd of_mean() const;
   std::complex<double> phase(const Phases& phases, const stencil::Offset& offset) const;
   /// What a form reads of one component: coefficients by the numbers of their offsets among `offsets_`.
-  struct Reading {
+  struct ComponentRow {
     int component;
     std::vector<std::pair<std::size_t, double>> weights;
     std::complex<double> at(const std::vector<std::complex<double>>& phases) const;
   };
-  using Readings = std::vector<Reading>;
-  Readings readings_of(const Form& form);
+  using Readings = std::vector<ComponentRow>;
+  Readings readings_of(const LinearForm& form);
   std::size_t number_of(const WaveMultiplier& by);
   struct Amplitudes;
   Eigen::MatrixXcd with_waves(const Angles& angles) const;

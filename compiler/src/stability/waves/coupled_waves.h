@@ -13,6 +13,7 @@ namespace dpde::stability {
 constexpr std::size_t most_coupled = 4;
 
 /// matrix[i][k]: what the image i is of the unknown k, of component 0. One sum an unknown; none where all rights are 0.
-std::vector<WaveSum> coupled_waves(const std::vector<std::vector<Form>>& matrix, const std::vector<Form>& rights);
+std::vector<WaveSum> coupled_waves(const std::vector<std::vector<LinearForm>>& matrix,
+                                   const std::vector<LinearForm>& rights);
 
 }  // namespace dpde::stability

@@ -49,33 +49,34 @@ std::vector<std::vector<std::size_t>> one_of_each_state(const std::vector<RateTe
 }
 
 /// The row that each term makes alone. nullopt where one cannot be had.
-std::optional<std::vector<Form>> parts_of(const LinearStep& euler, const FrozenPoint& point,
-                                          const std::vector<RateTerm>& terms, const std::vector<std::size_t>& row_of) {
-  std::vector<Form> result(terms.size());
+std::optional<std::vector<LinearForm>> parts_of(const LinearStep& euler, const FrozenPoint& point,
+                                                const std::vector<RateTerm>& terms,
+                                                const std::vector<std::size_t>& row_of) {
+  std::vector<LinearForm> result(terms.size());
   FrozenPoint without = point;
   for (std::size_t i = 0; i < terms.size(); ++i) without.params[factor_of(i)] = 0;
   for (const std::vector<std::size_t>& some : one_of_each_state(terms)) {
     FrozenPoint with_some = without;
     for (const std::size_t i : some) with_some.params[factor_of(i)] = 1;
-    std::optional<Response> rates = generator_of(euler, with_some);
+    std::optional<LinearisedStep> rates = generator_of(euler, with_some);
     if (!rates || !rates->waves.empty()) return std::nullopt;
     for (const std::size_t i : some) result[i] = std::move(rates->rows[row_of[i]]);
   }
   return result;
 }
 
-double size_of(const Form& form) {
+double size_of(const LinearForm& form) {
   double sum = 0;
-  for (const Form::Term& term : form.terms()) sum += std::abs(term.coefficient);
+  for (const LinearForm::Term& term : form.terms()) sum += std::abs(term.coefficient);
   return sum;
 }
 
 /// Of rows that have terms.
-bool are_sums_of(const std::vector<Form>& parts, const std::vector<std::size_t>& row_of,
-                 const std::vector<Form>& rows) {
-  std::map<std::size_t, Form> left;
+bool are_sums_of(const std::vector<LinearForm>& parts, const std::vector<std::size_t>& row_of,
+                 const std::vector<LinearForm>& rows) {
+  std::map<std::size_t, LinearForm> left;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    Form& rest = left.try_emplace(row_of[i], rows[row_of[i]]).first->second;
+    LinearForm& rest = left.try_emplace(row_of[i], rows[row_of[i]]).first->second;
     rest = rest.plus(parts[i].times(-1));
   }
   return std::ranges::all_of(
@@ -101,7 +102,7 @@ std::vector<RateTerm> rate_terms(const model::Problem& problem, const StateGroup
   return result;
 }
 
-std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, const Verdict& verdict,
+std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, const StabilityReport& verdict,
                                                const std::vector<RateTerm>& terms) {
   const Equations equations(problem, verdict.group);
   RatesOfTerms result;
@@ -109,7 +110,7 @@ std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, co
   if (!result.step_of_rates_.is_known() || equations.without_events() != nullptr) return std::nullopt;
   const std::optional<LinearStep> linear = linear_step(problem, verdict.group);
   const auto step = linear ? linear->response(verdict.worst, verdict.limit.step) : std::nullopt;
-  std::optional<Response> rates = step ? equations.rates_at(verdict.worst) : std::nullopt;
+  std::optional<LinearisedStep> rates = step ? equations.rates_at(verdict.worst) : std::nullopt;
   if (!rates) return std::nullopt;
   result.rank_ = static_cast<int>(problem.axes.size());
   const Amplification g(*step, result.rank_), of_all(*rates, result.rank_);
@@ -120,7 +121,7 @@ std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, co
     result.row_of_.push_back(places[static_cast<std::size_t>(row)].row);
   }
   const std::optional<LinearStep> euler = linear_step(with_factors(by_euler(problem), terms), verdict.group);
-  std::optional<std::vector<Form>> parts =
+  std::optional<std::vector<LinearForm>> parts =
       euler ? parts_of(*euler, verdict.worst, terms, result.row_of_) : std::nullopt;
   if (!parts || !are_sums_of(*parts, result.row_of_, rates->rows)) return std::nullopt;
   result.parts_ = std::move(*parts);
@@ -135,15 +136,15 @@ std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, co
 }
 
 /// Two places that lie opposite to each other have the real part (a + b) cos(angle).
-RatesOfTerms::Reach RatesOfTerms::reach_of(const Form& row, std::size_t state) const {
+RatesOfTerms::Reach RatesOfTerms::reach_of(const LinearForm& row, std::size_t state) const {
   std::map<stencil::Offset, double> own;
   Reach reach;
-  for (const Form::Term& term : row.terms()) {
-    const auto component = static_cast<std::size_t>(Form::component_of(term.key));
+  for (const LinearForm::Term& term : row.terms()) {
+    const auto component = static_cast<std::size_t>(LinearForm::component_of(term.key));
     const double size = std::abs(term.coefficient) * scales_[static_cast<Eigen::Index>(component)] /
                         scales_[static_cast<Eigen::Index>(state)];
     reach.size += size;
-    stencil::Offset offset = Form::offset_of(term.key);
+    stencil::Offset offset = LinearForm::offset_of(term.key);
     if (component != state) {
       reach.right += size;
       continue;
@@ -159,14 +160,14 @@ RatesOfTerms::Reach RatesOfTerms::reach_of(const Form& row, std::size_t state) c
 
 bool RatesOfTerms::surely_grows_without(std::size_t term, double step) const {
   const std::size_t row = row_of_[term];
-  const Form without = rows_[row].plus(parts_[term].times(-1));
+  const LinearForm without = rows_[row].plus(parts_[term].times(-1));
   Reach reach = reach_of(without, row);
   for (std::size_t other = 0; other < rows_.size(); ++other) {
     if (other == row) continue;
     reach.right = std::max(reach.right, reaches_[other].right);
     reach.size = std::max(reach.size, reaches_[other].size);
   }
-  Response only{std::vector<Form>(rows_.size())};
+  LinearisedStep only{std::vector<LinearForm>(rows_.size())};
   only.rows[row] = parts_[term];
   const Eigen::VectorXcd rates = eigenvalues(Eigen::MatrixXcd(of_wave_ - Amplification(only, rank_).at(wave_)));
   const Eigen::VectorXcd factors = step_of_rates_.factors(step * rates);

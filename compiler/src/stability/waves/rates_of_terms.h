@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "model/model.h"
+#include "stability/stability_report.h"
 #include "stability/waves/amplification.h"
-#include "stability/verdict.h"
 
 namespace dpde::stability {
 
@@ -25,7 +25,7 @@ std::vector<RateTerm> rate_terms(const model::Problem& problem, const StateGroup
 class RatesOfTerms {
  public:
   /// nullopt where the step is no function of rates (see step_of_rates.h), or these are not sums over the terms.
-  static std::optional<RatesOfTerms> make(const model::Problem& problem, const Verdict& verdict,
+  static std::optional<RatesOfTerms> make(const model::Problem& problem, const StabilityReport& verdict,
                                           const std::vector<RateTerm>& terms);
 
   /// Whether the wave that limits the step still grows without this term, in a step of this length, more than the
@@ -38,15 +38,15 @@ class RatesOfTerms {
   struct Reach {
     double right = 0, size = 0;  // of a row's disc for all waves: the largest real part, and the largest magnitude
   };
-  Reach reach_of(const Form& row, std::size_t state) const;
+  Reach reach_of(const LinearForm& row, std::size_t state) const;
 
   StepOfRates step_of_rates_;
   Angles wave_{};
   int rank_ = 1;
   bool are_spectral_ = false;
   std::vector<std::size_t> row_of_;  // of each term, among the states of the group
-  std::vector<Form> parts_;          // what this row has of it alone
-  std::vector<Form> rows_;
+  std::vector<LinearForm> parts_;    // what this row has of it alone
+  std::vector<LinearForm> rows_;
   Eigen::MatrixXcd of_wave_;
   Eigen::VectorXd scales_;      // of states: they have units
   std::vector<Reach> reaches_;  // of these rows

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "stability/waves/form.h"
+#include "stability/waves/linear_form.h"
 #include "support/wave_function.h"
 
 namespace dpde::stability {
@@ -48,11 +48,11 @@ struct WaveMultiplier {
 /// What a transform or a solve gives.
 struct WaveSum {
   struct Term {
-    Form form;
+    LinearForm form;
     WaveMultiplier by;
   };
   std::vector<Term> terms;
-  Form divisor = {};  // of component 0: by what this makes of a wave of amplitude 1; none where it is zero
+  LinearForm divisor = {};  // of component 0: by what this makes of a wave of amplitude 1; none where it is zero
 
   bool is_finite() const;
 };

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "stencil/build.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
@@ -76,18 +76,18 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
   std::erase(e.params, repeat.counter.name);
   for (const Kernel* kernel : kernels_run(module, pass)) e.kernels.push_back(kernel->name);
   const auto is_loaded = [&](const std::string& field) {
-    return std::ranges::any_of(repeat.loads, [&](const Stacked& load) { return load.field == field; });
+    return std::ranges::any_of(repeat.loads, [&](const TapeEntry& load) { return load.field == field; });
   };
   for (const std::string& field : known.inputs) {
     if (!is_loaded(field)) e.reads.push_back(field);
   }
-  for (const Carry& carry : repeat.carries) {
+  for (const LoopCarried& carry : repeat.carries) {
     add_new(e.reads, carry.state);
     e.writes.push_back(carry.result);
   }
-  for (const Stacked& load : repeat.loads) add_new(e.inner, load.field);
+  for (const TapeEntry& load : repeat.loads) add_new(e.inner, load.field);
   for_each_fill(pass, [&](const Fill& fill) {
-    if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
+    if (has(e.reads, fill.field)) add_new(e.invalidates_halo, fill.field);
   });
   return e;
 }
@@ -101,8 +101,8 @@ void add_step(const Effects& step, const Solve& solve, Effects& e) {
   for (const auto* fields : {&step.inner, &step.writes, &step.reads}) std::ranges::for_each(*fields, add_inner);
   for (const std::string& param : step.params) add_new(e.params, param);
   for (const std::string& kernel : step.kernels) add_new(e.kernels, kernel);
-  for (const std::string& field : step.spoils) {
-    if (has(e.reads, field)) add_new(e.spoils, field);
+  for (const std::string& field : step.invalidates_halo) {
+    if (has(e.reads, field)) add_new(e.invalidates_halo, field);
   }
 }
 
@@ -121,7 +121,7 @@ Effects of_solve(const Module& module, const Solve& solve) {
   }
   for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
   for_each_fill(block, [&](const Fill& fill) {
-    if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
+    if (has(e.reads, fill.field)) add_new(e.invalidates_halo, fill.field);
   });
   for (const std::string& right : solve.rights) add_new(e.reads, right);
   for (const std::string& guess : solve.guesses) add_new(e.reads, guess);
@@ -149,7 +149,7 @@ NameList fields_beside_residual(const Solve& solve) {
 
 Program pass_of(const Repeat& repeat, const Program& program) {
   Program pass{program.name, program.axes, repeat.body, {}, {}, repeat.halos};
-  for (const Carry& carry : repeat.carries) pass.swaps.push_back({carry.state, carry.next});
+  for (const LoopCarried& carry : repeat.carries) pass.swaps.push_back({carry.state, carry.next});
   return pass;
 }
 

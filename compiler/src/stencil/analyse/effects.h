@@ -24,7 +24,7 @@ struct Effects {
   std::vector<std::string> sums;
   std::vector<std::string> kernels, networks;  // that it runs and applies
   std::vector<std::string> inner;              // fields of a block, which nothing outside knows
-  std::vector<std::string> spoils;             // fields whose halo is anything afterwards
+  std::vector<std::string> invalidates_halo;   // fields whose halo is anything afterwards
 };
 Effects effects(const Module& module, const Statement& statement);
 

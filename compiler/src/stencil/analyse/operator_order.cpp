@@ -12,11 +12,11 @@
 #include <set>
 #include <vector>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
+#include "stencil/analyse/laurent.h"
 #include "stencil/build.h"
 #include "stencil/space/discretise.h"
-#include "stencil/analyse/laurent.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -219,7 +219,7 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";
   const bool transports = holds([](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); });
-  if (transports && problem.scheme.follows_flow()) return "it holds an advect that follows the flow";
+  if (transports && problem.scheme.is_semi_lagrangian()) return "it holds an advect that follows the flow";
   return "";
 }
 

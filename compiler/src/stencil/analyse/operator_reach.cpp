@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <map>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/match.h"
 
 namespace dpde::stencil {

@@ -8,11 +8,11 @@
 #include <random>
 #include <vector>
 
-#include "stencil/build.h"
-#include "stencil/space/decisions.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_reach.h"
+#include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
+#include "stencil/space/comparisons.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {

@@ -12,7 +12,7 @@
 namespace dpde::stencil {
 
 /// Of a linear solve, whose fills may be placed or not; `known`: parameters that are not arbitrary. What hangs on a
-/// decision (stencil/space/decisions.h) is seen for values near 1 only.
+/// decision (stencil/space/comparisons.h) is seen for values near 1 only.
 OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known = {});
 
 /// Those that hold for all values on all grids. None of an operator for several unknowns, or one that makes decisions

@@ -45,7 +45,8 @@ class KernelCheck {
       violation("interpolates {} with {} displacements", i.field, i.displacement.size());
     }
     for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (i.along[axis] != Along::linear) violation("takes a slope of {} along an axis it does not have", i.field);
+      if (i.along[axis] != InterpolationBasis::linear)
+        violation("takes a slope of {} along an axis it does not have", i.field);
     }
   }
 

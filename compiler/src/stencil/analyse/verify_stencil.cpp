@@ -8,15 +8,15 @@
 #include <map>
 #include <set>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/extents.h"
 #include "stencil/analyse/symbol.h"
 #include "stencil/analyse/verify_kernel.h"
 #include "stencil/analyse/verify_solve.h"
-#include "support/names/bound_names.h"
+#include "stencil/build.h"
 #include "support/contains.h"
 #include "support/match.h"
+#include "support/names/bound_names.h"
 
 namespace dpde::stencil {
 
@@ -77,12 +77,12 @@ class ProgramCheck {
     statement_ = inside.statement_;
     std::set<std::string> own = inside.written_;
     own.merge(inside.inner_);
-    for (const Stacked& load : repeat.loads) own.insert(load.field);
+    for (const TapeEntry& load : repeat.loads) own.insert(load.field);
     check_carries(repeat, inside);
     check_stacks(repeat, inside);
     inside.params_.erase(repeat.counter.name);
     leave_block(inside, own);
-    for (const Carry& carry : repeat.carries) {
+    for (const LoopCarried& carry : repeat.carries) {
       check_write(carry.result);
       grown_[carry.result] = 0;
     }
@@ -170,7 +170,7 @@ class ProgramCheck {
 
   void check_carries(const Repeat& repeat, const ProgramCheck& inside) {
     std::set<std::string> names;
-    for (const Carry& carry : repeat.carries) {
+    for (const LoopCarried& carry : repeat.carries) {
       fields_.insert(carry.state);
       if (!names.insert(carry.state).second || !names.insert(carry.next).second)
         violation("has {} or {} in two swaps of a repeat", carry.state, carry.next);
@@ -180,17 +180,17 @@ class ProgramCheck {
   }
 
   void check_stacks(const Repeat& repeat, const ProgramCheck& inside) {
-    for (const Stacked& save : repeat.saves) {
-      const auto is_it = [&](const Carry& carry) { return carry.state == save.field; };
-      const auto is_next = [&](const Carry& carry) { return carry.next == save.field; };
-      const auto is_loaded = [&](const Stacked& load) { return load.field == save.field; };
+    for (const TapeEntry& save : repeat.saves) {
+      const auto is_it = [&](const LoopCarried& carry) { return carry.state == save.field; };
+      const auto is_next = [&](const LoopCarried& carry) { return carry.next == save.field; };
+      const auto is_loaded = [&](const TapeEntry& load) { return load.field == save.field; };
       const bool differs = inside.is_written(save.field) || std::ranges::any_of(repeat.carries, is_it) ||
                            std::ranges::any_of(repeat.loads, is_loaded);
       if (!differs || std::ranges::any_of(repeat.carries, is_next))
         violation("saves {}, which is no state of the repeat and not its own", save.field);
       if (!stacks_.emplace(save.stack, repeat.count).second) violation("saves twice in {}", save.stack);
     }
-    for (const Stacked& load : repeat.loads) {
+    for (const TapeEntry& load : repeat.loads) {
       const auto saved = stacks_.find(load.stack);
       if (saved == stacks_.end() || saved->second != repeat.count)
         violation("loads from {}, which no repeat of {} passes has saved", load.stack, repeat.count);

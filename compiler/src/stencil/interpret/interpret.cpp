@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -184,7 +184,8 @@ class Interpreter {
     Values cells;
     for (const std::string& field : block.reads) {
       const std::vector<double>* known = state_.find_cells(field);
-      if (known != nullptr && !is_coordinate(field) && !contains(block.spoils, field) && !contains(block.inner, field))
+      if (known != nullptr && !is_coordinate(field) && !contains(block.invalidates_halo, field) &&
+          !contains(block.inner, field))
         cells[field] = *known;
     }
     return cells;
@@ -216,19 +217,19 @@ class Interpreter {
     const Program pass = pass_of(repeat, program);
     const Effects known = effects(module_, repeat);
     Values outside, whole = cells_kept_by(known);
-    for (const Carry& carry : repeat.carries) whole.erase(carry.result);
-    for (const Stacked& load : repeat.loads) {
+    for (const LoopCarried& carry : repeat.carries) whole.erase(carry.result);
+    for (const TapeEntry& load : repeat.loads) {
       outside[load.field] = state_.get(load.field);
       if (state_.has(load.field)) whole[load.field] = state_.cells(load.field);
     }
     for (int k = 0; k < repeat.count; ++k) {
       params_[repeat.counter.name] = repeat.counter.is_backwards ? repeat.count - 1 - k : k;
-      for (const Stacked& load : repeat.loads) {
+      for (const TapeEntry& load : repeat.loads) {
         state_.set(load.field, stacks_[load.stack].back());
         stacks_[load.stack].pop_back();
       }
       const auto save_where = [&](bool is_own) {
-        for (const Stacked& save : repeat.saves) {
+        for (const TapeEntry& save : repeat.saves) {
           const bool is_written = contains(known.inner, save.field) && !outside.contains(save.field);
           if (is_written == is_own) stacks_[save.stack].push_back(state_.get(save.field));
         }
@@ -238,7 +239,7 @@ class Interpreter {
       run(pass);
       save_where(true);
       Values next;
-      for (const Carry& carry : repeat.carries) {
+      for (const LoopCarried& carry : repeat.carries) {
         if (k == 0) outside[carry.state] = state_.get(carry.state);
         next[k + 1 == repeat.count ? carry.result : carry.state] = state_.get(carry.next);
       }
@@ -247,7 +248,7 @@ class Interpreter {
         if (!outside.contains(field)) state_.poison(field);
       }
     }
-    set(values_of(known.spoils));
+    set(values_of(known.invalidates_halo));
     set(outside);
     for (const auto& [field, cells] : whole) state_.set_cells(field, cells);
   }

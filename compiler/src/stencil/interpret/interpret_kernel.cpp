@@ -11,8 +11,8 @@
 
 #include "stencil/interpret/interpret.h"
 #include "support/assert.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::stencil {
 
@@ -37,7 +37,7 @@ struct Taps {
 };
 
 /// The cells along one axis around the point `at` displaced by `d`, and their weights.
-Taps taps_along(Topology topology, int n, int at, double d, Along along) {
+Taps taps_along(Topology topology, int n, int at, double d, InterpolationBasis along) {
   const double j = at + std::floor(d);
   double f = d - std::floor(d);
   const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result

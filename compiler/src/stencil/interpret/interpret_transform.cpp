@@ -6,9 +6,9 @@
 #include <complex>
 #include <numbers>
 
+#include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
 #include "stencil/interpret/interpret.h"
-#include "stencil/analyse/symbol.h"
 #include "support/assert.h"
 #include "support/match.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stencil/build.h"
-#include "stencil/space/decisions.h"
+#include "stencil/space/comparisons.h"
 
 namespace dpde::stencil {
 

@@ -85,8 +85,8 @@ class EventStages {
 
   /// States as they are at the end of the step, or of the event before. What solves begin with is stored behind all
   /// events.
-  Reading reading() const {
-    Reading reading;
+  Environment reading() const {
+    Environment reading;
     reading.fields = ends_;
     for (const model::State& state : lowering_.problem().states) {
       if (state.is_guess) reading.fields.erase(state.name);

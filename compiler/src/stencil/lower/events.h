@@ -15,7 +15,7 @@
 namespace dpde::stencil {
 
 /// Makes what is done before an event: of its place among the problem's events, and what it reads.
-using BeforeEvent = std::function<std::optional<Stage>(std::size_t event, const Reading& reading)>;
+using BeforeEvent = std::function<std::optional<Stage>(std::size_t event, const Environment& reading)>;
 
 /// `ends`: the fields that hold the states when the stages are done; afterwards those behind the events. With `before`
 /// each event has a stage of its own.

@@ -9,18 +9,18 @@
 
 #include "model/build.h"
 #include "model/uses.h"
+#include "stencil/analyse/operator_order.h"
 #include "stencil/build.h"
 #include "stencil/lower/custom_adjoint.h"
 #include "stencil/lower/events.h"
-#include "stencil/time/exponential.h"
-#include "stencil/lower/idle_walls.h"
-#include "stencil/time/iterations_from_model.h"
 #include "stencil/lower/lowering.h"
-#include "stencil/analyse/operator_order.h"
+#include "stencil/lower/unread_boundaries.h"
 #include "stencil/passes/place_fills.h"
-#include "stencil/time/projections.h"
 #include "stencil/space/quantities.h"
 #include "stencil/space/semi_lagrangian.h"
+#include "stencil/time/exponential.h"
+#include "stencil/time/iterations_from_model.h"
+#include "stencil/time/projections.h"
 #include "stencil/time/step.h"
 #include "stencil/time/watched_stages.h"
 #include "support/assert.h"
@@ -32,7 +32,7 @@ namespace dpde::stencil {
 namespace {
 
 /// The formulas of an operator whose adjoint is given.
-void check_given(const Preparation& made, DiagnosticSink& sink) {
+void check_given(const Prerequisite& made, DiagnosticSink& sink) {
   const Kernel* kernel = std::get_if<Kernel>(&made);
   for (std::size_t i = 0; kernel && i < kernel->custom_adjoints.size(); ++i) {
     const CustomAdjoint& given = kernel->custom_adjoints[i];
@@ -87,7 +87,7 @@ void check_size(const Lowering& lowering, const model::Use& use, Made as, Diagno
       at_point(e, placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{});
     }
   }
-  for (const Preparation& made : at_point.preparations()) check_given(made, sink);
+  for (const Prerequisite& made : at_point.preparations()) check_given(made, sink);
   if (!at_point.gave_up()) return;
   sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : use.origin.range,
               {std::to_string(max_parts)}, "nest fewer derivatives, or choose lower orders in the scheme");
@@ -105,7 +105,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   const model::Problem& problem = lowering.problem();
   const std::size_t before = sink.all().size();
   check_time_scheme(problem, sink);
-  if (problem.scheme.follows_flow()) check_semi_lagrangian(problem, sink);
+  if (problem.scheme.is_semi_lagrangian()) check_semi_lagrangian(problem, sink);
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (const std::optional<Made> as = made(use.kind)) check_size(lowering, use, *as, sink);
   });
@@ -255,7 +255,7 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
 
 std::vector<Formula> shown_formulas(const model::Problem& problem, Lowering& lowering) {
   std::vector<Formula> formulas;
-  for (const model::Shown& shown : problem.shown)
+  for (const model::OutputField& shown : problem.shown)
     formulas.push_back({lowering.fresh_field(shown.name + "_shown"), shown.value, shown.origin, shown.placement});
   return formulas;
 }
@@ -285,7 +285,7 @@ bool has_step(const model::Problem& problem) {
 
 /// Events have stages of their own behind it, which read the states as they are there.
 Stage end_of_step(const Lowering& lowering, const std::string& name, const FieldsOfStates& ends) {
-  Reading reading;
+  Environment reading;
   reading.fields = ends;
   reading.time = param("t") + param("dt");
   return Lowering::stage(lowering.kernel(name + "_end"), lowering.discretiser(reading), reading.time);

@@ -6,9 +6,9 @@
 #include <tuple>
 #include <utility>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_traits.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {

@@ -32,7 +32,7 @@ namespace dpde::stencil {
 /// its unknown, and sums, the same everywhere.
 struct IterationFields {
   int count = 0;
-  Carry x, left, direction, square, size;
+  LoopCarried x, left, direction, square, size;
   std::string squares, squares_at_start, product, curvature, mean, mean_of_start, pass;
   // With a preconditioner: z; products of r and p, z and r, z and z, z and q, r and q; and their sums.
   std::string towards, mean_of_made, ahead, ahead_sum, gains, gain, lengths, length, turns, turned, drifts, drift;

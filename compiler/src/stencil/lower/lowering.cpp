@@ -9,13 +9,13 @@
 #include "model/boundary/wall_coefficient.h"
 #include "model/boundary/wall_formula.h"
 #include "stencil/build.h"
-#include "stencil/lower/own_names.h"
+#include "stencil/lower/alpha_rename.h"
+#include "stencil/lower/walls.h"
 #include "stencil/passes/displaced_values.h"
 #include "stencil/passes/place_fills.h"
-#include "stencil/lower/walls.h"
-#include "support/names/bound_names.h"
 #include "support/contains.h"
 #include "support/match.h"
+#include "support/names/bound_names.h"
 #include "support/names/wave_names.h"
 
 namespace dpde::stencil {
@@ -31,7 +31,7 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
 }
 
 /// All that a preparation reads.
-std::vector<Signature::Read> reads_of(const Preparation& preparation) {
+std::vector<Signature::Read> reads_of(const Prerequisite& preparation) {
   using Reads = std::vector<Signature::Read>;
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).reads; },
@@ -63,7 +63,7 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
 }
 
 /// In its block.
-int width_inside(const Preparation& preparation) {
+int width_inside(const Prerequisite& preparation) {
   const auto none = [](const auto&) { return 0; };
   return match(
       preparation, [&](const Kernel& k) { return none(k); }, [&](const Reduce& r) { return none(r); },
@@ -83,7 +83,7 @@ int width_of(const Signature::Read& read) { return *std::max_element(read.halo.b
 
 /// Whether a solve of the stage reads what the kernel stores.
 bool is_read_by_solve(const Stage& stage, const Kernel& kernel) {
-  return std::ranges::any_of(stage.before, [&](const Preparation& preparation) {
+  return std::ranges::any_of(stage.before, [&](const Prerequisite& preparation) {
     const auto* solve = std::get_if<PreparedSolve>(&preparation);
     return solve != nullptr && std::ranges::any_of(kernel.stores, [&](const Store& store) {
              return signature(solve->kernel).find_read(store.field) != nullptr;
@@ -141,7 +141,7 @@ std::vector<std::string> known_outside(const Stage& stage) {
   std::vector<std::string> fields = signature(stage.kernel).writes;
   if (!stage.block) return fields;
   std::vector<std::string> results;
-  for (const Carry& carry : stage.block->carries) {
+  for (const LoopCarried& carry : stage.block->carries) {
     if (contains(fields, carry.next)) results.push_back(carry.result);
   }
   return results;
@@ -150,7 +150,7 @@ std::vector<std::string> known_outside(const Stage& stage) {
 /// What the passes of a block write or carry.
 std::set<std::string> fields_of_passes(const std::vector<Stage>& stages, const StageBlock* block) {
   std::set<std::string> fields;
-  for (const Carry& carry : block->carries) fields.insert({carry.state, carry.next});
+  for (const LoopCarried& carry : block->carries) fields.insert({carry.state, carry.next});
   for (const Stage& stage : stages) {
     if (stage.block.get() != block) continue;
     for (const std::string& field : signature(stage.kernel).writes) fields.insert(field);
@@ -223,7 +223,7 @@ class BlockScope {
 
 std::vector<Signature::Read> reads_of(const Stage& stage) {
   std::vector<Signature::Read> reads = signature(stage.kernel).reads;
-  for (const Preparation& preparation : stage.before) {
+  for (const Prerequisite& preparation : stage.before) {
     const std::vector<Signature::Read> more = reads_of(preparation);
     reads.insert(reads.end(), more.begin(), more.end());
   }
@@ -237,7 +237,7 @@ Lowering::Lowering(const model::Problem& problem) : problem_(problem), placement
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
   for (const model::Quantity& observable : problem.observables) names_.reserve(observable.name);
-  for (const model::Shown& shown : problem.shown) names_.reserve(shown.name);
+  for (const model::OutputField& shown : problem.shown) names_.reserve(shown.name);
   for (const network::Network& network : problem.networks) names_.reserve(network.name);
   for (const model::State& state : problem.states) {
     names_.reserve(state.name);
@@ -265,7 +265,7 @@ std::string Lowering::field_beside(const std::string& state, const std::string& 
   return field;
 }
 
-Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken) const {
+Discretiser Lowering::discretiser(Environment reading, const std::vector<Let>& taken) const {
   const model::Scheme scheme = model::with_differences(problem_.scheme);
   NameSupply names = names_;
   for (const Let& let : taken) names.reserve(let.name);
@@ -411,7 +411,7 @@ void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& 
   }
 }
 
-void Lowering::add_preparation(const Preparation& preparation, const Stage& stage, int grow, Draft& draft) const {
+void Lowering::add_preparation(const Prerequisite& preparation, const Stage& stage, int grow, Draft& draft) const {
   Program& program = draft.program;
   add_halos(reads_of(preparation), stage.time, grow, stage.at, draft);
   match(

@@ -13,9 +13,9 @@
 
 #include "model/model.h"
 #include "stencil/build.h"
+#include "stencil/lower/walls.h"
 #include "stencil/space/discretise.h"
 #include "stencil/stencil.h"
-#include "stencil/lower/walls.h"
 #include "support/names/name_supply.h"
 
 namespace dpde::stencil {
@@ -24,7 +24,7 @@ namespace dpde::stencil {
 struct StageBlock {
   int count = 1;
   std::string counter = {};
-  std::vector<Carry> carries = {};
+  std::vector<LoopCarried> carries = {};
   Expr end;  // the time where a pass ends
   std::optional<Solve> solve = std::nullopt;
 };
@@ -34,10 +34,10 @@ struct StageBlock {
 struct Stage {
   Kernel kernel;
   Expr time;
-  std::vector<Preparation> before;
+  std::vector<Prerequisite> before;
   FieldsOfStates at = {};                             // what it reads in the place of states
   std::shared_ptr<const StageBlock> block = nullptr;  // which it stands in with the stages that have the same
-  std::optional<Reading> reading = std::nullopt;      // when formulas of a problem stand in it: what they read
+  std::optional<Environment> reading = std::nullopt;  // when formulas of a problem stand in it: what they read
 };
 /// All that a stage reads.
 std::vector<Signature::Read> reads_of(const Stage& stage);
@@ -64,16 +64,16 @@ class Lowering {
 
   /// Transport along the flow is no difference: where it was chosen, an advect that is left is central(2).
   /// Lets get other names than those of `taken`.
-  Discretiser discretiser(Reading reading = {}, const std::vector<Let>& taken = {}) const;
+  Discretiser discretiser(Environment reading = {}, const std::vector<Let>& taken = {}) const;
 
   Kernel kernel(const std::string& name) const;
   /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
-  static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Reading().time);
+  static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Environment().time);
   /// Adds the kernels and the program that runs them; swaps and keeps are the caller's, who has its fills placed then.
   /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that
   /// reads it, else at that of the results.
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages,
-                       const Expr& time_of_results = Reading().time) const;
+                       const Expr& time_of_results = Environment().time) const;
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:
@@ -81,7 +81,7 @@ class Lowering {
   struct Draft;
   void add_halos(const std::vector<Signature::Read>& reads, const Expr& time, int grow, const FieldsOfStates& at,
                  Draft& draft) const;
-  void add_preparation(const Preparation& preparation, const Stage& stage, int grow, Draft& draft) const;
+  void add_preparation(const Prerequisite& preparation, const Stage& stage, int grow, Draft& draft) const;
   void add_solve(PreparedSolve solve, const Expr& time, const StateHalos& state_halos, Walls& walls, Module& module,
                  Program& program) const;
   std::string keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const;

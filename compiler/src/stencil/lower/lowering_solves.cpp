@@ -7,8 +7,8 @@
 #include "stencil/build.h"
 #include "stencil/lower/iterations.h"
 #include "stencil/lower/lowering.h"
-#include "stencil/passes/place_fills.h"
 #include "stencil/lower/walls.h"
+#include "stencil/passes/place_fills.h"
 
 namespace dpde::stencil {
 

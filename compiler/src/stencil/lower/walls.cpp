@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <optional>
 
-#include "model/build.h"
 #include "model/boundary/wall_coefficient.h"
 #include "model/boundary/wall_formula.h"
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 Expr lowered(const model::Expr& value, const Expr& time, const model::Placement& placement,
              const FieldsOfStates& at = {}) {
-  Reading reading;
+  Environment reading;
   reading.time = time;
   reading.fields = at;
   return Discretiser(model::Scheme{}, NameSupply(), 1, reading)(value, placement);

@@ -6,10 +6,10 @@
 #include <set>
 #include <utility>
 
-#include "stencil/build.h"
-#include "stencil/lower/custom_adjoint.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/extents.h"
+#include "stencil/build.h"
+#include "stencil/lower/custom_adjoint.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 
@@ -197,13 +197,13 @@ class Liveness {
 
   /// Leaves in it what has an effect: what a pass carries on may be needed by what it carries else.
   bool pass_repeat(Repeat& repeat) {
-    std::erase_if(repeat.saves, [&](const Stacked& save) { return live_stacks_.erase(save.stack) == 0; });
-    const auto is_saved = [&](const Carry& carry) {
-      return std::ranges::any_of(repeat.saves, [&](const Stacked& save) { return save.field == carry.state; });
+    std::erase_if(repeat.saves, [&](const TapeEntry& save) { return live_stacks_.erase(save.stack) == 0; });
+    const auto is_saved = [&](const LoopCarried& carry) {
+      return std::ranges::any_of(repeat.saves, [&](const TapeEntry& save) { return save.field == carry.state; });
     };
     Repeat live = repeat;
-    std::erase_if(live.carries, [&](const Carry& carry) { return !is_live(carry.result) && !is_saved(carry); });
-    for (const Carry& carry : repeat.carries) {
+    std::erase_if(live.carries, [&](const LoopCarried& carry) { return !is_live(carry.result) && !is_saved(carry); });
+    for (const LoopCarried& carry : repeat.carries) {
       live_.erase(carry.result);
       live_halos_.erase(carry.result);
     }
@@ -212,24 +212,24 @@ class Liveness {
     do {
       before = live.carries.size();
       Program pass = pass_of(live, program_);
-      for (const Stacked& save : live.saves) pass.keeps.push_back(save.field);
+      for (const TapeEntry& save : live.saves) pass.keeps.push_back(save.field);
       Liveness inside(module_, pass, live_parts_);
       live.body = inside.run();
       needed = std::move(inside.live_);
       live.carries.clear();
-      for (const Carry& carry : repeat.carries) {
+      for (const LoopCarried& carry : repeat.carries) {
         const auto was = std::ranges::find(pass.swaps, Swap{carry.state, carry.next});
         if (was != pass.swaps.end() || needed.contains(carry.state)) live.carries.push_back(carry);
       }
       if (live.carries.size() != before) live.body = repeat.body;
     } while (live.carries.size() != before);
     if (live.body.empty() && live.saves.empty()) return false;
-    std::erase_if(live.loads, [&](const Stacked& load) { return !needed.contains(load.field); });
-    for (const Stacked& load : live.loads) {
+    std::erase_if(live.loads, [&](const TapeEntry& load) { return !needed.contains(load.field); });
+    for (const TapeEntry& load : live.loads) {
       needed.erase(load.field);
       live_stacks_.insert(load.stack);
     }
-    for (const Carry& carry : live.carries) needed.insert(carry.state);
+    for (const LoopCarried& carry : live.carries) needed.insert(carry.state);
     live_.merge(needed);
     repeat = std::move(live);
     return true;

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "stencil/build.h"
-#include "stencil/space/decisions.h"
 #include "stencil/passes/passes.h"
+#include "stencil/space/comparisons.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/names/name_supply.h"

@@ -17,7 +17,7 @@ struct StoredValues {
 
 /// Of a stage's own kernel; what is solved for keeps its text. Where that at least halves what a point takes, in loads,
 /// operations and fields that pass through memory; else the kernel as it is. What a decision hangs on stays as it is
-/// written (stencil/space/decisions.h). Fields get names that no field of the kernel has.
+/// written (stencil/space/comparisons.h). Fields get names that no field of the kernel has.
 ///
 /// Where all axes are alike a value is stored for all of its displacements: along rings fills go around, beyond walls
 /// its kernel runs as far out as it is read. Beside rings it keeps its displacements along walls: a fill around a ring

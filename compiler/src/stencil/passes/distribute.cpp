@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "stencil/build.h"
-#include "stencil/space/decisions.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
+#include "stencil/space/comparisons.h"
 
 namespace dpde::stencil {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/extents.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -94,11 +94,11 @@ void FillPlacer::pass(const Module& module, const Statement& statement) {
     filled_.insert(field);
     spoiled_.erase(field);
   }
-  for (const auto* changed : {&e.writes, &e.updates, &e.spoils}) {
+  for (const auto* changed : {&e.writes, &e.updates, &e.invalidates_halo}) {
     for (const std::string& field : *changed) filled_.erase(field);
   }
   written_.insert(e.writes.begin(), e.writes.end());
-  spoiled_.insert(e.spoils.begin(), e.spoils.end());
+  spoiled_.insert(e.invalidates_halo.begin(), e.invalidates_halo.end());
 }
 
 void FillPlacer::add(const Module& module, Statement statement, std::vector<Statement>& body) {

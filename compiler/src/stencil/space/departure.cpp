@@ -51,7 +51,7 @@ std::vector<Expr> Departure::ended(std::vector<Expr> way) {
   return way;
 }
 
-Expr Departure::taken(const std::string& field, const std::vector<Expr>& way, Along along) {
+Expr Departure::taken(const std::string& field, const std::vector<Expr>& way, InterpolationBasis along) {
   Interp read{field, {}, ended(way), {}};
   std::fill_n(read.along.begin(), way.size(), along);
   return between(std::move(read), 0);
@@ -63,15 +63,15 @@ Expr Departure::taken(const std::string& field, const std::vector<Expr>& way, Al
 Expr Departure::between(Interp read, std::size_t axis) {
   if (axis == read.displacement.size()) return interp(std::move(read));
   if (!lies_on_walls(axis)) return between(std::move(read), axis + 1);
-  if (read.along[axis] == Along::cubic) return cubic_between(std::move(read), axis);
+  if (read.along[axis] == InterpolationBasis::cubic) return cubic_between(std::move(read), axis);
   const Expr way = read.displacement[axis],
              from_wall = way + (place(axis) - problem_.axes[axis].low) / spacing(static_cast<int>(axis));
   const Expr beyond =
       at_point_.shared("beyond_" + axis_letter(static_cast<int>(axis)),
                        select(binary(BinaryOp::less, from_wall, 0.5), from_wall, call(Fn::fraction, {way})));
-  read.along[axis] = Along::lower;
+  read.along[axis] = InterpolationBasis::lower;
   const Expr lower = between(read, axis + 1);
-  read.along[axis] = Along::upper;
+  read.along[axis] = InterpolationBasis::upper;
   return (1.0 - beyond) * lower + beyond * between(std::move(read), axis + 1);
 }
 
@@ -84,14 +84,15 @@ Expr Departure::cubic_between(Interp read, std::size_t axis) {
   const Expr from_low = at_point_.shared("from_low_" + letter, way + low),
              from_high = at_point_.shared("from_high_" + letter, high - way);
   const auto beside = [&](const Expr& middle, const Expr& at) {
-    const auto point = [&](const Expr& displacement, Along side) {
+    const auto point = [&](const Expr& displacement, InterpolationBasis side) {
       Interp one = read;
       one.displacement[axis] = displacement;
       one.along[axis] = side;
       return between(std::move(one), axis + 1);
     };
-    const Expr first = point(middle - 1.0, Along::lower), last = point(middle + 1.0, Along::upper);
-    const Expr second = point(middle, Along::lower), third = point(middle, Along::upper);
+    const Expr first = point(middle - 1.0, InterpolationBasis::lower),
+               last = point(middle + 1.0, InterpolationBasis::upper);
+    const Expr second = point(middle, InterpolationBasis::lower), third = point(middle, InterpolationBasis::upper);
     const Expr before = at + 1.0, next = 1.0 - at, after = 2.0 - at;
     const Expr inner = before * after / 2.0, outer = at * next / 6.0;
     return inner * (next * second + at * third) - outer * (after * first + before * last);
@@ -108,7 +109,7 @@ Bounds Departure::bounds(const std::string& field, const std::vector<Expr>& way)
   for (int corner = 0; corner < 1 << to.size(); ++corner) {
     Interp read{field, {}, to, {}};
     for (std::size_t axis = 0; axis < to.size(); ++axis)
-      read.along[axis] = corner >> axis & 1 ? Along::upper : Along::lower;
+      read.along[axis] = corner >> axis & 1 ? InterpolationBasis::upper : InterpolationBasis::lower;
     const Expr value = at_point_.shared(field + "_corner", interp(read));
     if (!bounds) {
       bounds = {value, value};

@@ -31,7 +31,7 @@ class Departure {
   /// The same with a name.
   std::vector<Expr> shared_way(const std::string& wish, std::vector<Expr> way);
   /// `field`, which lies where the state does, at the end of the way.
-  Expr taken(const std::string& field, const std::vector<Expr>& way, Along along);
+  Expr taken(const std::string& field, const std::vector<Expr>& way, InterpolationBasis along);
   /// Of the cell that the way leads to.
   Bounds bounds(const std::string& field, const std::vector<Expr>& way);
   /// `value` where neither way leads beyond a wall, else 0.

@@ -115,9 +115,9 @@ Expr scaled(const Expr& factor, const Expr& product) {
   return binary(b->op, scaled(factor, b->left), b->right);
 }
 
-Reading::Reading() : time(param("t")) {}
+Environment::Environment() : time(param("t")) {}
 
-Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading,
+Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Environment reading,
                          model::Placements placements)
     : scheme_(scheme),
       names_(std::move(names)),
@@ -125,7 +125,7 @@ Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank
       reading_(std::move(reading)),
       placements_(std::move(placements)) {
   if (placements_.is_staggered()) base_.reset();
-  require(!scheme_.follows_flow(), "advection along the flow is no difference");
+  require(!scheme_.is_semi_lagrangian(), "advection along the flow is no difference");
 }
 
 /// Sets the base for a while.

@@ -5,7 +5,8 @@
 //    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
 //    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
 //  - every other nesting composes by shifting;
-//  - on staggered grids, by the rules of model/analyse/placement.h: what holds fields of one placement and is wanted there
+//  - on staggered grids, by the rules of model/analyse/placement.h: what holds fields of one placement and is wanted
+//  there
 //    goes by the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is
 //    the staggered difference where its operand can be taken at the other placement along its axis, else the
 //    central one;
@@ -35,12 +36,12 @@
 #include <variant>
 #include <vector>
 
-#include "model/model.h"
 #include "model/analyse/placement.h"
-#include "stencil/space/finite_difference.h"
+#include "model/model.h"
 #include "stencil/lower/iterations.h"
-#include "stencil/stencil.h"
+#include "stencil/space/finite_difference.h"
 #include "stencil/space/waves.h"
+#include "stencil/stencil.h"
 #include "support/names/name_supply.h"
 
 namespace dpde::stencil {
@@ -57,11 +58,11 @@ Expr scaled(const Expr& factor, const Expr& product);
 using FieldsOfStates = std::map<std::string, std::string>;
 
 /// Which field stands for a state, and the time that is meant by t.
-struct Reading {
+struct Environment {
   FieldsOfStates fields;               // those not named here stand for themselves
   std::map<std::string, Expr> values;  // of the parameters of an operator that are the same at all points
   Expr time;
-  Reading();
+  Environment();
 };
 
 /// A field that solves an equation: `kernel` makes `image` of `unknown`, `right` is what it shall be. `state` is no
@@ -85,13 +86,13 @@ struct PreparedSolve {
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
 /// kernel without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
-using Preparation = std::variant<Kernel, Reduce, NetworkCall, Transform, PreparedSolve>;
+using Prerequisite = std::variant<Kernel, Reduce, NetworkCall, Transform, PreparedSolve>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
  public:
   /// No transport of `scheme` follows the flow. Lets take names that `names` does not know.
-  Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {},
+  Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Environment reading = {},
               model::Placements placements = {});
 
   /// `e` at the current cell's point of a placement.
@@ -99,18 +100,18 @@ class Discretiser {
   /// A component of the velocity that carries what lies at `placement`, interpolated to there.
   Expr velocity(const model::Expr& e, const model::Placement& placement);
   const model::Placements& placements() const { return placements_; }
-  const Reading& reading() const { return reading_; }
+  const Environment& reading() const { return reading_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
   /// From now on states and t mean what `reading` says; lets and preparations go on.
-  void read(Reading reading) {
+  void read(Environment reading) {
     reading_ = std::move(reading);
     derivative_lets_.clear();
     operands_.clear();
     known_.clear();
   }
   const std::vector<Let>& lets() const { return lets_; }
-  const std::vector<Preparation>& preparations() const { return preparations_; }
+  const std::vector<Prerequisite>& preparations() const { return preparations_; }
   /// Whether what was asked for had more than max_parts; it was not worked out then.
   bool gave_up() const { return parts_ > max_parts; }
 
@@ -142,8 +143,8 @@ class Discretiser {
   IterationFields iteration_fields(const model::Solve& solve);
   NetworkCall preconditioner_of(const model::Solve& solve);
   Expr applied_at(const model::Expr& e, const Place& place);
-  Reading reading_of(const model::Apply& e, const Place& place);
-  std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,
+  Environment reading_of(const model::Apply& e, const Place& place);
+  std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Environment& reading,
                                                 const model::Placements& inside, const Kernel& kernel,
                                                 const Offset& offset);
   Quotient interpolated_at(const model::Expr& e, const Place& place);
@@ -171,12 +172,12 @@ class Discretiser {
   model::Scheme scheme_;
   NameSupply names_;
   int rank_;
-  Reading reading_;
+  Environment reading_;
   model::Placements placements_;
   /// The placement of all fields of the expression, wanted there; nullopt: several, or somewhere else.
   std::optional<model::Placement> base_ = model::Placement{};
   std::vector<Let> lets_;
-  std::vector<Preparation> preparations_;
+  std::vector<Prerequisite> preparations_;
   struct Operand {
     model::Expr value;
     Place place;

@@ -11,7 +11,7 @@ namespace dpde::stencil {
 namespace {
 
 /// What it stores before the kernel runs.
-std::vector<std::string> fields_made(const Preparation& preparation) {
+std::vector<std::string> fields_made(const Prerequisite& preparation) {
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
@@ -31,7 +31,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   inner.parts_ = parts_;
   inner.preparations_ = preparations_;
   inner.operands_ = operands_;
-  for (const Preparation& made : preparations_) {  // what it shares may go into a kernel that is there
+  for (const Prerequisite& made : preparations_) {  // what it shares may go into a kernel that is there
     const Kernel* kernel = std::get_if<Kernel>(&made);
     for (std::size_t i = 0; kernel && i < kernel->lets.size(); ++i) inner.names_.reserve(kernel->lets[i].name);
   }
@@ -39,7 +39,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   parts_ = inner.parts_;
   preparations_ = inner.preparations_;
   operands_ = inner.operands_;
-  for (const Preparation& made : preparations_) {  // by the inner one too
+  for (const Prerequisite& made : preparations_) {  // by the inner one too
     for (const std::string& field : fields_made(made)) names_.reserve(field);
   }
   const Access* field = std::get_if<Access>(&value->kind);
@@ -53,7 +53,7 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
   const std::string field = names_.fresh("operand");
   const Kernel kernel{"", rank_, inner.lets_, {{field, false, value, origin}}, {}, {}};
   const Signature reads = signature(kernel);
-  const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Preparation& made) {
+  const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Prerequisite& made) {
     const Kernel* made_here = std::get_if<Kernel>(&made);
     if (made_here && made_here->name.empty()) return false;  // no operator: operands only
     return std::ranges::any_of(fields_made(made),
@@ -74,7 +74,7 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
 
 /// The field that holds the result.
 std::string Discretiser::stored_reduction(Reduce reduce) {
-  for (const Preparation& made : preparations_) {
+  for (const Prerequisite& made : preparations_) {
     const Reduce* known = std::get_if<Reduce>(&made);
     if (known && known->kind == reduce.kind && known->field == reduce.field && known->over == reduce.over)
       return known->result;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fields that solve an equation, as statements before the kernel that reads them.
-#include "model/build.h"
 #include "model/analyse/solves.h"
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/space/discretise.h"
 
@@ -62,7 +62,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   const char* const suffix = solve.iterations ? "_direction" : names_.is_used(solve.name) ? "_solved" : "";
   made.unknown = names_.fresh(solve.name + suffix);
   made.image = names_.fresh(solve.name + "_image");
-  Reading reading = reading_;
+  Environment reading = reading_;
   reading.fields[solve.name] = made.unknown;
   Discretiser body(scheme_, names_, rank_, std::move(reading), placements_);
   body.parts_ = parts_;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives by Fourier series: fields of their own, made by transforms before the kernel.
-#include "model/build.h"
 #include "model/analyse/solves.h"
+#include "model/build.h"
+#include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
 #include "stencil/space/discretise.h"
-#include "stencil/analyse/symbol.h"
 
 namespace dpde::stencil {
 
@@ -95,7 +95,7 @@ std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Bina
 
 /// The field that holds the result.
 std::string Discretiser::stored_transform(Transform transform) {
-  for (const Preparation& made : preparations_) {
+  for (const Prerequisite& made : preparations_) {
     const Transform* known = std::get_if<Transform>(&made);
     if (known && known->terms == transform.terms) return known->result;
   }

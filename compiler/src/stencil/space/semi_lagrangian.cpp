@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "model/build.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/space/departure.h"
 #include "stencil/time/time_schemes.h"
@@ -118,7 +118,8 @@ struct Moved {
   bool is_done = false;              // the prediction is the result
 
   Along along() const {
-    return way.advect == model::Advection::semi_lagrangian && way.order == 3 ? Along::cubic : Along::linear;
+    return way.advect == model::Advection::semi_lagrangian && way.order == 3 ? InterpolationBasis::cubic
+                                                                             : InterpolationBasis::linear;
   }
 };
 
@@ -182,7 +183,7 @@ class TransportStep {
     const model::Scheme& scheme = lowering.problem().scheme;
     for (const Advance& advance : advances) {
       const model::Transport& way = scheme.transport_of(advance.state);
-      const model::Advect* transport = model::follows_flow(way.advect) ? find_transport(advance.rate) : nullptr;
+      const model::Advect* transport = model::is_semi_lagrangian(way.advect) ? find_transport(advance.rate) : nullptr;
       moved_.push_back({&advance, lowering.problem().find_state(advance.state), transport, way});
       moved_.back().mid = moved_.back().ahead = advance.state;
     }
@@ -206,14 +207,14 @@ class TransportStep {
   /// A state that nothing carries goes along with one that is.
   void choose_methods() {
     const auto is_traced = [](const Moved& moved) {
-      return moved.transport && moved.along() == Along::cubic && !is_constant(*moved.transport);
+      return moved.transport && moved.along() == InterpolationBasis::cubic && !is_constant(*moved.transport);
     };
     const bool traces = std::ranges::any_of(moved_, is_traced);
     std::optional<Method> any;
     for (Moved& moved : moved_) {
-      if (model::corrects(moved.way.advect)) {
+      if (model::is_maccormack(moved.way.advect)) {
         moved.method = Method::corrected;
-      } else if (traces && moved.along() == Along::cubic) {
+      } else if (traces && moved.along() == InterpolationBasis::cubic) {
         moved.method = Method::traced;
       }
       if (moved.transport) any = moved.method;
@@ -245,8 +246,8 @@ class TransportStep {
   }
 
   /// How fields are called behind the other terms, or ahead, with the time where the step ends.
-  Reading reading(std::string Moved::*name) const {
-    Reading reading;
+  Environment reading(std::string Moved::*name) const {
+    Environment reading;
     for (const Moved& moved : moved_) {
       if (moved.*name != moved.state->name) reading.fields[moved.state->name] = moved.*name;
     }
@@ -290,7 +291,7 @@ class TransportStep {
   }
 
   Stage interpolated() const {
-    const Reading at_end = reading(&Moved::mid);
+    const Environment at_end = reading(&Moved::mid);
     Discretiser at_point = lowering_.discretiser(at_end);
     Kernel kernel = lowering_.kernel(problem().scene + "_advect");
     for (const Moved& moved : moved_) {
@@ -307,14 +308,14 @@ class TransportStep {
   /// and of that with the velocity where the former leads to, when the step begins.
   void add_traced(std::vector<Stage>& stages) {
     Ways ways(lowering_, problem().scene);
-    const Reading at_end = reading(&Moved::ahead);
+    const Environment at_end = reading(&Moved::ahead);
     Discretiser at_point = lowering_.discretiser(at_end);
     Kernel kernel = lowering_.kernel(problem().scene + "_carry");
     for (const Moved& moved : moved_) {
       if (moved.method != Method::traced) continue;
       Departure departure(problem(), *moved.state, at_point);
       store(kernel, moved,
-            moved.transport ? departure.taken(moved.mid, traced_way(moved, departure, ways), Along::cubic)
+            moved.transport ? departure.taken(moved.mid, traced_way(moved, departure, ways), InterpolationBasis::cubic)
                             : access(moved.mid));
     }
     stages.push_back(ways.stage());
@@ -331,7 +332,7 @@ class TransportStep {
     if (!is_steady) back = departure.shared_way("back", departure.way(transport, true));
     const std::vector<Expr> first = back;
     for (std::size_t axis = 0; axis < fields.size(); ++axis)
-      back[axis] = (first[axis] + departure.taken(fields[axis], first, Along::cubic)) / 2.0;
+      back[axis] = (first[axis] + departure.taken(fields[axis], first, InterpolationBasis::cubic)) / 2.0;
     return departure.shared_way("mean", back);
   }
 
@@ -348,7 +349,7 @@ class TransportStep {
       if (is_here && moved.way.advect == model::Advection::maccormack_steady)
         for (const Expr& way : back.back()) forth[i].push_back(-way);
     }
-    const Reading at_end = reading(&Moved::ahead);
+    const Environment at_end = reading(&Moved::ahead);
     at_point.read(at_end);
     Kernel kernel = lowering_.kernel(problem().scene + "_correct");
     for (std::size_t i = 0; i < moved_.size(); ++i) {
@@ -365,7 +366,7 @@ class TransportStep {
                       std::vector<Expr> forth) {
     const bool is_steady = moved.way.advect == model::Advection::maccormack_steady;
     if (!is_steady) forth = departure.shared_way("forth", departure.way(*moved.transport, false));
-    const Expr error = (access(moved.mid) - departure.taken(moved.ahead, forth, Along::linear)) / 2.0;
+    const Expr error = (access(moved.mid) - departure.taken(moved.ahead, forth, InterpolationBasis::linear)) / 2.0;
     const Expr corrected = access(moved.ahead) + (is_steady ? error : departure.within_walls(error, back, forth));
     const Bounds bounds = departure.bounds(moved.mid, back);
     return call(Fn::min, {bounds.greatest, call(Fn::max, {corrected, bounds.least})});
@@ -381,7 +382,7 @@ void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink) 
   const std::size_t before = sink.all().size();
   const auto advection_of = [&](const model::State& state) { return problem.scheme.transport_of(state.name).advect; };
   for (const model::State& state : problem.states) {
-    if (state.rhs && model::follows_flow(advection_of(state))) check_state(state, sink);
+    if (state.rhs && model::is_semi_lagrangian(advection_of(state))) check_state(state, sink);
   }
   if (sink.all().size() > before) return;
   for (const model::State& state : problem.states) {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "model/build.h"
-#include "stencil/build.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 
 namespace dpde::stencil {
 

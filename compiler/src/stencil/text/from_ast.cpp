@@ -10,18 +10,18 @@
 #include <map>
 #include <set>
 
+#include "stencil/analyse/effects.h"
+#include "stencil/analyse/verify_stencil.h"
+#include "stencil/build.h"
 #include "stencil/text/as_written.h"
 #include "stencil/text/boundary_from_ast.h"
-#include "stencil/build.h"
 #include "stencil/text/counters_from_ast.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/text/expr_from_ast.h"
 #include "stencil/text/kernel_from_ast.h"
 #include "stencil/text/networks_from_ast.h"
 #include "stencil/text/repeats_from_ast.h"
 #include "stencil/text/solves_from_ast.h"
 #include "stencil/text/transforms_from_ast.h"
-#include "stencil/analyse/verify_stencil.h"
 #include "support/match.h"
 #include "syntax/expand/blocks.h"
 #include "syntax/expand/repeats.h"

@@ -223,11 +223,11 @@ std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::strin
                                                     : fmt::format("{} in 0 .. {}", counter.name, repeat.count);
   std::string text = fmt::format("repeat {} {{\n", passes);
   const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
-  for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
-  for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
+  for (const TapeEntry& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
+  for (const TapeEntry& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
   for (const Statement& statement : repeat.body) add(statement_text(statement, rank, margin + "  "));
   std::vector<std::string> results;
-  for (const Carry& carry : repeat.carries) {
+  for (const LoopCarried& carry : repeat.carries) {
     add(fmt::format("swap {}, {}", carry.state, carry.next));
     results.push_back(carry.result);
   }

@@ -25,8 +25,8 @@ Repeat read_repeat_head(const ast::RepeatItem& source) {
 namespace {
 
 std::vector<HaloRule> halos_of_passes(const Repeat& head, std::map<std::string, Fill> filled) {
-  for (const Carry& carry : head.carries) filled.erase(carry.state);
-  for (const Stacked& load : head.loads) filled.erase(load.field);
+  for (const LoopCarried& carry : head.carries) filled.erase(carry.state);
+  for (const TapeEntry& load : head.loads) filled.erase(load.field);
   std::vector<HaloRule> halos;
   for (auto& [field, fill] : filled) halos.push_back({std::move(fill), FillNeed::beyond});
   return halos;

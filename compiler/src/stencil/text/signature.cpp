@@ -6,8 +6,8 @@
 #include <set>
 #include <utility>
 
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/assert.h"
 #include "support/match.h"
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
 #include "stencil/text/expr_from_ast.h"
-#include "stencil/analyse/symbol.h"
 #include "support/contains.h"
 
 namespace dpde::stencil {

@@ -20,7 +20,7 @@ class Displacer {
       stage.reading->time = moved(stage.reading->time);
       stage.reading->fields.insert(by_.begins.begin(), by_.begins.end());
     }
-    for (Preparation& preparation : stage.before) {
+    for (Prerequisite& preparation : stage.before) {
       match(
           preparation, [&](Kernel& kernel) { move(kernel); }, [&](Reduce& reduce) { rename(reduce.field); },
           [&](NetworkCall& network_call) {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "model/build.h"
-#include "stencil/build.h"
 #include "stencil/analyse/symbol.h"
+#include "stencil/build.h"
 #include "stencil/space/waves.h"
 
 namespace dpde::stencil {
@@ -58,9 +58,9 @@ class Exponential {
     std::vector<Stage> result{rates(0, 0)};
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool is_last = i + 1 == rows.size();
-      std::vector<Preparation> values = values_of(rows[i], is_last);
+      std::vector<Prerequisite> values = values_of(rows[i], is_last);
       const int number = static_cast<int>(i) + 1;
-      Stage stage = is_last ? Stage{lowering_.kernel(prefix_), Reading().time, {}} : rates(number, rows[i].time);
+      Stage stage = is_last ? Stage{lowering_.kernel(prefix_), Environment().time, {}} : rates(number, rows[i].time);
       stage.before.insert(stage.before.begin(), values.begin(), values.end());
       result.push_back(std::move(stage));
     }
@@ -99,7 +99,7 @@ class Exponential {
 
   /// N of all states at a stage.
   Stage rates(int number, double time) {
-    Reading reading;
+    Environment reading;
     if (number > 0) reading.fields = fields_.at(number);
     reading.time = StepPart{}.time_at(time);
     Discretiser at_point = lowering_.discretiser(reading);
@@ -116,8 +116,8 @@ class Exponential {
   }
 
   /// The states that a row gives.
-  std::vector<Preparation> values_of(const Row& row, bool is_last) {
-    std::vector<Preparation> values;
+  std::vector<Prerequisite> values_of(const Row& row, bool is_last) {
+    std::vector<Prerequisite> values;
     std::map<std::string, std::string> fields;
     const int number = static_cast<int>(fields_.size()) + 1;
     for (std::size_t i = 0; i < advances_.size(); ++i) {
@@ -158,7 +158,7 @@ std::vector<Stage> exponential_stages(Lowering& lowering, const std::vector<Adva
 }
 
 std::vector<Stage> cut_to_two_thirds(Lowering& lowering, std::vector<Stage> stages) {
-  std::vector<Preparation> cuts;
+  std::vector<Prerequisite> cuts;
   std::vector<Stage> result;
   for (Stage& stage : stages) {
     stage.before.insert(stage.before.begin(), cuts.begin(), cuts.end());
@@ -171,7 +171,7 @@ std::vector<Stage> cut_to_two_thirds(Lowering& lowering, std::vector<Stage> stag
     }
     result.push_back(std::move(stage));
   }
-  if (!cuts.empty()) result.push_back({lowering.kernel(lowering.problem().scene + "_cut"), Reading().time, cuts});
+  if (!cuts.empty()) result.push_back({lowering.kernel(lowering.problem().scene + "_cut"), Environment().time, cuts});
   return result;
 }
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "model/build.h"
 #include "model/analyse/implicit_part.h"
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/time/newton_stages.h"
 #include "stencil/time/projections.h"
@@ -201,7 +201,7 @@ class ImplicitScheme {
 
   /// R of all states, from the stage before, which is that of `time`. Where nothing is solved for it is U.
   Stage right_side(const RightSide& side, Weight time) {
-    Reading reading;
+    Environment reading;
     reading.time = time_after(time);
     for (const Equation& equation : equations_) {
       if (number() > 1) reading.fields[equation.advance.state] = equation.values[number() - 2];
@@ -230,7 +230,7 @@ class ImplicitScheme {
 
   /// U of all states that are not there yet, of R + h*of_rest*N at `time`.
   Stage solution(Weight own, Weight time, Weight of_rest) {
-    Reading reading;
+    Environment reading;
     reading.time = time_after(time);
     Discretiser at_point = lowering_.discretiser(reading);
     Kernel kernel = lowering_.kernel(kernel_name("stage"));
@@ -254,7 +254,7 @@ class ImplicitScheme {
 
   /// What solves for all of the fields at once; what is not solved for is there already.
   void add_newton(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
-    Reading reading;
+    Environment reading;
     reading.time = time_after(time);
     std::vector<NewtonEquation> solved;
     for (Equation& equation : equations_) {
@@ -284,7 +284,7 @@ class ImplicitScheme {
 
   /// and its right side is what it is held at. The scheme goes on with the others: those inside masks say nothing.
   void hold(std::vector<Stage>& stages, std::vector<NewtonEquation>& solved, const Expr& time) {
-    Reading reading;
+    Environment reading;
     reading.time = time;
     Discretiser at_point = lowering_.discretiser(reading);
     Kernel kernel = lowering_.kernel(kernel_name("held"));

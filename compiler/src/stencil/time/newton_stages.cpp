@@ -31,7 +31,7 @@ SolveMethod method_of(const model::Scheme& scheme) {
 }  // namespace
 
 std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
-                                 const std::vector<NewtonEquation>& equations, Reading reading) {
+                                 const std::vector<NewtonEquation>& equations, Environment reading) {
   Solve solve{{}, {}, {}, {}, {method_of(lowering.problem().scheme), last_change}, {}, false};
   if (!equations.empty()) solve.written.range = equations.front().origin.range;
   Kernel trial = lowering.kernel(name + "_trial"), left = lowering.kernel(name + "_left");

@@ -22,6 +22,6 @@ struct NewtonEquation {
 
 /// `reading` knows the fields that stand for other states. Kernels are called NAME_trial and NAME_left.
 std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
-                                 const std::vector<NewtonEquation>& equations, Reading reading);
+                                 const std::vector<NewtonEquation>& equations, Environment reading);
 
 }  // namespace dpde::stencil

@@ -23,7 +23,7 @@ std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& s
   for (const model::Projection& projection : lowering.problem().projections) {
     const auto is_stored = [&](const auto& update) { return stage.into.contains(update.state); };
     if (!projection.follows(stage.is_last) || !std::ranges::all_of(projection.updates, is_stored)) continue;
-    Reading reading;
+    Environment reading;
     reading.fields = stage.from;
     reading.time = stage.time;
     Discretiser at_point = lowering.discretiser(reading);

@@ -5,14 +5,14 @@
 #include <iterator>
 #include <set>
 
-#include "model/build.h"
 #include "model/analyse/split_terms.h"
+#include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/space/semi_lagrangian.h"
 #include "stencil/time/displaced_stages.h"
 #include "stencil/time/exponential.h"
 #include "stencil/time/multistep.h"
 #include "stencil/time/projections.h"
-#include "stencil/space/semi_lagrangian.h"
 #include "stencil/time/subcycles.h"
 
 namespace dpde::stencil {
@@ -77,7 +77,7 @@ std::vector<SmallerStep> planned(Lowering& lowering, const std::vector<Advance>&
 /// A step of nothing but these terms.
 std::vector<Stage> stages_of_terms(Lowering& lowering, const SmallerStep& step) {
   const Split::Terms terms = step.part.terms;
-  if (terms == Split::Terms::advect && lowering.problem().scheme.follows_flow())
+  if (terms == Split::Terms::advect && lowering.problem().scheme.is_semi_lagrangian())
     return semi_lagrangian_stages(lowering, step.advances);
   StepPart part;
   part.is_projected = false;
@@ -118,7 +118,7 @@ std::vector<Stage> projected_once(Lowering& lowering, const std::vector<Advance>
 
 std::vector<Stage> step_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   const model::Scheme& scheme = lowering.problem().scheme;
-  if (scheme.is_split() || scheme.follows_flow()) return projected_once(lowering, advances, name);
+  if (scheme.is_split() || scheme.is_semi_lagrangian()) return projected_once(lowering, advances, name);
   if (model::is_multistep(scheme.time)) return multistep_stages(lowering, advances, name);
   if (model::is_exponential(scheme.time)) return exponential_stages(lowering, advances, lowering.problem().scene);
   return subcycled_stages(lowering, advances, name);

@@ -50,7 +50,7 @@ class Stages {
   /// Rates of the states `from` when this fraction of the part is over; results go to `into`.
   Stage stage(const std::string& name, std::map<std::string, std::string> from, double fraction,
               const std::map<std::string, std::string>& into, const Update& update) const {
-    Reading reading;
+    Environment reading;
     const auto others = part_.others.find(fraction);
     if (others != part_.others.end()) from.insert(others->second.begin(), others->second.end());
     reading.fields = std::move(from);

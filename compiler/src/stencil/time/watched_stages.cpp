@@ -21,22 +21,22 @@ std::set<std::string> stored_by(const std::vector<Stage>& stages, const model::P
   for (const model::State& state : problem.states) fields.insert(state.name);
   for (const Stage& stage : stages) {
     for (const Store& store : stage.kernel.stores) fields.insert(store.field);
-    for (const Preparation& preparation : stage.before) {
+    for (const Prerequisite& preparation : stage.before) {
       match(
           preparation, [](const Kernel&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
           [&](const Transform& transform) { fields.insert(transform.result); },  // schemes make states of waves
           [](const PreparedSolve&) {});
     }
     if (!stage.block) continue;
-    for (const Carry& carry : stage.block->carries) fields.insert(carry.result);
+    for (const LoopCarried& carry : stage.block->carries) fields.insert(carry.result);
   }
   return fields;
 }
 
 /// What a stage stores of the solution that it finds before it, in the place of states.
-std::optional<Reading> solution_in(const Stage& stage, const Lowering& lowering) {
+std::optional<Environment> solution_in(const Stage& stage, const Lowering& lowering) {
   if (!stage.reading) return std::nullopt;
-  Reading reading = *stage.reading;
+  Environment reading = *stage.reading;
   for (const Store& store : stage.kernel.stores) {
     const std::string state = lowering.state_of(store.field);
     if (!state.empty() && std::holds_alternative<Access>(store.value->kind)) reading.fields[state] = store.field;
@@ -75,7 +75,7 @@ std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, std
                                                          bool is_behind_solve) const {
   std::vector<Look> looks;
   bool is_at_end = false;
-  const auto add = [&](std::size_t behind, Reading reading) {
+  const auto add = [&](std::size_t behind, Environment reading) {
     std::erase_if(reading.fields, [&](const auto& field) { return !stored_.contains(field.second); });
     Look look{behind, std::move(reading), {}};
     for (std::size_t v = 0; v < values_.size(); ++v) {
@@ -91,8 +91,8 @@ std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, std
   for (std::size_t i = 0; i < group.size(); ++i) {
     is_at_end = i >= end;
     if (group[i].reading) add(i, *group[i].reading);
-    const std::optional<Reading> solution =
-        is_behind_solve && i == 0 ? solution_in(group[i], lowering_) : std::optional<Reading>();
+    const std::optional<Environment> solution =
+        is_behind_solve && i == 0 ? solution_in(group[i], lowering_) : std::optional<Environment>();
     if (solution) add(i, *solution);
   }
   return looks;
@@ -121,7 +121,7 @@ Stage WatchedStages::stage_of(const Look& look, std::vector<std::size_t>& left) 
 }
 
 BeforeEvent WatchedStages::before_events() {
-  const BeforeEvent look = [this](std::size_t event, const Reading& reading) { return before(event, reading); };
+  const BeforeEvent look = [this](std::size_t event, const Environment& reading) { return before(event, reading); };
   if (std::ranges::none_of(values_, [](const Value& value) { return value.watched.event.has_value(); })) return look;
   FieldsOfStates begins;
   for (const model::State& state : lowering_.problem().states) begins[state.name] = state.name;
@@ -129,7 +129,7 @@ BeforeEvent WatchedStages::before_events() {
   return look;
 }
 
-std::optional<Stage> WatchedStages::before(std::size_t event, const Reading& reading) {
+std::optional<Stage> WatchedStages::before(std::size_t event, const Environment& reading) {
   Kernel kernel = lowering_.kernel(name_ + "_" + std::to_string(++looks_));
   Discretiser at_point = lowering_.discretiser(reading);
   const std::optional<Expr> happens = condition_of(lowering_.problem().events[event], lowering_.problem(), at_point);

@@ -37,7 +37,7 @@ class WatchedStages {
   /// A field of a value that is carried along.
   struct Mark {
     std::string state, now;
-    Carry carry = {};  // of the block under way, where it is looked at
+    LoopCarried carry = {};  // of the block under way, where it is looked at
   };
   struct Value {
     WatchedValue watched;
@@ -47,7 +47,7 @@ class WatchedStages {
   /// Which values are looked at behind a stage of a group, and what stands for the states.
   struct Look {
     std::size_t behind;
-    Reading reading;
+    Environment reading;
     std::vector<std::size_t> values;
   };
   using Group = std::vector<Stage>;  // stages of one block, or outside of blocks
@@ -56,7 +56,7 @@ class WatchedStages {
   void add_group(Group group, std::size_t end, bool is_behind_solve, std::vector<Stage>& result);
   std::vector<Look> looks_of(const Group& group, std::size_t end, bool is_behind_solve) const;
   bool is_made_of(const Stage& stage, const Value& value, bool is_at_end) const;
-  std::optional<Stage> before(std::size_t event, const Reading& reading);
+  std::optional<Stage> before(std::size_t event, const Environment& reading);
   Stage stage_of(const Look& look, std::vector<std::size_t>& left);
   void mark(Mark& mark, const Expr& is_there, bool is_last, const Value& value, Kernel& kernel);
 

@@ -96,7 +96,7 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](ErrorItem& i) { all(i.norms, i.at); },
       [&](TestItem& i) {
         all(i.value, i.when, i.above, i.steps);
-        for (TestItem::Beside& beside : i.beside) {
+        for (TestItem::Baseline& beside : i.beside) {
           for (NamedFormula& each : beside.map) all(each.value);
         }
       },

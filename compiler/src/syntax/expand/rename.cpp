@@ -6,8 +6,8 @@
 #include <set>
 #include <string_view>
 
-#include "support/names/derivative_names.h"
 #include "support/match.h"
+#include "support/names/derivative_names.h"
 #include "syntax/item_kinds.h"
 
 namespace dpde::ast {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "syntax/expand/blocks.h"
-#include "syntax/item_kinds.h"
 #include "syntax/expand/kernel_copies.h"
 #include "syntax/expand/rename.h"
+#include "syntax/item_kinds.h"
 
 namespace dpde::ast {
 namespace {

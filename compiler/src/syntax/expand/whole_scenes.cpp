@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "support/match.h"
-#include "syntax/item_kinds.h"
 #include "syntax/expand/vector_parts.h"
+#include "syntax/item_kinds.h"
 
 namespace dpde::ast {
 

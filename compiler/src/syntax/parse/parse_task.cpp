@@ -134,8 +134,8 @@ void parse_runs(Cursor& cursor, TestItem& item) {
       item.beside.back().map.push_back(parse_map(cursor));
       continue;
     }
-    TestItem::Beside& beside =
-        item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}, {}});
+    TestItem::Baseline& beside =
+        item.beside.emplace_back(TestItem::Baseline{cursor.expect_name("the name of a scene"), {}, {}});
     if (cursor.accept_word("on")) beside.on = parse_expression(cursor);
     if (cursor.accept_word("where")) beside.map.push_back(parse_map(cursor));
   } while (cursor.accept(TokenKind::comma));

@@ -104,7 +104,7 @@ std::string print_test(const TestItem& test) {
   if (test.on) text += " on " + print(*test.on);
   if (test.steps) text += fmt::format(" for {} steps", print(*test.steps));
   const char* separator = " beside ";
-  for (const TestItem::Beside& beside : test.beside) {
+  for (const TestItem::Baseline& beside : test.beside) {
     text += separator + beside.scene.name + (beside.on ? " on " + print(*beside.on) : "");
     if (!beside.map.empty()) text += " where " + print_formulas(beside.map);
     separator = ", ";

@@ -11,13 +11,13 @@
 #include "dpde/runtime/bytes.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/team.h"
-#include "driver/report/blow_up.h"
 #include "driver/memory/cpu_time.h"
-#include "driver/scene/data.h"
+#include "driver/report/blow_up.h"
 #include "driver/report/solve_report.h"
+#include "driver/scene/data.h"
 #include "files/weights.h"
-#include "model/boundary/metric.h"
 #include "model/analyse/placement.h"
+#include "model/boundary/metric.h"
 #include "stencil/text/print_stencil.h"
 
 namespace dpde::training {
@@ -158,7 +158,7 @@ void DataSetMaker::plan_variables() {
     variables_.push_back(
         {name, state != nullptr ? state->placement : model::Placement{}, true, set_.of.empty() || is_asked_for(name)});
   }
-  for (const model::Shown& shown : problem.shown) {
+  for (const model::OutputField& shown : problem.shown) {
     if (is_asked_for(shown.name)) variables_.push_back({shown.name, shown.placement, false, true});
   }
 }

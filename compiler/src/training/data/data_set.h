@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/run/conservation.h"
 #include "analysis/certificate/residual.h"
+#include "analysis/run/conservation.h"
 #include "driver/scene/session.h"
 #include "model/data_set.h"
 

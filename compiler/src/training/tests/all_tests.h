@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "training/data/window_batches.h"
 #include "training/tests/test_results.h"
 #include "training/tests/trials.h"
-#include "training/data/window_batches.h"
 
 namespace dpde::training {
 

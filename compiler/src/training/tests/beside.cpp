@@ -14,7 +14,7 @@ namespace dpde::training {
 namespace {
 
 /// Frames at the same times as those of the test's own file, as far as it goes.
-bool has_frames(const model::Test& test, const model::Test::Beside& beside, const TrainingScene& scene,
+bool has_frames(const model::Test& test, const model::Test::Baseline& beside, const TrainingScene& scene,
                 const files::Trajectories& on, double own_step, DiagnosticSink& sink) {
   const double step = scene.compiled->problem->step, interval = on.every * step, end = test.when.count * own_step;
   const double frames = std::round(end / interval);
@@ -47,7 +47,7 @@ driver::CompileOptions options_beside(const driver::Compiled& own, const std::st
   return options;
 }
 
-std::string title_of(const model::Test::Beside& beside) {
+std::string title_of(const model::Test::Baseline& beside) {
   std::string title = beside.scene;
   for (const auto& [key, value] : beside.method) {
     const std::string text = key == "step" ? fmt::format("{:.4g}", std::stod(value)) : value;
@@ -60,14 +60,14 @@ std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const
                                                  const SourceFile& source, DiagnosticSink& sink) {
   std::unique_ptr<BesideScenes> all(new BesideScenes(own));
   for (const model::Test& test : tests) {
-    for (const model::Test::Beside& beside : test.beside) {
+    for (const model::Test::Baseline& beside : test.beside) {
       if (!all->add(test, beside, source, sink)) return nullptr;
     }
   }
   return all;
 }
 
-std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Beside& beside,
+std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Baseline& beside,
                                                        const SourceFile& source, DiagnosticSink& sink) {
   DiagnosticSink within;  // the same lines are right in the task's own scene
   driver::CompileOptions options = options_beside(own, beside.scene);
@@ -87,7 +87,7 @@ void check_beside(const driver::Compiled& own, const SourceFile& source, Diagnos
   std::set<std::pair<std::string, std::string>> seen;
   for (const std::vector<model::Test>& tests : {own.problem->task->tests, own.problem->task->growths}) {
     for (const model::Test& test : tests) {
-      for (const model::Test::Beside& beside : test.beside) {
+      for (const model::Test::Baseline& beside : test.beside) {
         const auto [scene, is_new] = scenes.try_emplace(beside.scene);
         if (is_new) scene->second = compile_beside(own, beside, source, sink);
         if (scene->second && seen.emplace(beside.scene, beside.on).second)
@@ -97,15 +97,16 @@ void check_beside(const driver::Compiled& own, const SourceFile& source, Diagnos
   }
 }
 
-std::shared_ptr<const driver::Compiled> BesideScenes::compiled(const model::Test::Beside& beside,
+std::shared_ptr<const driver::Compiled> BesideScenes::compiled(const model::Test::Baseline& beside,
                                                                const SourceFile& source, DiagnosticSink& sink) {
   std::shared_ptr<const driver::Compiled>& there = compiled_[title_of(beside)];
   if (!there) there = compile_beside(*own_.compiled, beside, source, sink);
   return there;
 }
 
-std::optional<files::Trajectories> BesideScenes::loaded(const model::Test::Beside& beside, const model::Problem& scene,
-                                                        const SourceFile& source, DiagnosticSink& sink) {
+std::optional<files::Trajectories> BesideScenes::loaded(const model::Test::Baseline& beside,
+                                                        const model::Problem& scene, const SourceFile& source,
+                                                        DiagnosticSink& sink) {
   const auto there = loaded_.find({beside.scene, beside.on});
   if (there != loaded_.end()) {
     if (std::optional<files::Trajectories> same = there->second.in_steps_of(scene.step)) return same;
@@ -116,7 +117,7 @@ std::optional<files::Trajectories> BesideScenes::loaded(const model::Test::Besid
   return on;
 }
 
-bool BesideScenes::add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source,
+bool BesideScenes::add(const model::Test& test, const model::Test::Baseline& beside, const SourceFile& source,
                        DiagnosticSink& sink) {
   std::unique_ptr<TrainingScene>& there = scenes_[{title_of(beside), beside.on}];
   if (!there) {

@@ -13,7 +13,7 @@
 namespace dpde::training {
 
 /// "plain", "plain by advect=weno5".
-std::string title_of(const model::Test::Beside& beside);
+std::string title_of(const model::Test::Baseline& beside);
 
 class BesideScenes {
  public:
@@ -22,19 +22,20 @@ class BesideScenes {
   static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const std::vector<model::Test>& tests,
                                             const SourceFile& source, DiagnosticSink& sink);
 
-  const TrainingScene& scene(const model::Test::Beside& beside) const {
+  const TrainingScene& scene(const model::Test::Baseline& beside) const {
     return *scenes_.at({title_of(beside), beside.on});
   }
 
   /// False after errors.
-  bool add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+  bool add(const model::Test& test, const model::Test::Baseline& beside, const SourceFile& source,
+           DiagnosticSink& sink);
 
  private:
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
-  std::shared_ptr<const driver::Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source,
+  std::shared_ptr<const driver::Compiled> compiled(const model::Test::Baseline& beside, const SourceFile& source,
                                                    DiagnosticSink& sink);
   /// Methods of one scene share the frames of its file.
-  std::optional<files::Trajectories> loaded(const model::Test::Beside& beside, const model::Problem& scene,
+  std::optional<files::Trajectories> loaded(const model::Test::Baseline& beside, const model::Problem& scene,
                                             const SourceFile& source, DiagnosticSink& sink);
 
   const TrainingScene& own_;
@@ -44,7 +45,7 @@ class BesideScenes {
 };
 
 /// Mistakes are reported where the test names the scene; null then.
-std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Beside& beside,
+std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Baseline& beside,
                                                        const SourceFile& source, DiagnosticSink& sink);
 /// Of a task: whether all scenes that its tests name compile, and the files they begin from fit their grids.
 void check_beside(const driver::Compiled& own, const SourceFile& source, DiagnosticSink& sink);

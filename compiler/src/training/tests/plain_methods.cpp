@@ -11,8 +11,8 @@
 #include "analysis/certificate/comparison.h"
 #include "chart/common_steps.h"
 #include "chart/sweep.h"
-#include "model/print/print_model.h"
 #include "model/analyse/solves.h"
+#include "model/print/print_model.h"
 #include "training/tests/beside.h"
 
 namespace dpde::training {
@@ -37,7 +37,7 @@ Known known_as(const std::string& on, model::Scheme scheme, double step) {
   return {on, std::move(scheme), step};
 }
 
-void leave_out(const model::Test::Beside& beside, const std::string& why, PlainMethods& methods) {
+void leave_out(const model::Test::Baseline& beside, const std::string& why, PlainMethods& methods) {
   std::string text = fmt::format("{}: {}", title_of(beside), why);
   if (std::ranges::find(methods.left_out, text) == methods.left_out.end()) methods.left_out.push_back(std::move(text));
 }
@@ -47,8 +47,8 @@ class Finder {
   Finder(const TestScenes& scenes, const std::atomic<bool>* stop, PlainMethods& found)
       : scenes_(scenes), stop_(stop), found_(found) {}
 
-  std::vector<model::Test::Beside> more_for(const model::Test& test, const std::vector<TrajectoryTest>& results) {
-    std::vector<std::pair<model::Test::Beside, const model::Problem*>> plain;
+  std::vector<model::Test::Baseline> more_for(const model::Test& test, const std::vector<TrajectoryTest>& results) {
+    std::vector<std::pair<model::Test::Baseline, const model::Problem*>> plain;
     std::vector<Known> known;
     for (std::size_t s = 0; s < test.beside.size(); ++s) {
       if (results[s].has_network) continue;
@@ -56,10 +56,10 @@ class Finder {
       known.push_back(known_as(test.beside[s].on, scene.scheme, scene.step));
       if (!results[s].made_data) plain.emplace_back(test.beside[s], &scene);
     }
-    std::vector<model::Test::Beside> more;
+    std::vector<model::Test::Baseline> more;
     for (const auto& [beside, problem] : plain) {
       for (const chart::Entry& entry : entries_of(beside, *problem)) {
-        model::Test::Beside next{beside.scene, beside.on, beside.origin, entry.variant.method};
+        model::Test::Baseline next{beside.scene, beside.on, beside.origin, entry.variant.method};
         next.method.insert(entry.variant.resolution.begin(), entry.variant.resolution.end());
         const bool has_step = entry.variant.resolution.contains("step");
         const double step = has_step ? std::stod(entry.variant.resolution.at("step")) : problem->step;
@@ -74,14 +74,14 @@ class Finder {
   }
 
  private:
-  const std::vector<chart::Entry>& entries_of(const model::Test::Beside& beside, const model::Problem& problem) {
+  const std::vector<chart::Entry>& entries_of(const model::Test::Baseline& beside, const model::Problem& problem) {
     const auto [there, is_new] = entries_.try_emplace({beside.scene, beside.on});
     if (is_new) there->second = with_steps(beside, problem);
     return there->second;
   }
 
   /// The methods with their steps; what has none is left out.
-  std::vector<chart::Entry> with_steps(const model::Test::Beside& beside, const model::Problem& problem) {
+  std::vector<chart::Entry> with_steps(const model::Test::Baseline& beside, const model::Problem& problem) {
     chart::PointOptions options;
     options.compile = options_beside(*scenes_.own.compiled, beside.scene);
     options.compile.selection.name = beside.scene;
@@ -124,7 +124,7 @@ PlainMethods plain_methods(const TestScenes& scenes, const std::vector<std::vect
 void add_plain_methods(TestScenes& scenes, PlainMethods& methods, const UnknownValues& values,
                        const BatchOptions& options, std::vector<std::vector<TrajectoryTest>>& beside) {
   for (std::size_t i = 0; i < methods.more.size(); ++i) {
-    for (const model::Test::Beside& more : methods.more[i]) {
+    for (const model::Test::Baseline& more : methods.more[i]) {
       if (options.stop != nullptr && options.stop->load()) return;
       DiagnosticSink why;
       if (scenes.add(i, more, why))
@@ -170,9 +170,9 @@ void add_cheaper_versions(TestScenes& scenes, const std::vector<std::vector<Test
   for (std::size_t i = 0; i < scenes.tests.size(); ++i) {
     if (!is_compared(scenes.tests[i])) continue;
     for (const std::size_t s : front_of(beside[i], costs[i])) {
-      const model::Test::Beside strict = scenes.tests[i].beside[s];
+      const model::Test::Baseline strict = scenes.tests[i].beside[s];
       for (const auto& settings : cheaper_settings(*scenes.beside->scene(strict).compiled->problem)) {
-        model::Test::Beside cheaper = strict;
+        model::Test::Baseline cheaper = strict;
         for (const auto& [key, value] : settings) cheaper.method[key] = value;
         DiagnosticSink silent;
         if (!scenes.add(i, cheaper, silent)) continue;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "chart/point.h"
-#include "training/tests/trajectory_test.h"
 #include "training/data/window_batches.h"
+#include "training/tests/trajectory_test.h"
 
 namespace dpde::training {
 
@@ -18,7 +18,7 @@ namespace dpde::training {
 /// its file at their ends; where none is known, its own. What a scene with the same data has already is left out, and
 /// what made the data, which other methods on its grid would come near for that alone.
 struct PlainMethods {
-  std::vector<std::vector<model::Test::Beside>> more;
+  std::vector<std::vector<model::Test::Baseline>> more;
   /// "plain by advect=weno5: why", of those that are unstable at every step, or do not compile.
   std::vector<std::string> left_out;
 };

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "driver/scene/workspace.h"
-#include "training/tests/spectrum.h"
 #include "training/data/window_batches.h"
+#include "training/tests/spectrum.h"
 
 namespace dpde::training {
 

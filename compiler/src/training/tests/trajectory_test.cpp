@@ -193,7 +193,7 @@ double interval_of(const TrainingScene& scene, const files::Trajectories& on) {
 }
 
 /// A statistic needs its fields, a course the same times.
-bool check_beside(const model::Test& test, double interval, const model::Test::Beside& beside,
+bool check_beside(const model::Test& test, double interval, const model::Test::Baseline& beside,
                   const TrainingScene& scene, DiagnosticSink& sink) {
   const double own = interval_of(scene, scene.trajectories);
   if (std::abs(own - interval) <= 1e-6 * interval) return has_states(test, scene, scene.trajectories, sink);
@@ -222,7 +222,7 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
   if (!scenes->beside) return nullptr;
   for (std::size_t i = 0; i < scenes->tests.size(); ++i) {
     const model::Test& test = scenes->tests[i];
-    for (const model::Test::Beside& beside : test.beside) {
+    for (const model::Test::Baseline& beside : test.beside) {
       if (!check_beside(test, intervals[i], beside, scenes->beside->scene(beside), sink)) return nullptr;
     }
   }
@@ -233,14 +233,14 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
   };
   for (const model::Test& growth : scenes->growths) {
     if (!add(own.compiled->problem->scene)) return nullptr;
-    for (const model::Test::Beside& beside : growth.beside) {
+    for (const model::Test::Baseline& beside : growth.beside) {
       if (!add(beside.scene)) return nullptr;
     }
   }
   return scenes;
 }
 
-bool TestScenes::add(std::size_t test, const model::Test::Beside& scene, DiagnosticSink& sink) {
+bool TestScenes::add(std::size_t test, const model::Test::Baseline& scene, DiagnosticSink& sink) {
   model::Test& to = tests[test];
   if (!beside->add(to, scene, source, sink)) return false;
   const TrainingScene& opened = beside->scene(scene);
@@ -266,13 +266,13 @@ std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, 
   std::vector<std::vector<TrajectoryTest>> results;
   for (const model::Test& test : scenes.tests) {
     std::vector<TrajectoryTest>& all = results.emplace_back();
-    for (const model::Test::Beside& beside : test.beside)
+    for (const model::Test::Baseline& beside : test.beside)
       all.push_back(test_beside(scenes, results.size() - 1, beside, values, options));
   }
   return results;
 }
 
-TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Beside& beside,
+TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Baseline& beside,
                            const UnknownValues& values, const BatchOptions& options) {
   const TrainingScene& scene = scenes.beside->scene(beside);
   TrajectoryTest found = roll_out(scenes.tests[test], scene, beside.on, scene.trajectories, values, options);
@@ -326,7 +326,7 @@ std::vector<std::vector<TestCost>> costs_of_tests(const TestScenes& scenes, cons
     if (!on) return {};
     std::deque<TrajectoryEvaluator> evaluators;
     evaluators.emplace_back(scenes.own, *on, values, options);
-    for (const model::Test::Beside& beside : test.beside) {
+    for (const model::Test::Baseline& beside : test.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
       evaluators.emplace_back(scene, scene.trajectories, values, options);
     }
@@ -357,7 +357,7 @@ std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, co
   std::vector<std::vector<GrowthTest>> results;
   for (const model::Test& growth : scenes.growths) {
     std::vector<GrowthTest>& all = results.emplace_back();
-    for (const model::Test::Beside& beside : growth.beside) {
+    for (const model::Test::Baseline& beside : growth.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
       UnknownValues learnt;  // it has parameters of its own
       for (const network::Network& network : scene.compiled->problem->networks) {

@@ -77,7 +77,7 @@ struct TestScenes {
                                           std::vector<model::Test> tests, std::vector<model::Test> growths,
                                           DiagnosticSink& sink);
   /// One more scene beside a test; false, and nothing is changed, after errors: it does not compile or does not fit.
-  bool add(std::size_t test, const model::Test::Beside& beside, DiagnosticSink& sink);
+  bool add(std::size_t test, const model::Test::Baseline& beside, DiagnosticSink& sink);
 };
 
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
@@ -86,7 +86,7 @@ std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, cons
 /// The conditions of each test, by its file; `knows_training`: the own scene is of the data that were learnt from.
 std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool knows_training, DiagnosticSink& sink);
 /// Of a scene beside a test.
-TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Beside& beside,
+TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Baseline& beside,
                            const UnknownValues& values, const BatchOptions& options);
 /// Of the scenes beside: by test, in the order of its line.
 std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,

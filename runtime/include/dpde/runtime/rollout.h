@@ -155,8 +155,8 @@ struct RolloutSetup {
   bool follows = false;   // the parts will be those of another rollout: follow() says which
   /// > 0: the run ends with the first step in which no value changes by more than that a unit of time. Losses are those
   /// of the state `steps`, which that state is, and the gradient is that of a state which the step leaves as it is,
-  /// wherever the run begins: x = S(x, p), by one linear solve with the adjoint of the step (run/forward/steady_run.h). Where
-  /// `steps` are not enough loss() and gradient() throw NoSolution.
+  /// wherever the run begins: x = S(x, p), by one linear solve with the adjoint of the step (run/forward/steady_run.h).
+  /// Where `steps` are not enough loss() and gradient() throw NoSolution.
   double steady = 0;
   /// With `steady`: the states that are rates of the others, by a tangent step. initial() of the others is steady, and
   /// that of the rates is not looked at: they are what the tangent step leaves as they are.

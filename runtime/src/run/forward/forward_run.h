@@ -3,12 +3,12 @@
 // only.
 #pragma once
 
-#include "run/losses.h"
 #include "run/forward/run_watch.h"
-#include "run/states.h"
 #include "run/forward/steady_run.h"
 #include "run/forward/step_inputs.h"
 #include "run/forward/stepper.h"
+#include "run/losses.h"
+#include "run/states.h"
 
 namespace dpde {
 

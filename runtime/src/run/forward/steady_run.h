@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "run/forward/run_watch.h"
-#include "run/states.h"
 #include "run/forward/step_inputs.h"
 #include "run/forward/stepper.h"
 #include "run/reverse/way_back.h"
+#include "run/states.h"
 #include "solve/operator/krylov.h"
 
 namespace dpde {

@@ -12,8 +12,8 @@
 #include "dpde/runtime/unsolved.h"
 #include "run/binder.h"
 #include "run/forward/part_control.h"
-#include "run/states.h"
 #include "run/forward/step_inputs.h"
+#include "run/states.h"
 #include "wavefront/wavefront.h"
 
 namespace dpde {

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "dpde/runtime/rollout.h"
 #include "base/reversal.h"
+#include "dpde/runtime/rollout.h"
 #include "run/run_memory.h"
 
 namespace dpde {

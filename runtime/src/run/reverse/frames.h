@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "run/states.h"
 #include "run/forward/step_inputs.h"
 #include "run/reverse/way_back.h"
+#include "run/states.h"
 
 namespace dpde {
 

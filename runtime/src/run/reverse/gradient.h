@@ -5,14 +5,14 @@
 
 #include <chrono>
 
-#include "run/reverse/frames.h"
-#include "run/losses.h"
 #include "run/forward/run_watch.h"
-#include "run/states.h"
 #include "run/forward/steady_run.h"
 #include "run/forward/stepper.h"
+#include "run/losses.h"
+#include "run/reverse/frames.h"
 #include "run/reverse/trajectory.h"
 #include "run/reverse/way_back.h"
+#include "run/states.h"
 
 namespace dpde {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "run/binder.h"
-#include "run/run_memory.h"
 #include "run/forward/step_inputs.h"
+#include "run/run_memory.h"
 
 namespace dpde {
 

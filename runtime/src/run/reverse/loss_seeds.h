@@ -5,10 +5,10 @@
 
 #include <vector>
 
+#include "run/forward/step_inputs.h"
+#include "run/losses.h"
 #include "run/reverse/adjoint_states.h"
 #include "run/reverse/gradient_sums.h"
-#include "run/losses.h"
-#include "run/forward/step_inputs.h"
 
 namespace dpde {
 

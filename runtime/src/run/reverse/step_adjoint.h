@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "base/reversal.h"
-#include "run/reverse/adjoint_states.h"
 #include "run/binder.h"
+#include "run/forward/stepper.h"
+#include "run/reverse/adjoint_states.h"
 #include "run/reverse/gradient_sums.h"
 #include "run/reverse/kept_steps.h"
-#include "run/forward/stepper.h"
 
 namespace dpde {
 

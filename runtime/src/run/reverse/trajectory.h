@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "base/reversal.h"
-#include "run/states.h"
 #include "run/reverse/tape_store.h"
 #include "run/reverse/way_back.h"
+#include "run/states.h"
 
 namespace dpde {
 

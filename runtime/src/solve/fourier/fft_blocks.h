@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "transform/fft.h"
 #include "solve/operator/vector_parts.h"
+#include "transform/fft.h"
 
 namespace dpde {
 

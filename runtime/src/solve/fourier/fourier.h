@@ -10,10 +10,10 @@
 #include <span>
 #include <vector>
 
-#include "solve/rows/constant_rows.h"
-#include "solve/operator/grid_operator.h"
 #include "solve/fourier/grid_waves.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/operator/grid_operator.h"
+#include "solve/rows/constant_rows.h"
 
 namespace dpde {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "solve/operator/finite.h"
 #include "solve/fourier/line_waves.h"
+#include "solve/operator/finite.h"
 
 namespace dpde {
 

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "transform/fft.h"
 #include "solve/fourier/fft_blocks.h"
 #include "solve/matrix/null_space.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "transform/fft.h"
 
 namespace dpde {
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "solve/rows/constant_rows.h"
-#include "solve/operator/finite.h"
-#include "solve/rows/row_sums.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/operator/finite.h"
+#include "solve/rows/constant_rows.h"
+#include "solve/rows/row_sums.h"
 
 namespace dpde {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dpde/runtime/cell_colours.h"
 
-#include "solve/multigrid/axis_colours.h"
 #include "solve/fourier/grid_place.h"
+#include "solve/multigrid/axis_colours.h"
 
 namespace dpde {
 

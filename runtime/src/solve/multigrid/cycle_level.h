@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "solve/rows/coefficient_rows.h"
-#include "solve/operator/finite.h"
 #include "solve/fourier/grid_waves.h"
 #include "solve/matrix/half_rows.h"
 #include "solve/multigrid/multigrid_level.h"
-#include "solve/operator/numbers.h"
-#include "solve/rows/row_kernels.h"
 #include "solve/multigrid/smoother.h"
+#include "solve/operator/finite.h"
+#include "solve/operator/numbers.h"
+#include "solve/rows/coefficient_rows.h"
+#include "solve/rows/row_kernels.h"
 
 namespace dpde {
 

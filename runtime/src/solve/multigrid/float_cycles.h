@@ -13,8 +13,8 @@
 #include <span>
 #include <string>
 
-#include "solve/operator/grid_operator.h"
 #include "solve/multigrid/multigrid.h"
+#include "solve/operator/grid_operator.h"
 
 namespace dpde {
 

@@ -18,13 +18,13 @@
 #include <string>
 #include <vector>
 
-#include "solve/rows/constant_rows.h"
-#include "solve/multigrid/cycle_level.h"
-#include "solve/operator/krylov.h"
-#include "solve/multigrid/multigrid_level.h"
 #include "solve/matrix/null_space.h"
 #include "solve/matrix/stencil_matrix.h"
 #include "solve/matrix/symmetric_factors.h"
+#include "solve/multigrid/cycle_level.h"
+#include "solve/multigrid/multigrid_level.h"
+#include "solve/operator/krylov.h"
+#include "solve/rows/constant_rows.h"
 
 namespace dpde {
 

@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "solve/multigrid/axis_colours.h"
 #include "solve/fourier/grid_place.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/multigrid/axis_colours.h"
 
 namespace dpde {
 

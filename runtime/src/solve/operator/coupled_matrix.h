@@ -16,8 +16,8 @@
 #include "dpde/runtime/cell_colours.h"
 #include "solve/matrix/banded.h"
 #include "solve/matrix/incomplete_factors.h"
-#include "solve/operator/krylov.h"
 #include "solve/matrix/sparse_factors.h"
+#include "solve/operator/krylov.h"
 
 namespace dpde {
 

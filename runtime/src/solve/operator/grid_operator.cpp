@@ -6,8 +6,8 @@
 #include <numeric>
 #include <utility>
 
-#include "solve/rows/row_products.h"
 #include "solve/operator/vector_parts.h"
+#include "solve/rows/row_products.h"
 
 namespace dpde {
 namespace {

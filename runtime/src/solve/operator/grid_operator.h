@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "dpde/runtime/team.h"
-#include "solve/rows/constant_rows.h"
 #include "solve/matrix/null_space.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/rows/constant_rows.h"
 
 namespace dpde {
 

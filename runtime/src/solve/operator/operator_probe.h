@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "solve/matrix/pattern_colours.h"
+#include "solve/matrix/stencil_matrix.h"
 #include "solve/operator/box_probe.h"
 #include "solve/operator/grid_operator.h"
-#include "solve/matrix/pattern_colours.h"
 #include "solve/rows/row_sums.h"
-#include "solve/matrix/stencil_matrix.h"
 
 namespace dpde {
 

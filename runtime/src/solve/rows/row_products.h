@@ -7,8 +7,8 @@
 #include <cmath>
 #include <span>
 
-#include "solve/rows/constant_rows.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/rows/constant_rows.h"
 
 namespace dpde {
 

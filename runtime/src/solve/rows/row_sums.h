@@ -11,9 +11,9 @@
 #include <span>
 #include <vector>
 
+#include "solve/matrix/stencil_matrix.h"
 #include "solve/operator/box_probe.h"
 #include "solve/rows/constant_rows.h"
-#include "solve/matrix/stencil_matrix.h"
 
 namespace dpde {
 

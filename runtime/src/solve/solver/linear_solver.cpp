@@ -11,8 +11,8 @@
 
 #include "dpde/runtime/error.h"
 #include "solve/operator/finite.h"
-#include "solve/solver/linear_solver_impl.h"
 #include "solve/operator/vector_parts.h"
+#include "solve/solver/linear_solver_impl.h"
 
 namespace dpde {
 

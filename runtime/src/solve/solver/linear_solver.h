@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "dpde/runtime/team.h"
-#include "solve/operator/grid_operator.h"
 #include "solve/fourier/grid_waves.h"
-#include "solve/multigrid/smoother.h"
 #include "solve/matrix/stencil_matrix.h"
+#include "solve/multigrid/smoother.h"
+#include "solve/operator/grid_operator.h"
 #include "solve/operator/vector_function.h"
 
 namespace dpde {

@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "solve/matrix/direct.h"
-#include "solve/solver/first_guess.h"
-#include "solve/multigrid/float_cycles.h"
 #include "solve/fourier/fourier.h"
-#include "solve/operator/gmres.h"
-#include "solve/operator/krylov.h"
-#include "solve/multigrid/line_systems.h"
-#include "solve/solver/linear_solver.h"
-#include "solve/multigrid/multigrid.h"
+#include "solve/matrix/direct.h"
 #include "solve/matrix/null_space.h"
 #include "solve/matrix/tridiagonal.h"
+#include "solve/multigrid/float_cycles.h"
+#include "solve/multigrid/line_systems.h"
+#include "solve/multigrid/multigrid.h"
+#include "solve/operator/gmres.h"
+#include "solve/operator/krylov.h"
+#include "solve/solver/first_guess.h"
+#include "solve/solver/linear_solver.h"
 
 namespace dpde {
 

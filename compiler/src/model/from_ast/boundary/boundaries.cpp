@@ -5,11 +5,11 @@
 
 #include <algorithm>
 
+#include "model/boundary/metric.h"
+#include "model/boundary/wall_formula.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/metric.h"
-#include "model/boundary/wall_formula.h"
 
 namespace dpde::model {
 
@@ -21,93 +21,93 @@ struct NamedSides {
   bool low = true, high = true;
 };
 
-std::optional<NamedSides> find_place(Draft& draft, const ast::Identifier& place) {
-  if (!draft.problem.has_grid) {
-    report_no_grid(draft, "a boundary", place.range);
+std::optional<NamedSides> find_place(Elaboration& elaboration, const ast::Identifier& place) {
+  if (!elaboration.problem.has_grid) {
+    report_no_grid(elaboration, "a boundary", place.range);
     return std::nullopt;
   }
   if (place.name == "all") return NamedSides{};
   const std::size_t dot = place.name.find('.');
   const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
-  const int axis = axis_of(draft, place.name.substr(0, dot));
-  if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size()))
+  const int axis = axis_of(elaboration, place.name.substr(0, dot));
+  if (axis >= 0 && axis < static_cast<int>(elaboration.problem.axes.size()))
     return NamedSides{axis, side != "high", side != "low"};
   std::vector<std::string> sides{"all"};
-  for (const Axis& known : draft.problem.axes) {
+  for (const Axis& known : elaboration.problem.axes) {
     for (const char* end : {"", ".low", ".high"}) sides.push_back(known.name + end);
   }
-  draft.sink.report("unknown-side", place.range, {place.name}, did_you_mean(place.name, sides));
+  elaboration.sink.report("unknown-side", place.range, {place.name}, did_you_mean(place.name, sides));
   return std::nullopt;
 }
 
 /// A number or a parameter whose value is 0.
-bool is_zero(const Draft& draft, const Expr& e) {
+bool is_zero(const Elaboration& elaboration, const Expr& e) {
   const auto* param = std::get_if<Param>(&e->kind);
-  const auto found = param ? draft.values.find(param->name) : draft.values.end();
-  return is_constant(e, 0) || (found != draft.values.end() && found->second && *found->second == 0);
+  const auto found = param ? elaboration.values.find(param->name) : elaboration.values.end();
+  return is_constant(e, 0) || (found != elaboration.values.end() && found->second && *found->second == 0);
 }
 
 /// Whether the call has `count` arguments without names.
-bool takes(Draft& draft, const ast::Call& call, std::size_t count, const std::string& usage) {
+bool takes(Elaboration& elaboration, const ast::Call& call, std::size_t count, const std::string& usage) {
   bool plain = call.arguments.size() == count;
   for (const ast::Argument& argument : call.arguments) plain = plain && argument.name.empty();
   if (plain) return true;
-  draft.sink.report("wrong-argument-count", call.callee_range,
-                    {call.callee, counted(static_cast<int>(count), "argument"), std::to_string(call.arguments.size())},
-                    usage);
+  elaboration.sink.report(
+      "wrong-argument-count", call.callee_range,
+      {call.callee, counted(static_cast<int>(count), "argument"), std::to_string(call.arguments.size())}, usage);
   return false;
 }
 
 /// u = ..., WORD or WORD(...) of side_conditions.h.
-std::optional<Side> condition_side(Draft& draft, const SideCondition& condition, const ast::Call& call,
+std::optional<Side> condition_side(Elaboration& elaboration, const SideCondition& condition, const ast::Call& call,
                                    const std::string& field) {
   Side side{condition.kind};
   const std::vector<Expr*> parts = given_parts(side);
   const std::string usage = fmt::format("write {}", condition.usage);
-  if (!takes(draft, call, parts.size(), usage)) return std::nullopt;
+  if (!takes(elaboration, call, parts.size(), usage)) return std::nullopt;
   bool good = true;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Purpose purpose = parts[i] == &side.value ? Purpose::boundary : Purpose::boundary_weight;
-    const auto part = Expressions(draft, purpose, field).number(call.arguments[i].value);
+    const FormulaContext purpose = parts[i] == &side.value ? FormulaContext::boundary : FormulaContext::boundary_weight;
+    const auto part = Expressions(elaboration, purpose, field).number(call.arguments[i].value);
     if (part) *parts[i] = *part;
     good = good && part;
   }
   if (!good) return std::nullopt;
-  if (condition.b == SideCondition::Part::given && is_zero(draft, side.a) && is_zero(draft, side.b)) {
-    draft.sink.report("empty-condition", call.callee_range, {field}, usage);
+  if (condition.b == SideCondition::Part::given && is_zero(elaboration, side.a) && is_zero(elaboration, side.b)) {
+    elaboration.sink.report("empty-condition", call.callee_range, {field}, usage);
     return std::nullopt;
   }
   return side;
 }
 
-std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
+std::optional<Side> side_of(Elaboration& elaboration, const ast::Expr& value, const std::string& field) {
   const auto* word = std::get_if<ast::Name>(&value->kind);
   const SideCondition* named = word ? find_condition(word->name, SideCondition::Level::models) : nullptr;
   if (named && named->is_word_alone()) return Side{named->kind};
   if (word && word->name == "periodic") {
-    draft.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
-                      "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
+    elaboration.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
+                            "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
     return std::nullopt;
   }
   const auto* call = std::get_if<ast::Call>(&value->kind);
   const SideCondition* called = call ? find_condition(call->callee, SideCondition::Level::models) : nullptr;
   if (called && !(called->is_word_alone() && call->arguments.empty()))
-    return condition_side(draft, *called, *call, field);
+    return condition_side(elaboration, *called, *call, field);
   if (call && call->callee == "on_wall") {
-    draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
-                      "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
-                      "zero_gradient, gradient(g), mixed(a, b, c) or linear");
+    elaboration.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
+                            "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
+                            "zero_gradient, gradient(g), mixed(a, b, c) or linear");
     return std::nullopt;
   }
-  const auto number = Expressions(draft, Purpose::boundary, field).number(value);
+  const auto number = Expressions(elaboration, FormulaContext::boundary, field).number(value);
   return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
 }
 
 /// Marks one side as given; false when it was before.
-bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, SourceRange& seen,
+bool mark(Elaboration& elaboration, const ast::BoundarySide& side, const std::string& name, SourceRange& seen,
           const std::string& field) {
   if (seen.is_known()) {
-    report_duplicate(draft, fmt::format("the boundary of {} at {}", field, name), side.place.range, seen);
+    report_duplicate(elaboration, fmt::format("the boundary of {} at {}", field, name), side.place.range, seen);
     return false;
   }
   seen = side.place.range;
@@ -116,43 +116,44 @@ bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, 
 
 bool is_periodic(const Axis& axis) { return axis.topology == Topology::periodic; }
 
-void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const NamedSides& place) {
+void check_not_periodic(Elaboration& elaboration, const ast::BoundarySide& side, const NamedSides& place) {
   std::vector<std::string> periodic;
   bool any_bounded = false;
-  for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
+  for (int axis = 0; axis < static_cast<int>(elaboration.problem.axes.size()); ++axis) {
     if (place.axis >= 0 && place.axis != axis) continue;
-    if (is_periodic(draft.problem.axes[axis])) periodic.push_back(written_axis(draft, axis));
-    any_bounded = any_bounded || !is_periodic(draft.problem.axes[axis]);
+    if (is_periodic(elaboration.problem.axes[axis])) periodic.push_back(written_axis(elaboration, axis));
+    any_bounded = any_bounded || !is_periodic(elaboration.problem.axes[axis]);
   }
   if (any_bounded) return;
-  draft.sink.report("boundary-of-periodic-axis", side.place.range, {fmt::format("{}", fmt::join(periodic, ", "))},
-                    "leave this out, or periodic in the grid line");
+  elaboration.sink.report("boundary-of-periodic-axis", side.place.range, {fmt::format("{}", fmt::join(periodic, ", "))},
+                          "leave this out, or periodic in the grid line");
 }
 
 /// "x", "x.low", ... of the sides that nothing was said about, but for poles (check_poles).
-std::vector<std::string> missing_sides(const Draft& draft, const std::vector<std::array<SourceRange, 2>>& seen) {
+std::vector<std::string> missing_sides(const Elaboration& elaboration,
+                                       const std::vector<std::array<SourceRange, 2>>& seen) {
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (is_periodic(draft.problem.axes[i])) continue;
-    const bool low = seen[i][0].is_known() || is_pole_at(draft.problem, i, true);
-    const bool high = seen[i][1].is_known() || is_pole_at(draft.problem, i, false);
-    const std::string axis = written_axis(draft, i);
+    if (is_periodic(elaboration.problem.axes[i])) continue;
+    const bool low = seen[i][0].is_known() || is_pole_at(elaboration.problem, i, true);
+    const bool high = seen[i][1].is_known() || is_pole_at(elaboration.problem, i, false);
+    const std::string axis = written_axis(elaboration, i);
     if (!low && !high) missing.push_back(axis);
     if (low != high) missing.push_back(axis + (low ? ".high" : ".low"));
   }
   return missing;
 }
 
-void check_complete(Draft& draft, const State& state, const std::vector<std::array<SourceRange, 2>>& seen) {
-  const std::vector<std::string> missing = missing_sides(draft, seen);
+void check_complete(Elaboration& elaboration, const State& state, const std::vector<std::array<SourceRange, 2>>& seen) {
+  const std::vector<std::string> missing = missing_sides(elaboration, seen);
   if (missing.empty()) return;
-  SourceRange range = draft.scene->name.range;
-  for (const auto& [grid, item] : items_of<ast::GridItem>(draft.scene->items)) {
+  SourceRange range = elaboration.scene->name.range;
+  for (const auto& [grid, item] : items_of<ast::GridItem>(elaboration.scene->items)) {
     if (grid.axis.name == missing.front().substr(0, missing.front().find('.'))) range = grid.axis.range;
   }
-  draft.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
-                    fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line",
-                                state.name, fmt::join(missing, " = 0, ")));
+  elaboration.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
+                          fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line",
+                                      state.name, fmt::join(missing, " = 0, ")));
 }
 
 /// With t or with fields in it.
@@ -189,13 +190,14 @@ bool reads_around(const Problem& problem, const std::string& field) {
 
 }  // namespace
 
-std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::string& state, const std::string& place) {
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
-    const std::vector<std::string> components = components_of(draft, item.field.name);
+std::optional<SourceRange> boundary_of_side(const Elaboration& elaboration, const std::string& state,
+                                            const std::string& place) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
+    const std::vector<std::string> components = components_of(elaboration, item.field.name);
     if (std::ranges::find(components, state) == components.end()) continue;
     for (const ast::BoundarySide& side : item.sides) {
       const std::size_t dot = std::min(side.place.name.find('.'), side.place.name.size());
-      const int axis = axis_of(draft, side.place.name.substr(0, dot));
+      const int axis = axis_of(elaboration, side.place.name.substr(0, dot));
       const std::string name = axis < 0 ? side.place.name : axis_name(axis) + side.place.name.substr(dot);
       if (name == place || name == "all" || place.starts_with(name + ".")) return side.value.range();
     }
@@ -206,9 +208,9 @@ std::optional<SourceRange> boundary_of_side(const Draft& draft, const std::strin
 namespace {
 
 /// Nothing holds what lies on the wall that an axis begins with.
-void check_open_walls(Draft& draft, const State& state) {
+void check_open_walls(Elaboration& elaboration, const State& state) {
   for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
-    const Axis& along = draft.problem.axes[axis];
+    const Axis& along = elaboration.problem.axes[axis];
     if (along.topology == Topology::periodic || !state.placement[axis]) continue;
     const bool is_low = !along.holds_wall(true);
     const AxisSides& sides = state.boundary[axis];
@@ -216,8 +218,8 @@ void check_open_walls(Draft& draft, const State& state) {
     if (!is_open(is_low ? sides.low : sides.high)) continue;
     const std::string place = along.name + (is_low ? ".low" : ".high");
     const bool are_both = is_open(sides.low) && is_open(sides.high);
-    draft.sink.report(
-        "not-allowed-here", boundary_of_side(draft, state.name, place).value_or(state.origin.range),
+    elaboration.sink.report(
+        "not-allowed-here", boundary_of_side(elaboration, state.name, place).value_or(state.origin.range),
         {"outflow", fmt::format("{}, where the axis begins", place)},
         are_both ? fmt::format("one end of {} can be open: give {} a value at the other", along.name, state.name)
                  : fmt::format("let the axis end there: grid {} = {} .. {}; arrays then begin with the "
@@ -227,17 +229,17 @@ void check_open_walls(Draft& draft, const State& state) {
 }
 
 /// dt(u) stays 0 where u keeps a value, and has no slope where u has none. Where the walls of u move, nothing may ask.
-void derive_velocity_boundaries(Draft& draft) {
-  Problem& problem = draft.problem;
+void derive_velocity_boundaries(Elaboration& elaboration) {
+  Problem& problem = elaboration.problem;
   for (State& state : problem.states) {
     const State* moved = problem.find_state(state.velocity_of);
     if (!moved) continue;
     const bool is_open = radiates(*moved);
     if ((is_open || holds_time(problem, moved->boundary)) && reads_around(problem, state.name)) {
-      draft.sink.report("not-allowed-here", state.origin.range,
-                        {is_open ? "radiating" : "a boundary with t or fields",
-                         fmt::format("a scene that differentiates dt({}) in space", moved->name)},
-                        "boundary values of dt(u) are not derived from those of u that vary in time");
+      elaboration.sink.report("not-allowed-here", state.origin.range,
+                              {is_open ? "radiating" : "a boundary with t or fields",
+                               fmt::format("a scene that differentiates dt({}) in space", moved->name)},
+                              "boundary values of dt(u) are not derived from those of u that vary in time");
     }
     state.boundary = moved->boundary;
     for (AxisSides& sides : state.boundary) {
@@ -252,27 +254,27 @@ void derive_velocity_boundaries(Draft& draft) {
 
 }  // namespace
 
-void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) {
-  const auto place = find_place(draft, side.place);
-  const auto value = side_of(draft, side.value, into.field);
+void bind_side(Elaboration& elaboration, const ast::BoundarySide& side, SidesOfField& into) {
+  const auto place = find_place(elaboration, side.place);
+  const auto value = side_of(elaboration, side.value, into.field);
   if (!place) return;
-  check_not_periodic(draft, side, *place);
-  for (int i = 0; i < static_cast<int>(draft.problem.axes.size()); ++i) {
-    const Axis& axis = draft.problem.axes[i];
+  check_not_periodic(elaboration, side, *place);
+  for (int i = 0; i < static_cast<int>(elaboration.problem.axes.size()); ++i) {
+    const Axis& axis = elaboration.problem.axes[i];
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
     const Side set = value.value_or(Side{});
     const auto* call = std::get_if<ast::Call>(&side.value->kind);
     if (condition_of(set.kind).b == SideCondition::Part::given)
-      draft.weighted_sides.push_back({into.field, i,
-                                      axis.name + (!place->high  ? ".low"
-                                                   : !place->low ? ".high"
-                                                                 : ""),
-                                      set.a, set.b, call ? call->callee_range : side.place.range});
-    const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
+      elaboration.weighted_sides.push_back({into.field, i,
+                                            axis.name + (!place->high  ? ".low"
+                                                         : !place->low ? ".high"
+                                                                       : ""),
+                                            set.a, set.b, call ? call->callee_range : side.place.range});
+    const bool set_low = place->low && mark(elaboration, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before
     if (!place->high || (place->low && !set_low)) continue;
-    if (mark(draft, side, axis.name + ".high", into.seen[i][1], into.field)) into.sides[i].high = set;
+    if (mark(elaboration, side, axis.name + ".high", into.seen[i][1], into.field)) into.sides[i].high = set;
   }
 }
 
@@ -282,18 +284,19 @@ namespace {
 ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, ast::Expr()}; }
 
 /// The component of a vector that the side names as a whole; "" where it does not.
-std::string component_of(const Draft& draft, const ast::BoundarySide& side, std::size_t index) {
+std::string component_of(const Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index) {
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
-  const Meaning* meaning = word ? draft.scope.find(word->name) : nullptr;
+  const Symbol* meaning = word ? elaboration.scope.find(word->name) : nullptr;
   const std::vector<std::string> names =
-      meaning && meaning->is_vector ? components_of(draft, word->name) : std::vector<std::string>{};
+      meaning && meaning->is_vector ? components_of(elaboration, word->name) : std::vector<std::string>{};
   return index < names.size() ? names[index] : "";
 }
 
 /// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as
 /// zero_gradient hold for all components.
-ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index, std::size_t count) {
-  const std::string component = component_of(draft, side, index);
+ast::BoundarySide part_of(Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index,
+                          std::size_t count) {
+  const std::string component = component_of(elaboration, side, index);
   if (!component.empty()) return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};
   const auto* tuple = std::get_if<ast::Tuple>(&side.value->kind);
   if (tuple && tuple->elements.size() == count) return {side.place, tuple->elements[index]};
@@ -301,71 +304,78 @@ ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const auto* call = std::get_if<ast::Call>(&side.value->kind);
   const std::vector<std::string> functions = Expressions::function_names();
-  const bool is_kind = (word && !draft.scope.find(word->name)) ||
+  const bool is_kind = (word && !elaboration.scope.find(word->name)) ||
                        (call && std::find(functions.begin(), functions.end(), call->callee) == functions.end());
   if (count == 1 || is_kind || (number && number->value == 0)) return side;
-  draft.sink.report("wrong-length", side.value.range(),
-                    {counted(static_cast<int>(count), "component"), std::to_string(tuple ? tuple->elements.size() : 1)},
-                    count == 2 ? "write (a, b), or boundary u.x: ... for one component"
-                               : "write (a, b, c), or boundary u.x: ... for one component");
+  elaboration.sink.report(
+      "wrong-length", side.value.range(),
+      {counted(static_cast<int>(count), "component"), std::to_string(tuple ? tuple->elements.size() : 1)},
+      count == 2 ? "write (a, b), or boundary u.x: ... for one component"
+                 : "write (a, b, c), or boundary u.x: ... for one component");
   return poisoned(side);
 }
 
 }  // namespace
 
-std::vector<AxisSides> boundary_of_solved(Draft& draft, const std::string& name) {
+std::vector<AxisSides> boundary_of_solved(Elaboration& elaboration, const std::string& name) {
   State unknown;
   unknown.name = name;
-  unknown.boundary.resize(draft.problem.axes.size());
-  std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+  unknown.boundary.resize(elaboration.problem.axes.size());
+  std::vector<std::array<SourceRange, 2>> seen(elaboration.problem.axes.size());
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
     if (item.field.name != name) continue;
     SidesOfField into{name, unknown.boundary, seen};
-    for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
+    for (const ast::BoundarySide& side : item.sides) bind_side(elaboration, side, into);
   }
-  check_complete(draft, unknown, seen);
-  check_radiating(draft, unknown);
-  measure_sides(draft, name, unknown.boundary);
+  check_complete(elaboration, unknown, seen);
+  check_radiating(elaboration, unknown);
+  measure_sides(elaboration, name, unknown.boundary);
   return unknown.boundary;
 }
 
-void bind_boundaries(Draft& draft) {
+void bind_boundaries(Elaboration& elaboration) {
   std::map<std::string, std::vector<std::array<SourceRange, 2>>> seen;
-  for (State& state : draft.problem.states) {
-    state.boundary.resize(draft.problem.axes.size());
-    seen[state.name].resize(draft.problem.axes.size());
+  for (State& state : elaboration.problem.states) {
+    state.boundary.resize(elaboration.problem.axes.size());
+    seen[state.name].resize(elaboration.problem.axes.size());
   }
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
-    if (draft.solved.contains(item.field.name)) continue;
-    if (draft.multipliers.contains(item.field.name)) {
-      draft.sink.report("not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
-                        fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
+    if (elaboration.solved.contains(item.field.name)) continue;
+    if (elaboration.multipliers.contains(item.field.name)) {
+      elaboration.sink.report(
+          "not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
+          fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
       continue;
     }
-    const std::vector<State*> states = find_states(draft, item.field, "a boundary");
+    const std::vector<State*> states = find_states(elaboration, item.field, "a boundary");
     if (!states.empty() && !states.front()->velocity_of.empty()) {
-      draft.sink.report("not-allowed-here", item.field.range, {item.field.name, "a boundary"},
-                        fmt::format("the boundary of dt({0}) follows from that of {0}", states.front()->velocity_of));
+      elaboration.sink.report(
+          "not-allowed-here", item.field.range, {item.field.name, "a boundary"},
+          fmt::format("the boundary of dt({0}) follows from that of {0}", states.front()->velocity_of));
       continue;
     }
     for (const ast::BoundarySide& side : item.sides) {
-      const std::size_t before = draft.sink.all().size();
+      const std::size_t before = elaboration.sink.all().size();
       for (std::size_t i = 0; i < states.size(); ++i) {
         SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
-        const bool failed = draft.sink.all().size() != before;  // said once, not for each component
+        const bool failed = elaboration.sink.all().size() != before;  // said once, not for each component
         const bool is_whole = states[i]->name != item.field.name;
-        bind_side(draft, failed ? poisoned(side) : is_whole ? part_of(draft, side, i, states.size()) : side, into);
+        bind_side(elaboration,
+                  failed     ? poisoned(side)
+                  : is_whole ? part_of(elaboration, side, i, states.size())
+                             : side,
+                  into);
       }
     }
   }
-  for (const State& state : draft.problem.states) {
-    const bool is_given = state.velocity_of.empty() && !draft.multipliers.contains(state.name);
-    if (is_given) check_complete(draft, state, seen[state.name]);
-    check_open_walls(draft, state);
+  for (const State& state : elaboration.problem.states) {
+    const bool is_given = state.velocity_of.empty() && !elaboration.multipliers.contains(state.name);
+    if (is_given) check_complete(elaboration, state, seen[state.name]);
+    check_open_walls(elaboration, state);
   }
-  derive_velocity_boundaries(draft);
-  for (State& state : draft.problem.states) measure_sides(draft, state.name, state.boundary);
-  check_poles(draft);
+  derive_velocity_boundaries(elaboration);
+  for (State& state : elaboration.problem.states) measure_sides(elaboration, state.name, state.boundary);
+  check_poles(elaboration);
 }
 
 }  // namespace dpde::model

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "model/analyse/formula.h"
+#include "model/analyse/solves.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/solves.h"
 #include "support/maths/evaluate.h"
 
 namespace dpde::model {
@@ -17,11 +17,11 @@ namespace {
 
 class BoundaryValues {
  public:
-  explicit BoundaryValues(Draft& draft) : draft_(draft) {}
+  explicit BoundaryValues(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   void look_at(const std::string& field, const std::vector<AxisSides>& boundary, SourceRange range) {
     for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
-      if (draft_.problem.axes[axis].topology == Topology::periodic) continue;
+      if (elaboration_.problem.axes[axis].topology == Topology::periodic) continue;
       for (const bool is_low : {true, false}) {
         const Side& side = is_low ? boundary[axis].low : boundary[axis].high;
         for (const Expr* value : {&side.value, &side.a, &side.b}) {
@@ -39,24 +39,25 @@ class BoundaryValues {
 
   /// What is not finite at t = 0 alone is left to the run: a scheme may not look there.
   bool look_at(const std::string& field, const Expr& value, const Wall& wall, SourceRange range) {
-    const Problem& problem = draft_.problem;
+    const Problem& problem = elaboration_.problem;
     const std::optional<double> first = not_finite(value, wall, problem.t_begin);
     if (!first || !not_finite(value, wall, problem.t_begin + problem.step)) return false;
     const std::string side = wall.is_low ? ".low" : ".high";
-    const SourceRange own = boundary_of_side(draft_, field, problem.axes[wall.axis].name + side).value_or(range);
-    draft_.sink.report("boundary-not-finite", own,
-                       {field, written_axis(draft_, wall.axis) + side, fmt::format("{}", dpde::shown(*first))},
-                       "something is divided by 0 there, or a root or log taken of what has none");
+    const SourceRange own = boundary_of_side(elaboration_, field, problem.axes[wall.axis].name + side).value_or(range);
+    elaboration_.sink.report(
+        "boundary-not-finite", own,
+        {field, written_axis(elaboration_, wall.axis) + side, fmt::format("{}", dpde::shown(*first))},
+        "something is divided by 0 there, or a root or log taken of what has none");
     return true;
   }
 
   /// The first value along the wall that is none; nullopt where there is none, or values are not known.
   std::optional<double> not_finite(const Expr& value, const Wall& wall, double t) const {
-    KnownValues values = draft_.values;
+    KnownValues values = elaboration_.values;
     values["t"] = t;
     const Expr formula = with_known(value, values);
     if (!is_formula(formula)) return std::nullopt;
-    const std::vector<Axis>& axes = draft_.problem.axes;
+    const std::vector<Axis>& axes = elaboration_.problem.axes;
     std::array<int, 3> cells{1, 1, 1};
     for (std::size_t a = 0; a < axes.size(); ++a) {
       if (a != wall.axis && depends_on_axis(formula, static_cast<int>(a))) cells[a] = axes[a].cells;
@@ -72,18 +73,18 @@ class BoundaryValues {
     return std::nullopt;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
 };
 
 }  // namespace
 
-void check_boundary_values(Draft& draft) {
-  BoundaryValues values(draft);
-  for (const State& state : draft.problem.states) {
+void check_boundary_values(Elaboration& elaboration) {
+  BoundaryValues values(elaboration);
+  for (const State& state : elaboration.problem.states) {
     if (state.history_of.empty() && state.velocity_of.empty())
       values.look_at(state.name, state.boundary, state.origin.range);
   }
-  for (const Solve* solve : solves_of(draft.problem))
+  for (const Solve* solve : solves_of(elaboration.problem))
     values.look_at(solve->name, solve->boundary, solve->operation->origin.range);
 }
 

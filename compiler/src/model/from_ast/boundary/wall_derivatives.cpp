@@ -27,34 +27,34 @@ std::string walls_with_values(const Problem& problem, const State& state) {
 }
 
 /// Outside of forces on masks: these take the rates as the step has them.
-bool holds_second(const Draft& draft, const Expr& e, const std::string& state) {
+bool holds_second(const Elaboration& elaboration, const Expr& e, const std::string& state) {
   const auto* reduce = std::get_if<Reduce>(&e->kind);
   const auto is_it = [&](const auto& force) {
     const auto* moment = std::get_if<Binary>(&reduce->operand->kind);
     return force.second.rate == reduce->operand || (moment && moment->right == force.second.rate);
   };
-  if (reduce && std::ranges::any_of(draft.forces, is_it)) return false;
+  if (reduce && std::ranges::any_of(elaboration.forces, is_it)) return false;
   if (std::holds_alternative<Derivative>(e->kind) && reads(e, state) && nested_order(e) >= 2) return true;
   bool found = false;
-  for_each_part(e, [&](const Expr& part) { found = found || holds_second(draft, part, state); });
+  for_each_part(e, [&](const Expr& part) { found = found || holds_second(elaboration, part, state); });
   return found;
 }
 
-void check(Draft& draft, const Expr& value, const Origin& origin, const char* hint) {
-  for (const State& state : draft.problem.states) {
-    const std::string walls = walls_with_values(draft.problem, state);
-    if (walls.empty() || !holds_second(draft, value, state.name)) continue;
-    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls}, hint);
+void check(Elaboration& elaboration, const Expr& value, const Origin& origin, const char* hint) {
+  for (const State& state : elaboration.problem.states) {
+    const std::string walls = walls_with_values(elaboration.problem, state);
+    if (walls.empty() || !holds_second(elaboration, value, state.name)) continue;
+    elaboration.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls}, hint);
   }
 }
 
 }  // namespace
 
-void check_wall_derivatives(Draft& draft) {
-  for_each_formula(draft.problem, [&](const Use& use) {
+void check_wall_derivatives(Elaboration& elaboration) {
+  for_each_formula(elaboration.problem, [&](const Use& use) {
     switch (time_of(use.kind)) {
       case UseTime::result:
-        return check(draft, use.formula, use.origin,
+        return check(elaboration, use.formula, use.origin,
                      use.kind == UseKind::output ? "leave out the cells beside the wall where that matters"
                                                  : "where that matters, weight the cells beside the wall by 0");
       case UseTime::step:  // of order 2 as a whole

@@ -3,11 +3,11 @@
 // with, so schemes that solve for what a stage ends with, or that ask for a wall at another time, cannot have them.
 #include <fmt/format.h>
 
+#include "model/analyse/solves.h"
+#include "model/boundary/wall_formula.h"
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
-#include "model/analyse/solves.h"
-#include "model/boundary/wall_formula.h"
 
 namespace dpde::model {
 
@@ -15,14 +15,14 @@ namespace {
 
 class WallFormula {
  public:
-  WallFormula(Draft& draft, const State& state, std::size_t axis, bool is_low)
-      : draft_(draft), state_(state), index_(axis), axis_(draft.problem.axes[axis]), is_low_(is_low) {
+  WallFormula(Elaboration& elaboration, const State& state, std::size_t axis, bool is_low)
+      : elaboration_(elaboration), state_(state), index_(axis), axis_(elaboration.problem.axes[axis]), is_low_(is_low) {
     place_ = axis_.name + (is_low ? ".low" : ".high");
-    range_ = boundary_of_side(draft, state.name, place_).value_or(state.origin.range);
+    range_ = boundary_of_side(elaboration, state.name, place_).value_or(state.origin.range);
   }
 
   void check(const Side& side) {
-    if (!is_of_states(draft_.problem, side)) return;
+    if (!is_of_states(elaboration_.problem, side)) return;
     if (state_.placement != Placement{}) {
       refuse(fmt::format("the boundary of {}, which lies on faces", state_.name),
              "formulas of fields hold for fields at cell centres");
@@ -34,17 +34,17 @@ class WallFormula {
 
  private:
   void refuse(std::string where, std::string hint) {
-    draft_.sink.report("not-allowed-here", range_, {"a formula of fields", std::move(where)}, std::move(hint));
+    elaboration_.sink.report("not-allowed-here", range_, {"a formula of fields", std::move(where)}, std::move(hint));
   }
 
   void check_scheme() {
-    const Scheme& scheme = draft_.problem.scheme;
+    const Scheme& scheme = elaboration_.problem.scheme;
     if (is_leapfrog(scheme.time) || is_implicit(scheme.time) || is_exponential(scheme.time))
-      draft_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a formula of fields at a wall"},
-                         "take time = rk4 or ssp_rk3");
+      elaboration_.sink.report("schemes-do-not-fit", range_, {print(scheme.time), "a formula of fields at a wall"},
+                               "take time = rk4 or ssp_rk3");
     else if (scheme.is_split())
       refuse("the boundary of a scene whose steps are split", "leave out split");
-    else if (scheme.follows_flow())
+    else if (scheme.is_semi_lagrangian())
       refuse("the boundary of a scene that carries along the flow", "take advect = upwind(3) or weno(5)");
     else if (state_.parts > 1)
       refuse("the boundary of a scene with subcycle", "make all steps shorter");
@@ -52,7 +52,7 @@ class WallFormula {
 
   void for_each_field(const Expr& e) {
     if (const auto* field = std::get_if<Field>(&e->kind)) {
-      if (const State* read = draft_.problem.find_state(field->name)) check_place(*read);
+      if (const State* read = elaboration_.problem.find_state(field->name)) check_place(*read);
       return;
     }
     for_each_part(e, [&](const Expr& part) { for_each_field(part); });
@@ -80,7 +80,7 @@ class WallFormula {
     }
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   const State& state_;
   std::size_t index_;
   const Axis& axis_;
@@ -91,20 +91,21 @@ class WallFormula {
 
 }  // namespace
 
-void check_wall_formulas(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_wall_formulas(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   for (const State& state : problem.states) {
     if (!state.history_of.empty() || !state.velocity_of.empty()) continue;  // they have the sides of others
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
       if (problem.axes[axis].topology == Topology::periodic) continue;
-      WallFormula(draft, state, axis, true).check(state.boundary[axis].low);
-      WallFormula(draft, state, axis, false).check(state.boundary[axis].high);
+      WallFormula(elaboration, state, axis, true).check(state.boundary[axis].low);
+      WallFormula(elaboration, state, axis, false).check(state.boundary[axis].high);
     }
   }
   for (const Solve* solve : solves_of(problem)) {
     const auto report = [&](const std::string& where) {
-      draft.sink.report("not-allowed-here", solve->operation->origin.range, {"a formula of fields at a wall", where},
-                        "give it a value or a slope of numbers, parameters, coordinates, t and coefficients");
+      elaboration.sink.report("not-allowed-here", solve->operation->origin.range,
+                              {"a formula of fields at a wall", where},
+                              "give it a value or a slope of numbers, parameters, coordinates, t and coefficients");
     };
     if (has_wall_formula(problem, solve->boundary)) report(fmt::format("the boundary of {}", solve->name));
     for (const State& state : problem.states) {

@@ -11,10 +11,10 @@
 
 #include <variant>
 
+#include "model/boundary/stretch.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/stretch.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -46,8 +46,8 @@ Expr sum_of(const std::vector<std::pair<double, Expr>>& terms, const Origin& ori
 /// An expression as it is on a wall, in the row of cells beside it.
 class OnWall {
  public:
-  OnWall(const Draft& draft, Wall wall)
-      : draft_(draft), wall_(wall), axis_(draft.problem.axes[static_cast<std::size_t>(wall.axis)]) {}
+  OnWall(const Elaboration& elaboration, Wall wall)
+      : elaboration_(elaboration), wall_(wall), axis_(elaboration.problem.axes[static_cast<std::size_t>(wall.axis)]) {}
 
   /// nullopt: `mistake` says what is not known there.
   std::optional<Expr> term(const Expr& e) {
@@ -99,7 +99,7 @@ class OnWall {
 
   /// `field` so many rows farther into the grid.
   Expr inside(const Expr& field, int rows) const {
-    std::vector<int> offset(draft_.problem.axes.size(), 0);
+    std::vector<int> offset(elaboration_.problem.axes.size(), 0);
     offset[static_cast<std::size_t>(wall_.axis)] = wall_.is_low ? rows : -rows;
     return rows == 0 ? field : shift(field, std::move(offset), field->origin);
   }
@@ -114,16 +114,16 @@ class OnWall {
   }
 
   bool lies_on_wall(const std::string& name) const {
-    const State* state = draft_.problem.find_state(name);
-    const Coefficient* coefficient = draft_.problem.find_coefficient(name);
+    const State* state = elaboration_.problem.find_state(name);
+    const Coefficient* coefficient = elaboration_.problem.find_coefficient(name);
     const Placement placement = state ? state->placement : coefficient ? coefficient->placement : Placement{};
     return placement[static_cast<std::size_t>(wall_.axis)];
   }
 
   /// What a constraint gives has an image without a slope, but where it is 0 on an open wall.
   bool is_extrapolated(const std::string& name) const {
-    if (!draft_.multipliers.contains(name)) return false;
-    const AxisSides& sides = draft_.problem.find_state(name)->boundary[static_cast<std::size_t>(wall_.axis)];
+    if (!elaboration_.multipliers.contains(name)) return false;
+    const AxisSides& sides = elaboration_.problem.find_state(name)->boundary[static_cast<std::size_t>(wall_.axis)];
     return !condition_of((wall_.is_low ? sides.low : sides.high).kind).gives_value();
   }
 
@@ -184,7 +184,7 @@ class OnWall {
     return binary(BinaryOp::multiply, slope, param(uniform_spacing_name(axis_)));
   }
 
-  const Draft& draft_;
+  const Elaboration& elaboration_;
   Wall wall_;
   const Axis& axis_;
   bool takes_all_on_it_ = false;  // the term holds something that lies on the wall
@@ -211,52 +211,54 @@ const ast::Argument* Expressions::wall_of(const ast::Call& e) {
 }
 
 /// integral(e, at = y.low), mean(e, at = y.low)
-Typed Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
   const ast::Argument& at = *wall_of(e);
   const bool is_known = kind == Reduce::Kind::integral || kind == Reduce::Kind::mean;
-  if (purpose_ != Purpose::quantity || !is_known || e.arguments.size() != 2 || !e.arguments[0].name.empty()) {
-    draft_.sink.report("not-allowed-here", at.value.range(), {"a wall", "this reduction"},
-                       "in observables, losses and tests write integral(dy(T), at = y.low), or mean of it");
+  if (purpose_ != FormulaContext::quantity || !is_known || e.arguments.size() != 2 || !e.arguments[0].name.empty()) {
+    elaboration_.sink.report("not-allowed-here", at.value.range(), {"a wall", "this reduction"},
+                             "in observables, losses and tests write integral(dy(T), at = y.low), or mean of it");
     return {};
   }
-  if (is_refused_in_curves(draft_, "a reduction over a wall", range)) return {};
+  if (is_refused_in_curves(elaboration_, "a reduction over a wall", range)) return {};
   const auto* name = std::get_if<ast::Name>(&at.value->kind);
-  const std::vector<std::string> walls = wall_names(draft_.problem);
+  const std::vector<std::string> walls = wall_names(elaboration_.problem);
   const auto found = std::ranges::find(walls, name ? name->name : "");
   if (found == walls.end()) {
-    draft_.sink.report("no-wall", at.value.range(), {name ? name->name : "this"},
-                       walls.empty() ? "all axes are periodic" : fmt::format("walls here: {}", fmt::join(walls, ", ")));
+    elaboration_.sink.report(
+        "no-wall", at.value.range(), {name ? name->name : "this"},
+        walls.empty() ? "all axes are periodic" : fmt::format("walls here: {}", fmt::join(walls, ", ")));
     return {};
   }
   const SourceRange inside = e.arguments[0].value.range();
   const auto operand = as_number(any(e.arguments[0].value), inside);
   if (!operand) return {};
   const Wall wall{axis_of(found->substr(0, 1)), found->ends_with(".low")};
-  OnWall on_wall(draft_, wall);
+  OnWall on_wall(elaboration_, wall);
   std::vector<Expr> terms;
   add_terms(*operand, 1.0, terms);
-  const Axis& axis = draft_.problem.axes[static_cast<std::size_t>(wall.axis)];
+  const Axis& axis = elaboration_.problem.axes[static_cast<std::size_t>(wall.axis)];
   const Expr here = coordinate(wall.axis);
   const double reach = axis.holds_wall(wall.is_low) ? 0.75 : 1.25;
   const Expr beside = wall.is_low ? binary(BinaryOp::less, here, place_after(axis, wall.axis, reach))
                                   : binary(BinaryOp::greater, here, place_before(axis, wall.axis, reach));
   double area = 1;
-  for (const Axis& other : draft_.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
+  for (const Axis& other : elaboration_.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
   Expr sum = 0.0;
   for (const Expr& term : terms) {
     const auto value = on_wall.term(term);
     if (!value) {
       const SourceRange part = on_wall.mistake.range;
-      draft_.sink.report("not-known-on-wall", part.is_known() ? part : inside, {*found},
-                         "what is known there is made of fields, their first derivatives, coordinates and functions of "
-                         "these; of p, which a constraint gives, by itself");
+      elaboration_.sink.report(
+          "not-known-on-wall", part.is_known() ? part : inside, {*found},
+          "what is known there is made of fields, their first derivatives, coordinates and functions of "
+          "these; of p, which a constraint gives, by itself");
       return {};
     }
     const Expr share = binary(BinaryOp::divide, *value, param("h" + axis.name));
     sum = binary(BinaryOp::add, sum, reduce(Reduce::Kind::integral, select(beside, share, 0.0), {range}), {range});
   }
   if (kind == Reduce::Kind::mean) sum = binary(BinaryOp::divide, sum, area, {range});
-  return {Typed::Type::number, {sum}};
+  return {TypedExpr::Type::number, {sum}};
 }
 
 }  // namespace dpde::model

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <set>
 
+#include "model/boundary/wall_image.h"
 #include "model/build.h"
 #include "model/from_ast/names/constants.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/wall_image.h"
 
 namespace dpde::model {
 
@@ -88,19 +88,19 @@ std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownV
   return std::nullopt;
 }
 
-void check_wall_weights(Draft& draft) {
+void check_wall_weights(Elaboration& elaboration) {
   std::set<int> told;  // where a line begins: once for all components and axes it is for
-  for (const WeightedSide& side : draft.weighted_sides) {
+  for (const WeightedSide& side : elaboration.weighted_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;
-    std::optional<WallMisfit> misfit = misfit_of_wall(draft.problem, side, draft.values);
-    if (!misfit && draft.problem.task) {
-      when = fmt::format(" where task {} begins", draft.problem.task->name);
-      misfit = misfit_of_wall(draft.problem, side, values_at_start(draft));
+    std::optional<WallMisfit> misfit = misfit_of_wall(elaboration.problem, side, elaboration.values);
+    if (!misfit && elaboration.problem.task) {
+      when = fmt::format(" where task {} begins", elaboration.problem.task->name);
+      misfit = misfit_of_wall(elaboration.problem, side, values_at_start(elaboration));
     }
     if (!misfit) continue;
     told.insert(side.range.begin);
-    report(*misfit, when, side.range, draft.sink);
+    report(*misfit, when, side.range, elaboration.sink);
   }
 }
 

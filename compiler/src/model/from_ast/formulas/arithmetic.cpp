@@ -11,21 +11,23 @@ namespace dpde::model {
 
 namespace {
 
-bool is_list(const Typed& value) { return value.type == Typed::Type::vector || value.type == Typed::Type::tensor; }
+bool is_list(const TypedExpr& value) {
+  return value.type == TypedExpr::Type::vector || value.type == TypedExpr::Type::tensor;
+}
 
 /// "two vectors", "a vector and a number", ...
-std::string kinds_of(const Typed& a, const Typed& b) {
-  const auto word = [](Typed::Type type) {
-    return type == Typed::Type::tensor ? "tensor" : type == Typed::Type::vector ? "vector" : "number";
+std::string kinds_of(const TypedExpr& a, const TypedExpr& b) {
+  const auto word = [](TypedExpr::Type type) {
+    return type == TypedExpr::Type::tensor ? "tensor" : type == TypedExpr::Type::vector ? "vector" : "number";
   };
   if (a.type == b.type) return fmt::format("two {}s", word(a.type));
   return fmt::format("a {} and a {}", word(std::max(a.type, b.type)), word(std::min(a.type, b.type)));
 }
 
 /// What to write where the operation is not defined for a and b.
-std::string list_hint(BinaryOp op, const Typed& a, const Typed& b) {
-  const bool has_tensor = a.type == Typed::Type::tensor || b.type == Typed::Type::tensor;
-  const bool has_number = a.type == Typed::Type::number || b.type == Typed::Type::number;
+std::string list_hint(BinaryOp op, const TypedExpr& a, const TypedExpr& b) {
+  const bool has_tensor = a.type == TypedExpr::Type::tensor || b.type == TypedExpr::Type::tensor;
+  const bool has_number = a.type == TypedExpr::Type::number || b.type == TypedExpr::Type::number;
   if (op == BinaryOp::multiply || op == BinaryOp::power) {
     if (!has_tensor) return "dot(a, b) multiplies vectors";
     return a.type == b.type ? "inner(S, T) is the sum of the products of components"
@@ -57,10 +59,10 @@ const Expr* square_of(const Expr& e) {
 
 }  // namespace
 
-Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+TypedExpr Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
   if (!is_list(left.value) && !is_list(right.value)) return scalar_operation(op, left, right, range);
   for (const Operand* side : {&left, &right}) {
-    if (side->value.type != Typed::Type::condition) continue;
+    if (side->value.type != TypedExpr::Type::condition) continue;
     as_number(side->value, side->source.range());
     return {};
   }
@@ -70,19 +72,19 @@ Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& r
   const bool fits = scales || ((op == BinaryOp::add || op == BinaryOp::subtract) && alike);
   if (!fits && is_on_one_axis) return scalar_operation(op, left, right, range);
   if (!fits) {
-    draft_.sink.report("vector-operation", range,
-                       {fmt::format("'{}'", spelling(op)), kinds_of(left.value, right.value)},
-                       list_hint(op, left.value, right.value));
+    elaboration_.sink.report("vector-operation", range,
+                             {fmt::format("'{}'", spelling(op)), kinds_of(left.value, right.value)},
+                             list_hint(op, left.value, right.value));
     return {};
   }
   if (both && left.value.parts.size() != right.value.parts.size()) {
-    draft_.sink.report(
+    elaboration_.sink.report(
         "wrong-length", right.source.range(),
         {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
     return {};
   }
   const std::size_t count = std::max(left.value.parts.size(), right.value.parts.size());
-  Typed result{is_list(left.value) ? left.value.type : right.value.type, {}};
+  TypedExpr result{is_list(left.value) ? left.value.type : right.value.type, {}};
   for (std::size_t i = 0; i < count; ++i) {
     const Expr& a = left.value.parts[is_list(left.value) ? i : 0];
     const Expr& b = right.value.parts[is_list(right.value) ? i : 0];
@@ -91,7 +93,7 @@ Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& r
   return result;
 }
 
-Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+TypedExpr Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
   const auto a = as_number(left.value, left.source.range());
   const auto b = as_number(right.value, right.source.range());
   if (!a || !b) return {};

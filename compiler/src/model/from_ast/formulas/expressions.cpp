@@ -11,8 +11,8 @@
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "support/assert.h"
-#include "support/maths/comparisons.h"
 #include "support/match.h"
+#include "support/maths/comparisons.h"
 #include "syntax/expand/calls.h"
 #include "syntax/print/print_ast.h"
 
@@ -40,33 +40,33 @@ Rules anything(std::string_view place) {
           .unknowns = true};
 }
 
-Rules rules_of(Purpose purpose) {
+Rules rules_of(FormulaContext purpose) {
   switch (purpose) {
-    case Purpose::equation: return anything("an equation");
-    case Purpose::event: return anything("an event");
-    case Purpose::quantity: return anything("a sum over space");
-    case Purpose::initial:
+    case FormulaContext::equation: return anything("an equation");
+    case FormulaContext::event: return anything("an event");
+    case FormulaContext::quantity: return anything("a sum over space");
+    case FormulaContext::initial:
       return {.place = "an initial state",
               .hint = "an initial state is made of numbers, parameters, coordinates and other initial states",
               .coordinates = true,
               .unknowns = true};
-    case Purpose::coefficient:
+    case FormulaContext::coefficient:
       return {.place = "a coefficient",
               .hint = "a coefficient is made of numbers, parameters, coordinates and other coefficients",
               .coordinates = true,
               .unknowns = true};
-    case Purpose::control_field:
+    case FormulaContext::control_field:
       return {.place = "a control field",
               .hint = "a control field is made of numbers, parameters, coordinates and t",
               .coordinates = true,
               .time = true};
-    case Purpose::exact:
+    case FormulaContext::exact:
       return {.place = "an exact solution",
               .hint = "an exact solution is made of numbers, parameters, coordinates and t",
               .coordinates = true,
               .time = true,
               .unknowns = true};
-    case Purpose::boundary:
+    case FormulaContext::boundary:
       return {.place = "a boundary value",
               .hint =
                   "a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell "
@@ -74,26 +74,27 @@ Rules rules_of(Purpose purpose) {
               .coordinates = true,
               .time = true,
               .unknowns = true};
-    case Purpose::mask:
+    case FormulaContext::mask:
       return {.place = "a mask",
               .hint = "a mask is a condition of numbers, parameters, controls, coordinates and t",
               .coordinates = true,
               .time = true};
-    case Purpose::control:
+    case FormulaContext::control:
       return {.place = "a control", .hint = "a control is made of numbers, parameters and t", .time = true};
-    case Purpose::boundary_weight:
+    case FormulaContext::boundary_weight:
       return {.place = "a weight of mixed",
               .hint =
                   "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, "
                   "parameters and t",
               .time = true,
               .unknowns = true};
-    case Purpose::number: return {.place = "a number of the scene", .hint = "it is made of numbers and parameters"};
-    case Purpose::stretch:
+    case FormulaContext::number:
+      return {.place = "a number of the scene", .hint = "it is made of numbers and parameters"};
+    case FormulaContext::stretch:
       return {.place = "a stretched axis",
               .hint = "its formula is made of numbers, parameters and the coordinate of the axis itself",
               .coordinates = true};
-    case Purpose::scale:
+    case FormulaContext::scale:
       return {.place = "a scale factor",
               .hint = "it is made of numbers, parameters given in the scene and coordinates",
               .coordinates = true};
@@ -101,7 +102,7 @@ Rules rules_of(Purpose purpose) {
   unreachable("purpose");
 }
 
-Typed condition_of(Expr e) { return {Typed::Type::condition, {std::move(e)}}; }
+TypedExpr condition_of(Expr e) { return {TypedExpr::Type::condition, {std::move(e)}}; }
 
 bool is_sum(BinaryOp op) { return op == BinaryOp::add || op == BinaryOp::subtract; }
 
@@ -131,20 +132,21 @@ Expr opposite(const Expr& e) {
   return binary(opposite(b.op), b.left, b.right, e->origin);
 }
 
-bool is_state(const Draft& draft, const std::string& name) {
-  const Meaning* meaning = draft.scope.find(name);
+bool is_state(const Elaboration& elaboration, const std::string& name) {
+  const Symbol* meaning = elaboration.scope.find(name);
   return meaning != nullptr && meaning->role == Role::state;
 }
 
 /// Of u_x, u_xx and u_xy how such derivatives are written; "" of other names.
-std::string differentiated_below(const Draft& draft, const std::string& name) {
+std::string differentiated_below(const Elaboration& elaboration, const std::string& name) {
   const std::size_t line = name.rfind('_');
-  if (line == std::string::npos || line + 1 == name.size() || !is_state(draft, name.substr(0, line))) return "";
+  if (line == std::string::npos || line + 1 == name.size() || !is_state(elaboration, name.substr(0, line))) return "";
   std::string written = name.substr(0, line);
   const std::string axes = name.substr(line + 1);
-  const std::string known = std::string("xyz").substr(0, draft.problem.axes.size());
+  const std::string known = std::string("xyz").substr(0, elaboration.problem.axes.size());
   if (axes.find_first_not_of(known) != std::string::npos || axes.size() > 4) return "";
-  if (draft.scope.find(written)->is_vector) return axes.size() == 1 ? fmt::format("write {}.{}", written, axes) : "";
+  if (elaboration.scope.find(written)->is_vector)
+    return axes.size() == 1 ? fmt::format("write {}.{}", written, axes) : "";
   const bool is_one_axis = axes.find_first_not_of(axes[0]) == std::string::npos;
   if (axes.size() > 1 && is_one_axis) return fmt::format("write d({}, {}, {})", written, axes[0], axes.size());
   for (const char axis : axes) written = fmt::format("d{}({})", axis, written);
@@ -152,20 +154,21 @@ std::string differentiated_below(const Draft& draft, const std::string& name) {
 }
 
 /// Of du and d2u, as in du/dx, how a derivative of u is written; "" of other names.
-std::string differentiated_by(const Draft& draft, const std::string& name) {
-  if (std::string below = differentiated_below(draft, name); !below.empty()) return below;
+std::string differentiated_by(const Elaboration& elaboration, const std::string& name) {
+  if (std::string below = differentiated_below(elaboration, name); !below.empty()) return below;
   if (name.size() < 2 || name[0] != 'd') return "";
   const bool has_order = name.size() > 2 && name[1] >= '1' && name[1] <= '9';
   const std::string field = name.substr(has_order ? 2 : 1);
-  if (!is_state(draft, field)) return "";
+  if (!is_state(elaboration, field)) return "";
   return has_order ? fmt::format("write d({}, x, {}), or lap({}) for the sum over all axes", field, name[1], field)
                    : fmt::format("write dx({0}), or on the left side dt({0}) = ...", field);
 }
 
-std::string_view number_hint(Typed::Type type) {
-  if (type == Typed::Type::condition) return "write if(condition, 1, 0)";
-  return type == Typed::Type::tensor ? "a component as (S).xy is a number; trace(S) and inner(S, T) make one of tensors"
-                                     : "a component as (v).x is a number; dot(a, b) and div(v) make one of vectors";
+std::string_view number_hint(TypedExpr::Type type) {
+  if (type == TypedExpr::Type::condition) return "write if(condition, 1, 0)";
+  return type == TypedExpr::Type::tensor
+             ? "a component as (S).xy is a number; trace(S) and inner(S, T) make one of tensors"
+             : "a component as (v).x is a number; dot(a, b) and div(v) make one of vectors";
 }
 
 bool is_written_sum(const ast::Expr& e) {
@@ -180,112 +183,113 @@ bool is_written_zero(const ast::Expr& e) {
 
 }  // namespace
 
-std::string_view place_of(Purpose purpose) { return rules_of(purpose).place; }
+std::string_view place_of(FormulaContext purpose) { return rules_of(purpose).place; }
 
-std::string describe(const Typed& value) {
+std::string describe(const TypedExpr& value) {
   switch (value.type) {
-    case Typed::Type::none: return "mistake";
-    case Typed::Type::number: return "number";
-    case Typed::Type::vector: return "vector of " + counted(static_cast<int>(value.parts.size()), "component");
-    case Typed::Type::tensor: return "tensor of " + counted(static_cast<int>(value.parts.size()), "component");
-    case Typed::Type::condition: return "condition";
+    case TypedExpr::Type::none: return "mistake";
+    case TypedExpr::Type::number: return "number";
+    case TypedExpr::Type::vector: return "vector of " + counted(static_cast<int>(value.parts.size()), "component");
+    case TypedExpr::Type::tensor: return "tensor of " + counted(static_cast<int>(value.parts.size()), "component");
+    case TypedExpr::Type::condition: return "condition";
   }
   unreachable("type");
 }
 
-Typed Expressions::refuse(const std::string& what, SourceRange range, const std::string& name) {
+TypedExpr Expressions::refuse(const std::string& what, SourceRange range, const std::string& name) {
   const Rules rules = rules_of(purpose_);
-  if (purpose_ == Purpose::boundary_weight && is_sought(name)) {
-    draft_.sink.report("unknown-in-boundary", range, {name, subject_},
-                       "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
-                       "controls in c only");
+  if (purpose_ == FormulaContext::boundary_weight && is_sought(name)) {
+    elaboration_.sink.report(
+        "unknown-in-boundary", range, {name, subject_},
+        "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
+        "controls in c only");
     return {};
   }
-  draft_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
+  elaboration_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
   return {};
 }
 
-Typed Expressions::any(const ast::Expr& e) {
+TypedExpr Expressions::any(const ast::Expr& e) {
   const SourceRange range = e.range();
   return match(
       e->kind, [&](const ast::Number& n) { return number_of(model::number(n.value, {range})); },
       [&](const ast::Text&) {
-        draft_.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
-        return Typed{};
+        elaboration_.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
+        return TypedExpr{};
       },
       [&](const ast::Name& n) { return name(n, range); }, [&](const ast::Unary& u) { return unary(u, range); },
       [&](const ast::Binary&) { return chain(e); }, [&](const ast::Call& c) { return call(c, range); },
       [&](const ast::Tuple& t) { return tuple(t); }, [&](const ast::Offsets& o) { return offsets(o, range); },
-      [&](const ast::Component& c) { return component(c, range); }, [](const ast::Error&) { return Typed{}; });
+      [&](const ast::Component& c) { return component(c, range); }, [](const ast::Error&) { return TypedExpr{}; });
 }
 
 std::optional<Expr> Expressions::number(const ast::Expr& e) {
-  const Typed value = definition(e);
-  if (value.type == Typed::Type::none) return std::nullopt;
+  const TypedExpr value = definition(e);
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
   return as_number(value, e.range());
 }
 
-Typed Expressions::numeric(const ast::Expr& e) {
-  Typed value = any(e);
-  if (value.type != Typed::Type::condition) return value;
+TypedExpr Expressions::numeric(const ast::Expr& e) {
+  TypedExpr value = any(e);
+  if (value.type != TypedExpr::Type::condition) return value;
   as_number(value, e.range());
   return {};
 }
 
-Typed Expressions::definition(const ast::Expr& e) {
-  const std::size_t begin = draft_.problem.dropped.size();
+TypedExpr Expressions::definition(const ast::Expr& e) {
+  const std::size_t begin = elaboration_.problem.dropped.size();
   const Operand whole{e, any(e)};
   note_if_dropped(whole, begin);
   if (is_too_large(whole.value, e.range())) return {};
   return whole.value;
 }
 
-bool Expressions::is_too_large(const Typed& value, SourceRange range) {
+bool Expressions::is_too_large(const TypedExpr& value, SourceRange range) {
   const bool large = std::any_of(value.parts.begin(), value.parts.end(),
                                  [](const Expr& part) { return is_larger_than(part, max_nodes, max_height); });
   if (large) {
-    draft_.sink.report("too-large", range, {}, "split it into several fields or scenes");
+    elaboration_.sink.report("too-large", range, {}, "split it into several fields or scenes");
     return true;
   }
   int order = 0;
   for (const Expr& part : value.parts) order = std::max(order, nested_order(part));
-  if (order > max_nested_order) draft_.sink.report("derivatives-too-deep", range, {std::to_string(order)});
+  if (order > max_nested_order) elaboration_.sink.report("derivatives-too-deep", range, {std::to_string(order)});
   return order > max_nested_order;
 }
 
 std::optional<Expr> Expressions::condition(const ast::Expr& e) {
-  const Typed value = any(e);
-  if (value.type == Typed::Type::none) return std::nullopt;
-  if (value.type == Typed::Type::condition) return value.parts.front();
-  draft_.sink.report("not-a-condition", e.range(), {describe(value)}, "compare it with something, as in u > 0");
+  const TypedExpr value = any(e);
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
+  if (value.type == TypedExpr::Type::condition) return value.parts.front();
+  elaboration_.sink.report("not-a-condition", e.range(), {describe(value)}, "compare it with something, as in u > 0");
   return std::nullopt;
 }
 
-std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range) {
-  if (value.type == Typed::Type::number) return value.parts.front();
+std::optional<Expr> Expressions::as_number(const TypedExpr& value, SourceRange range) {
+  if (value.type == TypedExpr::Type::number) return value.parts.front();
   // on one axis a vector that came of grad is a number too
-  if (value.type != Typed::Type::condition && value.parts.size() == 1) return value.parts.front();
-  if (value.type == Typed::Type::none) return std::nullopt;
-  draft_.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));
+  if (value.type != TypedExpr::Type::condition && value.parts.size() == 1) return value.parts.front();
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
+  elaboration_.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));
   return std::nullopt;
 }
 
-Typed Expressions::name(const ast::Name& e, SourceRange range) {
+TypedExpr Expressions::name(const ast::Name& e, SourceRange range) {
   if (const auto running = running_.find(e.name); running != running_.end()) return running->second;
   if (function_) return name_in_function(e.name, range);
-  const Meaning* meaning = draft_.scope.find(e.name);
+  const Symbol* meaning = elaboration_.scope.find(e.name);
   if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
-  const auto axis = meaning ? draft_.axis_names.end() : draft_.axis_names.find(e.name);
-  if (axis != draft_.axis_names.end()) return name({axis_name(axis->second)}, range);
+  const auto axis = meaning ? elaboration_.axis_names.end() : elaboration_.axis_names.find(e.name);
+  if (axis != elaboration_.axis_names.end()) return name({axis_name(axis->second)}, range);
   if (!meaning && e.name == "identity") return identity();
   if (!meaning) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
-      draft_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
-    } else if (!draft_.scope.is_refused(e.name)) {
-      draft_.sink.report("unknown-name", range, {e.name}, [&] {
-        const std::string differentiated = differentiated_by(draft_, e.name);
-        return differentiated.empty() ? did_you_mean(e.name, draft_.scope.names()) : differentiated;
+      elaboration_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
+    } else if (!elaboration_.scope.is_refused(e.name)) {
+      elaboration_.sink.report("unknown-name", range, {e.name}, [&] {
+        const std::string differentiated = differentiated_by(elaboration_, e.name);
+        return differentiated.empty() ? did_you_mean(e.name, elaboration_.scope.names()) : differentiated;
       });
     }
     return {};
@@ -295,20 +299,21 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::state:
     case Role::coefficient:
     case Role::datum:
-      if (purpose_ == Purpose::initial || purpose_ == Purpose::coefficient) return given(e.name, *meaning, range);
+      if (purpose_ == FormulaContext::initial || purpose_ == FormulaContext::coefficient)
+        return given(e.name, *meaning, range);
       if (!rules.fields && !is_known_at_walls(*meaning, e.name))
         return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(e.name, range);
-      draft_.used.insert(e.name);
-      if (const auto mask = draft_.moving_masks.find(e.name); mask != draft_.moving_masks.end())
+      elaboration_.used.insert(e.name);
+      if (const auto mask = elaboration_.moving_masks.find(e.name); mask != elaboration_.moving_masks.end())
         return number_of(mask->second);
       return number_of(field(e.name, {range}));
     case Role::parameter: return parameter(e.name, range);
     case Role::let: {
-      if (draft_.scene_lets.contains(e.name)) return scene_let(e.name, range);
+      if (elaboration_.scene_lets.contains(e.name)) return scene_let(e.name, range);
       if (!rules.derivatives) return refuse("let " + e.name, range);
-      const auto found = draft_.lets.find(e.name);
-      return found == draft_.lets.end() ? Typed{} : found->second;
+      const auto found = elaboration_.lets.find(e.name);
+      return found == elaboration_.lets.end() ? TypedExpr{} : found->second;
     }
     case Role::coordinate:
       if (!rules.coordinates) return refuse("coordinate " + e.name, range);
@@ -323,86 +328,88 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
 }
 
 bool Expressions::is_sought(const std::string& name) const {
-  if (!draft_.task) return false;
-  const auto unknowns = items_of<ast::UnknownItem>(draft_.task->items);
+  if (!elaboration_.task) return false;
+  const auto unknowns = items_of<ast::UnknownItem>(elaboration_.task->items);
   return std::any_of(unknowns.begin(), unknowns.end(),
                      [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
 
 /// At a wall a coefficient has the value of the cell that touches it; fields of models go on to it as straight lines.
-bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& name) const {
-  if (purpose_ != Purpose::boundary || meaning.role == Role::datum) return false;
-  if (meaning.role == Role::state) return draft_.program == nullptr;
-  const std::vector<std::string> names = components_of(draft_, name);
+bool Expressions::is_known_at_walls(const Symbol& meaning, const std::string& name) const {
+  if (purpose_ != FormulaContext::boundary || meaning.role == Role::datum) return false;
+  if (meaning.role == Role::state) return elaboration_.program == nullptr;
+  const std::vector<std::string> names = components_of(elaboration_, name);
   return std::all_of(names.begin(), names.end(), [&](const std::string& component) {
-    const Coefficient* coefficient = draft_.problem.find_coefficient(component);
+    const Coefficient* coefficient = elaboration_.problem.find_coefficient(component);
     return coefficient != nullptr && coefficient->placement == Placement{};
   });
 }
 
-Typed Expressions::parameter(const std::string& name, SourceRange range) {
-  draft_.used.insert(name);
-  if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
-    if (purpose_ == Purpose::mask) {
-      draft_.sink.report("unknown-in-mask", range, {name, subject_},
-                         "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
-                             "| - r)/w)), and a force -(u - v)*mask/tau in the equation");
+TypedExpr Expressions::parameter(const std::string& name, SourceRange range) {
+  elaboration_.used.insert(name);
+  if (elaboration_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
+    if (purpose_ == FormulaContext::mask) {
+      elaboration_.sink.report("unknown-in-mask", range, {name, subject_},
+                               "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
+                                   "| - r)/w)), and a force -(u - v)*mask/tau in the equation");
       return {};
     }
-    const bool is_value =
-        purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
-    draft_.sink.report("unknown-in-number", range, {name, subject_},
-                       is_value ? "write the formula in the model with let, so that it can be differentiated"
-                                : "it must be known before the run: write a number, or a parameter that is not sought");
+    const bool is_value = purpose_ == FormulaContext::control || purpose_ == FormulaContext::control_field ||
+                          subject_.starts_with("the value of ");
+    elaboration_.sink.report(
+        "unknown-in-number", range, {name, subject_},
+        is_value ? "write the formula in the model with let, so that it can be differentiated"
+                 : "it must be known before the run: write a number, or a parameter that is not sought");
     return {};
   }
-  if (draft_.controls.contains(name)) {
-    const bool may_vary = rules_of(purpose_).time || purpose_ == Purpose::quantity;
-    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::control_field &&
-                            purpose_ != Purpose::boundary_weight;
+  if (elaboration_.controls.contains(name)) {
+    const bool may_vary = rules_of(purpose_).time || purpose_ == FormulaContext::quantity;
+    const bool is_allowed = may_vary && purpose_ != FormulaContext::control &&
+                            purpose_ != FormulaContext::control_field && purpose_ != FormulaContext::boundary_weight;
     return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range, name);
   }
-  const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch || purpose_ == Purpose::scale;
-  const auto value = draft_.values.find(name);
-  if (value == draft_.values.end()) {
+  const bool is_number =
+      purpose_ == FormulaContext::number || purpose_ == FormulaContext::stretch || purpose_ == FormulaContext::scale;
+  const auto value = elaboration_.values.find(name);
+  if (value == elaboration_.values.end()) {
     if (!is_number) return number_of(param(name, {range}));  // reported at the end
-    draft_.sink.report(
+    elaboration_.sink.report(
         "used-before-value", range, {name},
         fmt::format("write {0} = 1 in the scene, or param {0} = 1 in the model; no value is made of itself", name));
     return {};
   }
-  if (!value->second) return is_number ? Typed{} : number_of(param(name, {range}));
-  const bool folds = is_of_step() && !draft_.selection.keeps_params && !draft_.unknowns.contains(name);
+  if (!value->second) return is_number ? TypedExpr{} : number_of(param(name, {range}));
+  const bool folds = is_of_step() && !elaboration_.selection.keeps_params && !elaboration_.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));
 }
 
-Typed Expressions::unary(const ast::Unary& e, SourceRange range) {
+TypedExpr Expressions::unary(const ast::Unary& e, SourceRange range) {
   if (e.op == ast::UnaryOp::logical_not) {
     const auto operand = condition(e.operand);
-    return operand ? condition_of(opposite(*operand)) : Typed{};
+    return operand ? condition_of(opposite(*operand)) : TypedExpr{};
   }
   if (e.op == ast::UnaryOp::magnitude) return magnitude(e.operand, range);
-  Typed value = numeric(e.operand);
+  TypedExpr value = numeric(e.operand);
   for (Expr& part : value.parts) part = negate(part, {range});
   return value;
 }
 
 /// A chain such as a + b + c + ... leans to the left and may be long: its spine is walked, not descended.
-Typed Expressions::chain(const ast::Expr& e) {
+TypedExpr Expressions::chain(const ast::Expr& e) {
   std::vector<const ast::Expr*> spine;
   const ast::Expr* leftmost = &e;
   for (const ast::Binary* b = nullptr; (b = std::get_if<ast::Binary>(&(*leftmost)->kind)) != nullptr;) {
     spine.push_back(leftmost);
     leftmost = &b->left;
   }
-  const std::size_t begin = draft_.problem.dropped.size();
+  const std::size_t begin = elaboration_.problem.dropped.size();
   const ast::Expr* left = leftmost;
-  Typed value = any(*leftmost);
+  TypedExpr value = any(*leftmost);
   for (auto node = spine.rbegin(); node != spine.rend(); ++node) {
     const auto& b = std::get<ast::Binary>((**node)->kind);
     if (is_sum(b.op)) note_if_dropped({*left, value}, begin);
-    const std::size_t begin_right = draft_.problem.dropped.size();
+    const std::size_t begin_right = elaboration_.problem.dropped.size();
     const Operand right{b.right, any(b.right)};
     if (is_sum(b.op)) note_if_dropped(right, begin_right);
     value = combine(b.op, {*left, value}, right, (**node).range());
@@ -411,37 +418,37 @@ Typed Expressions::chain(const ast::Expr& e) {
   return value;
 }
 
-Typed Expressions::combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
-  if (left.value.type == Typed::Type::none || right.value.type == Typed::Type::none) return {};
+TypedExpr Expressions::combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  if (left.value.type == TypedExpr::Type::none || right.value.type == TypedExpr::Type::none) return {};
   if (!is_logical(op) && !is_comparison(op)) return arithmetic(op, left, right, range);
   if (is_comparison(op)) {
     const auto a = as_number(left.value, left.source.range()), b = as_number(right.value, right.source.range());
-    return a && b ? condition_of(binary(op, *a, *b, {range})) : Typed{};
+    return a && b ? condition_of(binary(op, *a, *b, {range})) : TypedExpr{};
   }
   for (const Operand* side : {&left, &right}) {
-    if (side->value.type == Typed::Type::condition) continue;
-    draft_.sink.report("not-a-condition", side->source.range(), {describe(side->value)},
-                       "compare it with something, as in u > 0");
+    if (side->value.type == TypedExpr::Type::condition) continue;
+    elaboration_.sink.report("not-a-condition", side->source.range(), {describe(side->value)},
+                             "compare it with something, as in u > 0");
     return {};
   }
   return condition_of(binary(op, left.value.parts.front(), right.value.parts.front(), {range}));
 }
 
 bool Expressions::has_axis(int axis, SourceRange range) {
-  if (!draft_.problem.has_grid) {
-    report_no_grid(draft_, "axis " + axis_name(axis), range);
+  if (!elaboration_.problem.has_grid) {
+    report_no_grid(elaboration_, "axis " + axis_name(axis), range);
     return false;
   }
   if (axis < axis_count()) return true;
   std::vector<std::string> axes;
-  for (const Axis& known : draft_.problem.axes) axes.push_back(known.name);
-  draft_.sink.report("missing-axis", range, {axis_name(axis)},
-                     fmt::format("axes of the scene: {}; a grid line adds one", fmt::join(axes, ", ")));
+  for (const Axis& known : elaboration_.problem.axes) axes.push_back(known.name);
+  elaboration_.sink.report("missing-axis", range, {axis_name(axis)},
+                           fmt::format("axes of the scene: {}; a grid line adds one", fmt::join(axes, ", ")));
   return false;
 }
 
 void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
-  std::vector<std::string>& dropped = draft_.problem.dropped;
+  std::vector<std::string>& dropped = elaboration_.problem.dropped;
   const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
   const std::vector<Expr>& parts = term.value.parts;
   if (!is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
@@ -453,8 +460,8 @@ void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
 std::string Expressions::reason_for_zero(const ast::Expr& e) {
   std::set<std::string> zeros, ones;
   ast::for_each_name(e, [&](const std::string& name) {
-    const auto found = draft_.values.find(name);
-    if (found == draft_.values.end() || !found->second || draft_.unknowns.contains(name)) return;
+    const auto found = elaboration_.values.find(name);
+    if (found == elaboration_.values.end() || !found->second || elaboration_.unknowns.contains(name)) return;
     if (*found->second == 0) zeros.insert(name + " is 0");
     if (*found->second == 1) ones.insert(name + " is 1");
   });

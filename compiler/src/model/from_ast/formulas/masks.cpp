@@ -12,10 +12,10 @@ namespace dpde::model {
 
 namespace {
 
-bool moves(const Draft& draft, const Expr& condition) {
+bool moves(const Elaboration& elaboration, const Expr& condition) {
   return any_part(condition, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
-    return param != nullptr && (param->name == "t" || draft.controls.contains(param->name));
+    return param != nullptr && (param->name == "t" || elaboration.controls.contains(param->name));
   });
 }
 
@@ -27,21 +27,21 @@ Expr stored(const std::string& name, const Expr& formula, Origin origin) {
 
 }  // namespace
 
-void bind_masks(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
-    auto& coefficients = draft.problem.coefficients;
+void bind_masks(Elaboration& elaboration) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+    auto& coefficients = elaboration.problem.coefficients;
     const auto mask = std::ranges::find(coefficients, item.name.name, &Coefficient::name);
     if (mask == coefficients.end() || !mask->is_mask || is_load(item.value)) continue;
     const SourceRange at = item.value.range();
     mask->value.origin = {at};
-    const auto inside = Expressions(draft, Purpose::mask, item.name.name).condition(item.value);
+    const auto inside = Expressions(elaboration, FormulaContext::mask, item.name.name).condition(item.value);
     if (!inside) continue;
     const Expr value = select(*inside, 1.0, 0.0, {at});
-    if (!moves(draft, *inside)) {
+    if (!moves(elaboration, *inside)) {
       mask->value.formula = value;
       continue;
     }
-    draft.moving_masks.emplace(item.name.name, stored(item.name.name, value, {at}));
+    elaboration.moving_masks.emplace(item.name.name, stored(item.name.name, value, {at}));
     coefficients.erase(mask);
   }
 }

@@ -81,7 +81,7 @@ std::optional<MeasureList> Measures::derivative(const ast::Call& e, SourceRange 
   if (f == "d") {
     const std::vector<std::string> names = names_in(e.arguments[1].value);
     const auto* order = e.arguments.size() == 3 ? std::get_if<ast::Number>(&e.arguments[2].value->kind) : nullptr;
-    return along(e.arguments[0].value, names.empty() ? Measure{} : coordinate(axis_of(draft_, names.front())),
+    return along(e.arguments[0].value, names.empty() ? Measure{} : coordinate(axis_of(elaboration_, names.front())),
                  order == nullptr ? 1 : static_cast<int>(order->value));
   }
   if (f == "lap") {
@@ -130,7 +130,7 @@ std::optional<MeasureList> Measures::reduction(const ast::Call& e) {
   if (e.callee != "integral") return MeasureList{of_operand};
   if (const ast::Argument* wall = argument_called(e, "at")) {
     const std::vector<std::string> names = names_in(wall->value);
-    const int axis = names.empty() ? -1 : axis_of(draft_, names.front().substr(0, names.front().find('.')));
+    const int axis = names.empty() ? -1 : axis_of(elaboration_, names.front().substr(0, names.front().find('.')));
     const bool is_axis = axis >= 0 && axis < std::ssize(axes_.lengths);
     const Measure across = is_axis ? axes_.lengths[static_cast<std::size_t>(axis)] : Measure{};
     return MeasureList{product(of_operand, quotient(axes_.volume(), across))};
@@ -139,7 +139,7 @@ std::optional<MeasureList> Measures::reduction(const ast::Call& e) {
   Measure all = of_operand;
   for (std::size_t i = 1; i < e.arguments.size(); ++i) {
     for (const std::string& name : names_in(e.arguments[i].value)) {
-      const int axis = axis_of(draft_, name);
+      const int axis = axis_of(elaboration_, name);
       const bool is_axis = axis >= 0 && axis < std::ssize(axes_.lengths);
       all = product(all, is_axis ? axes_.lengths[static_cast<std::size_t>(axis)] : Measure{});
     }
@@ -204,13 +204,13 @@ MeasureList Measures::user_call(const ast::Function& function, const ast::Call& 
 MeasureList Measures::call(const ast::Call& e, SourceRange range) {
   if (e.arguments.empty()) return of_nothing();
   const std::string& f = e.callee;
-  if (const auto* function = find_declaration<ast::Function>(draft_.file, f)) return user_call(*function, e);
+  if (const auto* function = find_declaration<ast::Function>(elaboration_.file, f)) return user_call(*function, e);
   if (f == "random_field" || f == "random_signal" || f == "noise") return {{Measure::Kind::number}};
   if (f == "dt") {
     const MeasureList list = of(e.arguments[0].value);
     return {quotient(list.front(), axes_.time)};
   }
-  if (find_network(draft_, f) != nullptr || !Expressions::is_built_in(f) || f == "load") {
+  if (find_network(elaboration_, f) != nullptr || !Expressions::is_built_in(f) || f == "load") {
     for (const ast::Argument& argument : e.arguments) of(argument.value);
     return of_nothing();
   }

@@ -99,12 +99,12 @@ bool Measures::fits(const Measure& found, const Measure& wanted, SourceRange ran
   if (found.unit.has_dimension_of(wanted.unit)) {
     const std::string hint =
         fmt::format("1 {} is {:.6g} {}: write both in one unit", here, found.unit.scale() / wanted.unit.scale(), there);
-    note_call(draft_.sink.report("units-of-other-scale", range, {here, what, there}, hint));
+    note_call(elaboration_.sink.report("units-of-other-scale", range, {here, what, there}, hint));
     return false;
   }
   const std::string hint = fmt::format("a factor in {} is missing: write it as a param, with this unit or with none",
                                        wanted.unit.per(found.unit).text());
-  note_call(draft_.sink.report("units-differ", range, {here, what, there}, hint));
+  note_call(elaboration_.sink.report("units-differ", range, {here, what, there}, hint));
   return false;
 }
 
@@ -164,8 +164,9 @@ Measure Measures::pure(const ast::Expr& e, const std::string& what) {
   if (reported_.emplace(e.range().begin, e.range().end).second) {
     const std::string unit = found.unit.text();
     const bool is_number = found.unit.has_dimension_of({});  // deg, km/m
-    note_call(draft_.sink.report("not-a-pure-number", e.range(), {what, unit},
-                                 is_number ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
+    note_call(elaboration_.sink.report("not-a-pure-number", e.range(), {what, unit},
+                                       is_number
+                                           ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
                                            : fmt::format("divide it by something in {}, as x by the length L", unit)));
   }
   return {};
@@ -219,7 +220,7 @@ MeasureList Measures::tuple(const ast::Tuple& e) {
 
 MeasureList Measures::component(const ast::Expr& operand, const std::string& part) {
   const MeasureList whole = of(operand);
-  const int axis = axis_of(draft_, part);
+  const int axis = axis_of(elaboration_, part);
   if (whole.size() == 1) return whole;
   const bool is_there = axis >= 0 && static_cast<std::size_t>(axis) < whole.size();
   return is_there ? MeasureList{whole[static_cast<std::size_t>(axis)]} : nothing();
@@ -245,7 +246,7 @@ MeasureList Measures::of_let(const std::string& name) {
 MeasureList Measures::name(const std::string& name) {
   const std::string base = vector_of(name);
   const auto part_of = [&](const MeasureList& whole) -> MeasureList {
-    const int axis = axis_of(draft_, name.substr(base.size() + 1));
+    const int axis = axis_of(elaboration_, name.substr(base.size() + 1));
     if (whole.size() == 1 || axis < 0 || static_cast<std::size_t>(axis) >= whole.size())
       return whole.size() == 1 ? whole : nothing();
     return {whole[static_cast<std::size_t>(axis)]};
@@ -256,12 +257,12 @@ MeasureList Measures::name(const std::string& name) {
     if (whole != arguments_->end()) return part_of(whole->second);
   }
   // A name that the file gives something is that.
-  const Meaning* meaning = draft_.scope.find(name);
+  const Symbol* meaning = elaboration_.scope.find(name);
   if (lets_.contains(name)) return of_let(name);
   if (meaning != nullptr && meaning->declared.is_known()) return {of_name(name)};
   if (name == "pi" || name == "identity") return {{Measure::Kind::number}};
   const bool is_spacing = name.size() == 2 && name[0] == 'h';
-  const int axis = axis_of(draft_, is_spacing && arguments_ != nullptr ? name.substr(1) : name);
+  const int axis = axis_of(elaboration_, is_spacing && arguments_ != nullptr ? name.substr(1) : name);
   const bool is_axis = axis >= 0 && static_cast<std::size_t>(axis) < axes_.coordinates.size();
   if (is_axis) return {axes_.coordinates[static_cast<std::size_t>(axis)]};
   if (name == "t" || name == "dt") return {axes_.time};

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "model/from_ast/draft.h"
+#include "model/from_ast/elaboration.h"
 #include "support/names/units.h"
 
 namespace dpde::model {
@@ -45,7 +45,7 @@ struct MeasuredAxes {
 
 class Measures {
  public:
-  explicit Measures(Draft& draft) : draft_(draft) {}
+  explicit Measures(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   /// A name of a field, coefficient, parameter or observable, of a vector as a whole; or of a datum.
   void tell(const std::string& name, const Measure& measure) { names_[name] = measure; }
@@ -97,7 +97,7 @@ class Measures {
   Measure laplacian(SourceRange range);
   MeasureList elementary(const ast::Call& e);
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   MeasuredAxes axes_;
   std::map<std::string, Measure> names_;
   std::map<std::string, const ast::LetItem*> lets_;

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
+#include "model/analyse/placement.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/placement.h"
 #include "support/names/derivative_names.h"
 
 namespace dpde::model {
@@ -31,8 +31,8 @@ bool has_mixed_axes(const Problem& problem) {
 }
 
 /// u.x, u.y for the components of a vector, u for a number.
-std::vector<std::string> parts_of(const std::string& parameter, const Typed& argument) {
-  if (argument.type != Typed::Type::vector) return {parameter};
+std::vector<std::string> parts_of(const std::string& parameter, const TypedExpr& argument) {
+  if (argument.type != TypedExpr::Type::vector) return {parameter};
   std::vector<std::string> parts;
   for (std::size_t axis = 0; axis < argument.parts.size(); ++axis)
     parts.push_back(fmt::format("{}.{}", parameter, "xyz"[axis]));
@@ -58,10 +58,10 @@ std::vector<Placement> places_of_others(const Placements& placements, const Appl
 }
 
 /// Whether something goes to the adjoint of an argument: to that of a field, or of what the task seeks.
-bool is_active(const Draft& draft, const Expr& argument) {
+bool is_active(const Elaboration& elaboration, const Expr& argument) {
   return any_part(argument, [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
-    return std::holds_alternative<Field>(part->kind) || (param && draft.unknowns.contains(param->name));
+    return std::holds_alternative<Field>(part->kind) || (param && elaboration.unknowns.contains(param->name));
   });
 }
 
@@ -72,9 +72,9 @@ const char* const derive_it = "leave the lines adjoint ... out: what is not give
 /// Numbers and vectors on uniform axes; what an argument is beyond walls must be known.
 bool Expressions::can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range) {
   const std::string what = fmt::format("the operator {}, whose adjoint is given", call.function.name.name);
-  for (const Axis& axis : draft_.problem.axes) {
+  for (const Axis& axis : elaboration_.problem.axes) {
     if (!axis.stretch) continue;
-    draft_.sink.report("not-allowed-here", range, {what + ",", "a scene with stretched axes"}, derive_it);
+    elaboration_.sink.report("not-allowed-here", range, {what + ",", "a scene with stretched axes"}, derive_it);
     return false;
   }
   for (std::size_t i = 0; i < e.arguments.size(); ++i) {
@@ -84,23 +84,23 @@ bool Expressions::can_apply(const FunctionScope& call, const ast::Call& e, Sourc
   return true;
 }
 
-bool Expressions::can_pass(const Typed& argument, SourceRange at, const std::string& what) {
+bool Expressions::can_pass(const TypedExpr& argument, SourceRange at, const std::string& what) {
   const auto refuse_here = [&](const std::string& part, const std::string& where, const std::string& hint) {
-    draft_.sink.report("not-allowed-here", at, {part, where}, hint);
+    elaboration_.sink.report("not-allowed-here", at, {part, where}, hint);
     return false;
   };
-  if (argument.type == Typed::Type::condition) return as_number(argument, at).has_value();
-  if (argument.type == Typed::Type::tensor) return refuse_here("a tensor", "an argument of " + what, derive_it);
-  const Placements placements(draft_.problem);
+  if (argument.type == TypedExpr::Type::condition) return as_number(argument, at).has_value();
+  if (argument.type == TypedExpr::Type::tensor) return refuse_here("a tensor", "an argument of " + what, derive_it);
+  const Placements placements(elaboration_.problem);
   for (const Expr& value : argument.parts) {
     if (const auto mistake = placements.find_mistake(value)) {
-      report_misplaced(draft_, *mistake, at);
+      report_misplaced(elaboration_, *mistake, at);
       return false;
     }
     if (is_plain_field(value) || is_uniform(value)) continue;
     if (holds_part_reduction(value))
       return refuse_here("a reduction along some axes", "an argument of " + what, derive_it);
-    if (has_mixed_axes(draft_.problem)) {
+    if (has_mixed_axes(elaboration_.problem)) {
       return refuse_here("an expression", "an argument of " + what + ", on a grid with walls along some axes only",
                          "pass fields and numbers, or leave the lines adjoint ... out: what is not given is derived");
     }
@@ -109,21 +109,22 @@ bool Expressions::can_pass(const Typed& argument, SourceRange at, const std::str
 }
 
 /// The body of the operator, or with a seed a formula of its adjoint.
-Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const Typed* seed) {
+TypedExpr Expressions::formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const TypedExpr* seed) {
   FunctionScope scope{call.function, {}, function_};
   for (const auto& [parameter, argument] : call.arguments) {
-    Typed fields{argument.type, {}};
+    TypedExpr fields{argument.type, {}};
     for (const std::string& part : parts_of(parameter, argument)) fields.parts.push_back(field(part));
     scope.arguments.emplace(parameter, std::move(fields));
   }
   if (seed) scope.arguments.emplace(bar_of(call.function.name.name), *seed);
   function_ = &scope;
-  Typed value = any(e);
+  TypedExpr value = any(e);
   function_ = scope.outer;
-  if (value.type == Typed::Type::condition) as_number(value, e.range());
-  if (value.type == Typed::Type::condition || value.type == Typed::Type::none) return {};
-  if (value.type == Typed::Type::tensor && axis_count() > 1) {
-    draft_.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"}, derive_it);
+  if (value.type == TypedExpr::Type::condition) as_number(value, e.range());
+  if (value.type == TypedExpr::Type::condition || value.type == TypedExpr::Type::none) return {};
+  if (value.type == TypedExpr::Type::tensor && axis_count() > 1) {
+    elaboration_.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"},
+                             derive_it);
     return {};
   }
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
@@ -134,15 +135,15 @@ Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::E
     });
   });
   if (is_simple) return value;
-  draft_.sink.report("not-allowed-here", e.range(),
-                     {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
-                      "an operator whose adjoint is given"},
-                     "pass what it gives as an argument");
+  elaboration_.sink.report("not-allowed-here", e.range(),
+                           {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
+                            "an operator whose adjoint is given"},
+                           "pass what it gives as an argument");
   return {};
 }
 
 /// One formula for each component of a parameter; 0 is a vector too.
-bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed,
+bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const TypedExpr& seed,
                               Operator& function) {
   const ast::Function& source = call.function;
   const auto parameter =
@@ -156,7 +157,7 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
         return !parts.empty() && other.parameter == parts.front() && other.of_field == !item.accumulate;
       });
   if (parts.empty() || known != function.adjoints.end()) {
-    draft_.sink.report(
+    elaboration_.sink.report(
         "bad-given-adjoint", item.target.range,
         {item.target.name, source.name.name, parts.empty() ? "belongs to no parameter" : "is there already"},
         fmt::format(
@@ -164,10 +165,10 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
             bar_of(source.name.name)));
     return false;
   }
-  Typed value = formula_of_parameters(call, item.value, &seed);
-  if (value.type == Typed::Type::none) return false;
-  const bool is_vector = call.arguments.at(parameter->name).type == Typed::Type::vector;
-  if (is_vector && value.type == Typed::Type::number && is_constant(value.parts.front(), 0))
+  TypedExpr value = formula_of_parameters(call, item.value, &seed);
+  if (value.type == TypedExpr::Type::none) return false;
+  const bool is_vector = call.arguments.at(parameter->name).type == TypedExpr::Type::vector;
+  if (is_vector && value.type == TypedExpr::Type::number && is_constant(value.parts.front(), 0))
     value.parts.resize(parts.size(), value.parts.front());
   if (is_vector && !as_vector(value, item.value.range())) return false;
   if (!is_vector && !as_number(value, item.value.range())) return false;
@@ -206,16 +207,16 @@ bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& appl
     const std::string& parameter = application.function.parameters[i];
     const bool is_field = application.places[i].has_value();
     if (!is_given(parameter, true) && !is_given(parameter, false)) continue;
-    if (!is_active(draft_, application.arguments[i])) continue;
+    if (!is_active(elaboration_, application.arguments[i])) continue;
     const std::string base = vector_of(parameter).empty() ? parameter : vector_of(parameter);
     if (is_given(parameter, is_field)) {
       if (is_field || is_lone_param(application, i)) continue;
-      draft_.sink.report("bad-given-adjoint", range,
-                         {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
-                         "pass parameters themselves, each once, and write the formula in the operator");
+      elaboration_.sink.report("bad-given-adjoint", range,
+                               {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
+                               "pass parameters themselves, each once, and write the formula in the operator");
       return false;
     }
-    draft_.sink.report(
+    elaboration_.sink.report(
         "bad-given-adjoint", range,
         {base, call.function.name.name,
          is_field ? "is that of a number, but here it is a field" : "is that of a field, but here it is a number"},
@@ -229,7 +230,7 @@ bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& appl
 
 /// Each component where its body fits, and the formulas there.
 bool Expressions::lay_out(Apply& result, SourceRange range) {
-  const Placements placements(draft_.problem);
+  const Placements placements(elaboration_.problem);
   const std::size_t count = result.function.body.size();
   std::optional<Placements::Mistake> first;
   for (const Placement& place : places_of_others(placements, result)) {
@@ -245,18 +246,18 @@ bool Expressions::lay_out(Apply& result, SourceRange range) {
     if (!mistake) return true;
     if (!first) first = mistake;
   }
-  report_misplaced(draft_, *first, range);
+  report_misplaced(elaboration_, *first, range);
   return false;
 }
 
-Typed Expressions::application(const FunctionScope& call, const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::application(const FunctionScope& call, const ast::Call& e, SourceRange range) {
   const ast::Function& function = call.function;
   if (!can_apply(call, e, range)) return {};
-  const Placements placements(draft_.problem);
+  const Placements placements(elaboration_.problem);
   Apply result;
   result.function.name = function.name.name;
   for (const ast::Identifier& parameter : function.parameters) {
-    const Typed& argument = call.arguments.at(parameter.name);
+    const TypedExpr& argument = call.arguments.at(parameter.name);
     for (const std::string& part : parts_of(parameter.name, argument)) result.function.parameters.push_back(part);
     for (const Expr& value : argument.parts) {
       result.arguments.push_back(value);
@@ -265,16 +266,16 @@ Typed Expressions::application(const FunctionScope& call, const ast::Call& e, So
                                             : std::optional(placements.natural(value).value_or(Placement{})));
     }
   }
-  const Typed body = formula_of_parameters(call, function.body, nullptr);
-  if (body.type == Typed::Type::none) return {};
+  const TypedExpr body = formula_of_parameters(call, function.body, nullptr);
+  if (body.type == TypedExpr::Type::none) return {};
   result.function.body = body.parts;
-  Typed seed{body.type, {}};
+  TypedExpr seed{body.type, {}};
   for (std::size_t c = 0; c < body.parts.size(); ++c) seed.parts.push_back(field(seed_of(result.function, c)));
   for (const ast::AdjointItem& item : function.adjoints) {
     if (!add_adjoint(call, item, seed, result.function)) return {};
   }
   if (!can_take_adjoints(call, result, range) || !lay_out(result, range)) return {};
-  Typed value{body.type, {}};
+  TypedExpr value{body.type, {}};
   for (std::size_t c = 0; c < body.parts.size(); ++c) {
     result.component = static_cast<int>(c);
     value.parts.push_back(apply(result, {range}));

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 
+#include "model/analyse/solves.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
-#include "model/analyse/solves.h"
 
 namespace dpde::model {
 
@@ -29,43 +29,44 @@ Expr in_terms_of(const Expr& e, const std::string& unknown) {
 }
 
 /// What to write in the place of a word alone.
-std::string hint_for_word(const Draft& draft, const std::string& word) {
-  if (find_network(draft, word)) return fmt::format("write preconditioner {}(residual)", word);
+std::string hint_for_word(const Elaboration& elaboration, const std::string& word) {
+  if (find_network(elaboration, word)) return fmt::format("write preconditioner {}(residual)", word);
   const bool is_of_scheme = word == "none" || word == "multigrid" || word == "automatic";
   return is_of_scheme ? fmt::format("that stands in a scheme: scheme s {{ preconditioner = {} }}", word)
                       : "as in preconditioner smooth(residual), network smooth(r) -> z";
 }
 
 /// What is written, in which the residual is a field of its own name; nullopt where something was reported.
-std::optional<Expr> read_preconditioner(Draft& draft, const ast::Expr& written, const std::string& name) {
-  if (draft.scope.find(residual) != nullptr) {
-    draft.sink.report("solve-does-not-fit", written.range(),
-                      {name, "residual stands for what its iterations leave here, and for something else in the model"},
-                      "call that otherwise");
+std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Expr& written, const std::string& name) {
+  if (elaboration.scope.find(residual) != nullptr) {
+    elaboration.sink.report(
+        "solve-does-not-fit", written.range(),
+        {name, "residual stands for what its iterations leave here, and for something else in the model"},
+        "call that otherwise");
     return std::nullopt;
   }
   if (const auto* word = std::get_if<ast::Name>(&written->kind)) {
-    draft.sink.report("solve-does-not-fit", written.range(), {name, "its preconditioner is no call of a network"},
-                      hint_for_word(draft, word->name));
+    elaboration.sink.report("solve-does-not-fit", written.range(), {name, "its preconditioner is no call of a network"},
+                            hint_for_word(elaboration, word->name));
     return std::nullopt;
   }
-  draft.scope.declare(residual, {Role::let, written.range()});
+  elaboration.scope.declare(residual, {Role::let, written.range()});
   const auto stands_for_itself = [&](const std::string& own) {
-    return draft.lets.emplace(own, Typed{Typed::Type::number, {field(own, {written.range()})}}).second;
+    return elaboration.lets.emplace(own, TypedExpr{TypedExpr::Type::number, {field(own, {written.range()})}}).second;
   };
   stands_for_itself(residual);
   const bool is_open = stands_for_itself(name);  // what is sought, which has no meaning yet
-  const std::optional<Expr> value = Expressions(draft, Purpose::equation, name).number(written);
-  draft.lets.erase(residual);
-  if (is_open) draft.lets.erase(name);
-  draft.scope.forget(residual);
+  const std::optional<Expr> value = Expressions(elaboration, FormulaContext::equation, name).number(written);
+  elaboration.lets.erase(residual);
+  if (is_open) elaboration.lets.erase(name);
+  elaboration.scope.forget(residual);
   return value;
 }
 
 /// Whether it is one that iterations can look along; else why not is reported.
-bool is_preconditioner(Draft& draft, const Expr& value, SourceRange range, const Solve& solved) {
+bool is_preconditioner(Elaboration& elaboration, const Expr& value, SourceRange range, const Solve& solved) {
   const auto refuse = [&](const std::string& why, const std::string& hint) {
-    draft.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
+    elaboration.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
     return false;
   };
   const NetworkCall* call = std::get_if<NetworkCall>(&value->kind);
@@ -88,30 +89,32 @@ bool is_preconditioner(Draft& draft, const Expr& value, SourceRange range, const
 }
 
 /// Whether the scheme has iterations that take it: those of flexible methods, unless it names another one.
-bool is_used(Draft& draft, const Expr& value, const Solve& solved) {
-  const SolveBy& by = draft.problem.scheme.solve;
+bool is_used(Elaboration& elaboration, const Expr& value, const Solve& solved) {
+  const SolveBy& by = elaboration.problem.scheme.solve;
   if (solved.iterations) return true;  // which are conjugate gradients whatever the scheme says
   const bool is_flexible = by.method == SolveMethod::cg || by.method == SolveMethod::gmres;
-  if (is_flexible && !is_of_waves(solved, draft.problem.scheme)) return by.preconditioner == Preconditioner::automatic;
-  draft.sink.report("solve-key-not-used", value->origin.range,
-                    {"preconditioner " + print(value),
-                     is_flexible ? solved.name + " is solved wave by wave, without iterations"
-                                 : fmt::format("solve = {} has no iterations that a network preconditions", print(by))},
-                    is_flexible ? "leave it out" : "take cg or gmres, or leave it out");
+  if (is_flexible && !is_of_waves(solved, elaboration.problem.scheme))
+    return by.preconditioner == Preconditioner::automatic;
+  elaboration.sink.report(
+      "solve-key-not-used", value->origin.range,
+      {"preconditioner " + print(value),
+       is_flexible ? solved.name + " is solved wave by wave, without iterations"
+                   : fmt::format("solve = {} has no iterations that a network preconditions", print(by))},
+      is_flexible ? "leave it out" : "take cg or gmres, or leave it out");
   return false;
 }
 
 }  // namespace
 
-bool add_preconditioner(Draft& draft, const std::optional<ast::Expr>& written, Solve& solved) {
+bool add_preconditioner(Elaboration& elaboration, const std::optional<ast::Expr>& written, Solve& solved) {
   if (!written) return true;
-  std::set<std::string> called = draft.called_networks;
-  const std::optional<Expr> value = read_preconditioner(draft, *written, solved.name);
-  if (!value || !is_preconditioner(draft, *value, written->range(), solved)) return false;
-  if (is_used(draft, *value, solved)) {
+  std::set<std::string> called = elaboration.called_networks;
+  const std::optional<Expr> value = read_preconditioner(elaboration, *written, solved.name);
+  if (!value || !is_preconditioner(elaboration, *value, written->range(), solved)) return false;
+  if (is_used(elaboration, *value, solved)) {
     solved.preconditioner = in_terms_of(*value, solved.name);
   } else {
-    draft.called_networks = std::move(called);  // a task that learns what nothing calls has no gradient of it
+    elaboration.called_networks = std::move(called);  // a task that learns what nothing calls has no gradient of it
   }
   return true;
 }

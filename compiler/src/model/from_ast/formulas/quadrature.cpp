@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
@@ -139,7 +139,7 @@ bool Expressions::is_quadrature(const ast::Call& e) {
 bool Expressions::follows_place(const ast::Call& e) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
   const Expr place = param("a place " + variable);  // no name of a text
-  const std::map<std::string, Typed> outside = running_;
+  const std::map<std::string, TypedExpr> outside = running_;
   running_[variable] = number_of(place);
   const std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   running_ = outside;
@@ -147,12 +147,12 @@ bool Expressions::follows_place(const ast::Call& e) {
   const std::optional<std::string> field = MovableField{place, integrals_}.in(*value, true);
   if (!field) return true;
   const std::string elsewhere =
-      purpose_ == Purpose::quantity
+      purpose_ == FormulaContext::quantity
           ? fmt::format("its values along {} are sample({}, at = {})", variable, *field, variable)
           : fmt::format(
                 "integral(f*{0}) over the grid weighs its values by what f is there, a solve by a Green's function",
                 *field);
-  draft_.sink.report(
+  elaboration_.sink.report(
       "not-allowed-here", e.arguments[0].value.range(),
       {*field, fmt::format("an integral over {} as a factor or a term", variable)},
       fmt::format("it is the {1} of the point itself, wherever {0} is: put it in front of the integral; {2}", variable,
@@ -166,7 +166,7 @@ std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, 
   const Origin origin{e.callee_range};
   const Expr half = binary(BinaryOp::multiply, 0.5, binary(BinaryOp::subtract, high, low, origin), origin);
   const Expr middle = binary(BinaryOp::add, low, half, origin);
-  const std::map<std::string, Typed> outside = running_;
+  const std::map<std::string, TypedExpr> outside = running_;
   std::optional<Expr> sum = 0.0;
   for (const QuadratureNode& node : gauss_nodes()) {
     const Expr place = binary(BinaryOp::add, middle, binary(BinaryOp::multiply, node.place, half, origin), origin);
@@ -185,15 +185,15 @@ std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, 
 /// places and times.
 void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
   constexpr double digits = 1e-6;
-  KnownValues known = draft_.values;
-  known["t"] = draft_.problem.t_begin;
+  KnownValues known = elaboration_.values;
+  known["t"] = elaboration_.problem.t_begin;
   if (!is_formula(with_known(whole, known))) return;
   is_in_parts_ = true;
   const auto parts = sum_of_parts(e, low, high);
   const auto sizes = gauss_sum(e, low, high, true);
   is_in_parts_ = false;
   if (!parts || !sizes) return;
-  const Problem& problem = draft_.problem;
+  const Problem& problem = elaboration_.problem;
   double largest = 0, worst = 0;
   std::pair<double, double> values_there;
   for (const double share : holds_time(whole) ? std::vector{0.0, 0.382, 1.0} : std::vector{0.0}) {
@@ -210,7 +210,7 @@ void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr&
     }
   }
   if (worst <= digits * largest) return;
-  draft_.sink.report(
+  elaboration_.sink.report(
       "integral-not-resolved", e.callee_range,
       {fmt::format("{:.6g}", dpde::shown(values_there.first)), fmt::format("{:.6g}", dpde::shown(values_there.second))},
       "split it where the formula has a kink, a jump or a narrow peak: integral(f, s, from = a, to = c) "
@@ -225,13 +225,13 @@ std::optional<Expr> Expressions::sum_of_parts(const ast::Call& e, const Expr& lo
   return first && second ? std::optional(binary(BinaryOp::add, *first, *second)) : std::nullopt;
 }
 
-Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::quadrature(const ast::Call& e, SourceRange range) {
   const bool has_form = e.arguments.size() == 4 && e.arguments[0].name.empty() && e.arguments[1].name.empty() &&
                         e.arguments[2].name == "from" && e.arguments[3].name == "to";
   if (!has_form || std::get_if<ast::Name>(&e.arguments[1].value->kind) == nullptr) {
-    draft_.sink.report("wrong-argument-count", e.callee_range,
-                       {e.callee, "a formula, what runs in it, where from and where to", "this"},
-                       "write integral(exp(-s^2), s, from = 0, to = x)");
+    elaboration_.sink.report("wrong-argument-count", e.callee_range,
+                             {e.callee, "a formula, what runs in it, where from and where to", "this"},
+                             "write integral(exp(-s^2), s, from = 0, to = x)");
     return {};
   }
   const auto low = as_number(any(e.arguments[2].value), e.arguments[2].value.range());
@@ -240,7 +240,7 @@ Typed Expressions::quadrature(const ast::Call& e, SourceRange range) {
   const std::optional<Expr> sum = is_in_parts_ ? sum_of_parts(e, *low, *high) : gauss_sum(e, *low, *high, false);
   if (!sum || (!is_in_parts_ && !follows_place(e))) return {};
   integrals_.push_back(*sum);
-  Typed result = number_of(*sum);
+  TypedExpr result = number_of(*sum);
   if (is_too_large(result, range)) return {};
   if (running_.empty() && !is_in_parts_) look_at_parts(e, *low, *high, *sum);
   return result;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/build.h"
-#include "model/from_ast/scene/coordinates.h"
-#include "model/from_ast/formulas/expressions.h"
 #include "model/analyse/placement.h"
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/scene/coordinates.h"
 
 namespace dpde::model {
 
@@ -68,8 +68,8 @@ std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
   return std::nullopt;
 }
 
-Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity && !is_of_step()) return refuse("the reduction " + e.callee, e.callee_range);
+TypedExpr Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
+  if (purpose_ != FormulaContext::quantity && !is_of_step()) return refuse("the reduction " + e.callee, e.callee_range);
   if (wall_of(e) != nullptr) return wall_reduction(kind, e, range);
   const bool has_operand = !e.arguments.empty() && e.arguments[0].name.empty();
   if (!has_operand) {
@@ -79,8 +79,8 @@ Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange 
   const SourceRange inside = e.arguments[0].value.range();
   const std::vector<Expr> terms = terms_of_reduction(kind, e.arguments[0].value);
   const auto over = axes_of_reduction(e);
-  if (terms.empty() || !over || is_too_large({Typed::Type::number, terms}, inside)) return {};
-  const Coordinates coordinates(draft_.problem, {range});
+  if (terms.empty() || !over || is_too_large({TypedExpr::Type::number, terms}, inside)) return {};
+  const Coordinates coordinates(elaboration_.problem, {range});
   std::optional<Expr> sum;
   for (const Expr& term : terms) {
     const Expr part = coordinates.reduction(Reduce{kind, term, *over});
@@ -91,14 +91,14 @@ Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange 
 
 /// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
 std::vector<Expr> Expressions::terms_of_reduction(Reduce::Kind kind, const ast::Expr& operand) {
-  const Placements placements(draft_.problem);
+  const Placements placements(elaboration_.problem);
   const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
   const bool was_in_sum = std::exchange(is_in_sum_, is_linear(kind) && placements.is_staggered());
   auto value = as_number(any(operand), operand.range());
-  std::vector<Expr> terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+  std::vector<Expr> terms = value ? terms_by_place(elaboration_.problem, kind, *value) : std::vector<Expr>{};
   if (std::exchange(is_in_sum_, false) && std::ranges::any_of(terms, is_misplaced)) {
     value = as_number(any(operand), operand.range());
-    terms = value ? terms_by_place(draft_.problem, kind, *value) : std::vector<Expr>{};
+    terms = value ? terms_by_place(elaboration_.problem, kind, *value) : std::vector<Expr>{};
   }
   is_in_sum_ = was_in_sum;
   return terms;
@@ -112,9 +112,9 @@ std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Cal
     const ast::Argument& argument = e.arguments[i];
     const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
     if (!is_alone && !argument.name.empty()) {
-      draft_.sink.report("wrong-argument-count", argument.value.range(),
-                         {e.callee, "what it reduces and axes", "one called " + argument.name},
-                         "write " + e.callee + "(u, over = y)");
+      elaboration_.sink.report("wrong-argument-count", argument.value.range(),
+                               {e.callee, "what it reduces and axes", "one called " + argument.name},
+                               "write " + e.callee + "(u, over = y)");
       return std::nullopt;
     }
     const auto* several = is_alone ? std::get_if<ast::Tuple>(&argument.value->kind) : nullptr;
@@ -129,14 +129,15 @@ std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Cal
 
 bool Expressions::add_axis(const ast::Expr& e, std::array<bool, 3>& over) {
   const auto* name = std::get_if<ast::Name>(&e->kind);
-  const int axis = name ? axis_of(draft_, name->name) : -1;
+  const int axis = name ? axis_of(elaboration_, name->name) : -1;
   if (axis < 0) {
-    draft_.sink.report("unknown-axis", e.range(), {name ? name->name : "this"}, "write mean(u, y) or max(u, over = y)");
+    elaboration_.sink.report("unknown-axis", e.range(), {name ? name->name : "this"},
+                             "write mean(u, y) or max(u, over = y)");
     return false;
   }
   if (!has_axis(axis, e.range())) return false;
   bool& along = over[static_cast<std::size_t>(axis)];
-  if (along) draft_.sink.report("duplicate", e.range(), {"axis " + axis_name(axis)});
+  if (along) elaboration_.sink.report("duplicate", e.range(), {"axis " + axis_name(axis)});
   return !std::exchange(along, true);
 }
 

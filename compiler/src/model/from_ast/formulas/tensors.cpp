@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/boundary/metric.h"
 #include "model/build.h"
-#include "model/from_ast/scene/coordinates.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/metric.h"
+#include "model/from_ast/scene/coordinates.h"
 
 namespace dpde::model {
 
@@ -72,13 +72,13 @@ constexpr const char* takes_a_tensor = "it takes a tensor: grad(v) of a vector, 
 
 }  // namespace
 
-bool Expressions::is_tensor(const Typed& value) const {
-  return value.type == Typed::Type::tensor || (axis_count() == 1 && value.parts.size() == 1);
+bool Expressions::is_tensor(const TypedExpr& value) const {
+  return value.type == TypedExpr::Type::tensor || (axis_count() == 1 && value.parts.size() == 1);
 }
 
 /// identity, in which nothing is taken anywhere.
-Typed Expressions::identity() const {
-  Typed result{Typed::Type::tensor, {}};
+TypedExpr Expressions::identity() const {
+  TypedExpr result{TypedExpr::Type::tensor, {}};
   for (int i = 0; i < axis_count(); ++i) {
     for (int j = 0; j < axis_count(); ++j) result.parts.emplace_back(i == j ? 1.0 : 0.0);
   }
@@ -86,13 +86,13 @@ Typed Expressions::identity() const {
 }
 
 /// ((a, b), (c, d)), each row with a component for each axis.
-Typed Expressions::rows(const ast::Tuple& e) {
-  Typed result{Typed::Type::tensor, {}};
+TypedExpr Expressions::rows(const ast::Tuple& e) {
+  TypedExpr result{TypedExpr::Type::tensor, {}};
   bool complete = static_cast<int>(e.elements.size()) == axis_count();
   if (!complete) {
-    draft_.sink.report("wrong-length", {e.elements.front().range().begin, e.elements.back().range().end},
-                       {counted(axis_count(), "row"), std::to_string(e.elements.size())},
-                       "a tensor has a row for each axis of the scene: ((a, b), (c, d)) on two");
+    elaboration_.sink.report("wrong-length", {e.elements.front().range().begin, e.elements.back().range().end},
+                             {counted(axis_count(), "row"), std::to_string(e.elements.size())},
+                             "a tensor has a row for each axis of the scene: ((a, b), (c, d)) on two");
     return {};
   }
   for (const ast::Expr& element : e.elements) {
@@ -100,35 +100,35 @@ Typed Expressions::rows(const ast::Tuple& e) {
     complete = complete && row;
     if (row) result.parts.insert(result.parts.end(), row->begin(), row->end());
   }
-  return complete ? result : Typed{};
+  return complete ? result : TypedExpr{};
 }
 
-std::optional<Typed> Expressions::tensor_call(const ast::Call& e, SourceRange range) {
+std::optional<TypedExpr> Expressions::tensor_call(const ast::Call& e, SourceRange range) {
   if (e.callee == "outer") return outer_product(e, range);
   if (e.callee == "inner") return inner_product(e, range);
   if (e.callee != "sym" && e.callee != "transpose" && e.callee != "trace") return std::nullopt;
-  if (!takes(e, 1)) return Typed{};
-  const Typed value = numeric(e.arguments[0].value);
-  if (value.type == Typed::Type::none) return Typed{};
+  if (!takes(e, 1)) return TypedExpr{};
+  const TypedExpr value = numeric(e.arguments[0].value);
+  if (value.type == TypedExpr::Type::none) return TypedExpr{};
   if (!is_tensor(value)) {
-    draft_.sink.report("vector-operation", e.arguments[0].value.range(), {e.callee, "a " + describe(value)},
-                       takes_a_tensor);
-    return Typed{};
+    elaboration_.sink.report("vector-operation", e.arguments[0].value.range(), {e.callee, "a " + describe(value)},
+                             takes_a_tensor);
+    return TypedExpr{};
   }
   const auto n = static_cast<std::size_t>(axis_count());
-  if (e.callee == "sym") return Typed{Typed::Type::tensor, symmetric_part(value.parts, n, {range})};
-  if (e.callee == "transpose") return Typed{Typed::Type::tensor, transposed(value.parts, n)};
+  if (e.callee == "sym") return TypedExpr{TypedExpr::Type::tensor, symmetric_part(value.parts, n, {range})};
+  if (e.callee == "transpose") return TypedExpr{TypedExpr::Type::tensor, transposed(value.parts, n)};
   Expr sum = value.parts.front();
   for (std::size_t i = 1; i < n; ++i) sum = binary(BinaryOp::add, sum, value.parts[i * n + i], {range});
   return number_of(sum);
 }
 
-Typed Expressions::outer_product(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::outer_product(const ast::Call& e, SourceRange range) {
   if (!takes(e, 2)) return {};
   const auto a = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
   const auto b = as_vector(any(e.arguments[1].value), e.arguments[1].value.range());
   if (!a || !b) return {};
-  Typed result{Typed::Type::tensor, {}};
+  TypedExpr result{TypedExpr::Type::tensor, {}};
   for (const Expr& of_a : *a) {
     for (const Expr& of_b : *b) result.parts.push_back(binary(BinaryOp::multiply, of_a, of_b, {range}));
   }
@@ -136,89 +136,92 @@ Typed Expressions::outer_product(const ast::Call& e, SourceRange range) {
 }
 
 /// The sum of the products of components of two numbers, vectors or tensors.
-Typed Expressions::inner_product(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::inner_product(const ast::Call& e, SourceRange range) {
   if (!takes(e, 2)) return {};
-  const Typed a = numeric(e.arguments[0].value), b = numeric(e.arguments[1].value);
-  if (a.type == Typed::Type::none || b.type == Typed::Type::none) return {};
+  const TypedExpr a = numeric(e.arguments[0].value), b = numeric(e.arguments[1].value);
+  if (a.type == TypedExpr::Type::none || b.type == TypedExpr::Type::none) return {};
   if (a.parts.size() == b.parts.size()) return scalar_product(a.parts, b.parts, range);
-  draft_.sink.report("wrong-length", e.arguments[1].value.range(),
-                     {counted(static_cast<int>(a.parts.size()), "component"), std::to_string(b.parts.size())});
+  elaboration_.sink.report("wrong-length", e.arguments[1].value.range(),
+                           {counted(static_cast<int>(a.parts.size()), "component"), std::to_string(b.parts.size())});
   return {};
 }
 
 /// In a mean or a sum each product stays where it lies, if it can.
-Typed Expressions::scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range) {
-  return number_of(is_in_sum_ ? contraction(a, b, {range}) : Coordinates(draft_.problem, {range}).dot(a, b));
+TypedExpr Expressions::scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range) {
+  return number_of(is_in_sum_ ? contraction(a, b, {range}) : Coordinates(elaboration_.problem, {range}).dot(a, b));
 }
 
 /// a . b of two vectors is a number, of a tensor and a vector a vector: the sum over the indices that are neighbours.
-Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::dot_product(const ast::Call& e, SourceRange range) {
   if (!takes(e, 2)) return {};
-  const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
-  if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
+  const TypedExpr left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
+  if (left.type == TypedExpr::Type::none || right.type == TypedExpr::Type::none) return {};
   const auto n = static_cast<std::size_t>(axis_count());
-  const bool left_is_tensor = n > 1 && left.type == Typed::Type::tensor,
-             right_is_tensor = n > 1 && right.type == Typed::Type::tensor;
+  const bool left_is_tensor = n > 1 && left.type == TypedExpr::Type::tensor,
+             right_is_tensor = n > 1 && right.type == TypedExpr::Type::tensor;
   if (left_is_tensor && right_is_tensor) {
-    draft_.sink.report("vector-operation", range, {"dot", "two tensors"},
-                       "inner(S, T) is the sum of the products of components, dot(S, v) takes a vector");
+    elaboration_.sink.report("vector-operation", range, {"dot", "two tensors"},
+                             "inner(S, T) is the sum of the products of components, dot(S, v) takes a vector");
     return {};
   }
   const std::size_t expected = left_is_tensor || right_is_tensor ? n : left.parts.size();
-  const Typed& vector = right_is_tensor ? left : right;
+  const TypedExpr& vector = right_is_tensor ? left : right;
   if (vector.parts.size() != expected) {
-    draft_.sink.report("wrong-length", e.arguments[right_is_tensor ? 0 : 1].value.range(),
-                       {counted(static_cast<int>(expected), "component"), std::to_string(vector.parts.size())});
+    elaboration_.sink.report("wrong-length", e.arguments[right_is_tensor ? 0 : 1].value.range(),
+                             {counted(static_cast<int>(expected), "component"), std::to_string(vector.parts.size())});
     return {};
   }
-  if (left_is_tensor) return {Typed::Type::vector, applied(left.parts, right.parts, {range})};
-  if (right_is_tensor) return {Typed::Type::vector, applied(transposed(right.parts, n), left.parts, {range})};
+  if (left_is_tensor) return {TypedExpr::Type::vector, applied(left.parts, right.parts, {range})};
+  if (right_is_tensor) return {TypedExpr::Type::vector, applied(transposed(right.parts, n), left.parts, {range})};
   return scalar_product(left.parts, right.parts, range);
 }
 
 /// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
 /// fluxes alone do not.
 void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
-  const auto is_deep = [&](const Expr& e) { return order_beside_poles(draft_.problem, e) > allowed; };
-  if (!has_pole(draft_.problem) || std::ranges::none_of(operand, is_deep)) return;
-  draft_.sink.report("beside-pole", range, {"a derivative of derivatives"},
-                     "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
-                     "factor as cos(lat)^2");
+  const auto is_deep = [&](const Expr& e) { return order_beside_poles(elaboration_.problem, e) > allowed; };
+  if (!has_pole(elaboration_.problem) || std::ranges::none_of(operand, is_deep)) return;
+  elaboration_.sink.report(
+      "beside-pole", range, {"a derivative of derivatives"},
+      "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
+      "factor as cos(lat)^2");
 }
 
 /// With an axis of symmetry a tensor would have a component around it too.
 bool Expressions::can_take_tensor(const std::string& what, SourceRange range) {
-  const std::optional<Metric>& metric = draft_.problem.metric;
+  const std::optional<Metric>& metric = elaboration_.problem.metric;
   if (!metric || is_constant(metric->around, 1)) return true;
-  draft_.sink.report("in-curved-coordinates", range, {what, metric->name},
-                     "there a tensor has a component around the axis of symmetry: write the terms of each component");
+  elaboration_.sink.report(
+      "in-curved-coordinates", range, {what, metric->name},
+      "there a tensor has a component around the axis of symmetry: write the terms of each component");
   return false;
 }
 
 /// d v_i/dx_j
-Typed Expressions::vector_gradient(const std::vector<Expr>& v, SourceRange range) {
+TypedExpr Expressions::vector_gradient(const std::vector<Expr>& v, SourceRange range) {
   if (!can_take_tensor("grad of a vector", range)) return {};
-  return {Typed::Type::tensor, Coordinates(draft_.problem, {range}).vector_gradient(v)};
+  return {TypedExpr::Type::tensor, Coordinates(elaboration_.problem, {range}).vector_gradient(v)};
 }
 
-Typed Expressions::tensor_divergence(const std::vector<Expr>& s, SourceRange range) {
+TypedExpr Expressions::tensor_divergence(const std::vector<Expr>& s, SourceRange range) {
   if (!can_take_tensor("div of a tensor", range)) return {};
-  if (has_pole(
-          draft_.problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
-    draft_.sink.report(
+  if (has_pole(elaboration_
+                   .problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
+    elaboration_.sink.report(
         "in-curved-coordinates", range, {"div of a tensor", "coordinates with a pole"},
         "lap(v) is div(grad(v)); let the axis end before the pole, or write the terms of each component");
     return {};
   }
-  return {Typed::Type::vector, Coordinates(draft_.problem, {range}).tensor_divergence(s)};
+  return {TypedExpr::Type::vector, Coordinates(elaboration_.problem, {range}).tensor_divergence(s)};
 }
 
 /// S.xy, of a name or of what stands in parentheses; `part` is "xy".
-std::optional<Expr> Expressions::tensor_component(const Typed& whole, const ast::Identifier& part) {
+std::optional<Expr> Expressions::tensor_component(const TypedExpr& whole, const ast::Identifier& part) {
   const int row = part.name.size() == 2 ? axis_of(part.name.substr(0, 1)) : -1;
   const int column = part.name.size() == 2 ? axis_of(part.name.substr(1)) : -1;
   if (row < 0 || column < 0) {
-    draft_.sink.report("unknown-axis", part.range, {part.name}, "components of a tensor are called xx, xy, yx, ...");
+    elaboration_.sink.report("unknown-axis", part.range, {part.name},
+                             "components of a tensor are called xx, xy, yx, ...");
     return std::nullopt;
   }
   if (!has_axis(row, part.range) || !has_axis(column, part.range)) return std::nullopt;

@@ -45,32 +45,32 @@ bool tells_unit(const std::vector<ast::Item>& items) {
 /// The lines of a model and its scene, and those of the task.
 class UnitLines {
  public:
-  explicit UnitLines(Draft& draft) : draft_(draft), measures_(draft) {}
+  explicit UnitLines(Elaboration& elaboration) : elaboration_(elaboration), measures_(elaboration) {}
 
   void read() {
     for (const ast::Model* model : models()) {
       for (const ast::Item& item : model->items) declare(item);
     }
-    for (const ast::Item& item : draft_.scene->items) declare(item);
+    for (const ast::Item& item : elaboration_.scene->items) declare(item);
     measure_axes();
-    for (const auto& [item, range] : items_of<ast::ObserveItem>(draft_.scene->items)) tell_observable(item);
-    if (draft_.task != nullptr) {
-      for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) tell_data(item);
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration_.scene->items)) tell_observable(item);
+    if (elaboration_.task != nullptr) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.task->items)) tell_data(item);
     }
-    if (draft_.model != nullptr) {
-      for (const ast::Item& item : draft_.model->items) check_model(item);
+    if (elaboration_.model != nullptr) {
+      for (const ast::Item& item : elaboration_.model->items) check_model(item);
     }
-    for (const ast::Item& item : draft_.scene->items) check_scene(item);
-    for (const ast::NamedFormula& each : draft_.selection.shown) {
+    for (const ast::Item& item : elaboration_.scene->items) check_scene(item);
+    for (const ast::NamedFormula& each : elaboration_.selection.shown) {
       if (each.value) shown_[each.name.name] = measures_.of(*each.value);
     }
-    if (draft_.task == nullptr) return;
-    for (const ast::Item& item : draft_.task->items) check_task(item);
+    if (elaboration_.task == nullptr) return;
+    for (const ast::Item& item : elaboration_.task->items) check_task(item);
   }
 
   /// Into the problem, by the names that files and pictures have.
   void keep() {
-    Problem& problem = draft_.problem;
+    Problem& problem = elaboration_.problem;
     const auto note = [&](const std::string& name, const Measure& measure) {
       if (measure.is_known()) problem.units[name] = measure.unit.text();
     };
@@ -93,7 +93,7 @@ class UnitLines {
       for (std::size_t i = 0; list.size() > 1 && i < std::min(list.size(), problem.axes.size()); ++i)
         note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
     }
-    for (const Shown& shown : problem.shown) {
+    for (const OutputField& shown : problem.shown) {
       const std::string name = shown.name.substr(0, shown.name.find('.'));
       const auto formula = shown_.find(name);
       const MeasureList list = formula == shown_.end() ? measures_.of_let(name) : formula->second;
@@ -102,7 +102,7 @@ class UnitLines {
       if (list.size() == 1 && (is_part || !is_let)) note(shown.name, list.front());
       if (!is_let && has_parts) note(shown.name, list[std::string_view("xyz").find(shown.name.back())]);
     }
-    for (const std::string& name : draft_.solved) note(name, measures_.of_name(name));
+    for (const std::string& name : elaboration_.solved) note(name, measures_.of_name(name));
     if (!problem.task) return;
     for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));
   }
@@ -111,9 +111,9 @@ class UnitLines {
   /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
   /// Programs have none.
   std::vector<const ast::Model*> models() const {
-    std::vector<const ast::Model*> all{find_declaration<ast::Model>(draft_.file, draft_.scene->of.name)};
-    for (const ast::Identifier& name : draft_.scene->also)
-      all.push_back(find_declaration<ast::Model>(draft_.file, name.name));
+    std::vector<const ast::Model*> all{find_declaration<ast::Model>(elaboration_.file, elaboration_.scene->of.name)};
+    for (const ast::Identifier& name : elaboration_.scene->also)
+      all.push_back(find_declaration<ast::Model>(elaboration_.file, name.name));
     std::erase(all, nullptr);
     return all;
   }
@@ -147,19 +147,19 @@ class UnitLines {
   /// Angles are pure numbers, whether that is told or not.
   void measure_axes() {
     MeasuredAxes axes;
-    for (const auto& [item, range] : items_of<ast::TimeItem>(draft_.scene->items)) axes.time = told_by(item.unit);
-    axes.coordinates.resize(draft_.problem.axes.size());
-    for (const auto& [name, axis] : draft_.axis_names) {
+    for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.scene->items)) axes.time = told_by(item.unit);
+    axes.coordinates.resize(elaboration_.problem.axes.size());
+    for (const auto& [name, axis] : elaboration_.axis_names) {
       const bool is_angle = name == "theta" || name == "lon" || name == "lat";
       if (is_angle) axes.coordinates.at(static_cast<std::size_t>(axis)) = {Measure::Kind::number};
     }
-    for (const auto& [item, range] : items_of<ast::GridItem>(draft_.scene->items)) {
-      const int axis = axis_of(draft_, item.axis.name);
+    for (const auto& [item, range] : items_of<ast::GridItem>(elaboration_.scene->items)) {
+      const int axis = axis_of(elaboration_, item.axis.name);
       if (item.unit) axes.coordinates.at(static_cast<std::size_t>(axis)) = told_by(item.unit);
     }
     axes.lengths = axes.coordinates;
     measures_.set_axes(axes);
-    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(draft_.scene->items)) stretch(axes, item);
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.scene->items)) stretch(axes, item);
     measures_.set_axes(std::move(axes));
   }
 
@@ -189,8 +189,8 @@ class UnitLines {
   void tell_data(const ast::DataItem& item) {
     Measure measure = told_by(item.unit);
     const auto* name = std::get_if<ast::Name>(&item.value->kind);
-    const auto* other = item.scene ? find_declaration<ast::Scene>(draft_.file, item.scene->name) : nullptr;
-    const bool is_alike = other != nullptr && other->of.name == draft_.scene->of.name && name != nullptr;
+    const auto* other = item.scene ? find_declaration<ast::Scene>(elaboration_.file, item.scene->name) : nullptr;
+    const bool is_alike = other != nullptr && other->of.name == elaboration_.scene->of.name && name != nullptr;
     if (!item.unit && is_alike) measure = measure_in(*other, name->name);
     measures_.tell(item.name.name, measure);
     if (other != nullptr) compare(*other, item.scene->range);
@@ -207,11 +207,11 @@ class UnitLines {
     for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
       measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
     for (const auto& [item, where] : items_of<ast::ValueItem>(other.items)) {
-      if (item.unit && other.of.name == draft_.scene->of.name)
+      if (item.unit && other.of.name == elaboration_.scene->of.name)
         measures_.fits(told_by(item.unit), measures_.of_name(item.name.name), item.unit->range, item.name.name);
     }
     for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
-      const int axis = axis_of(draft_, item.axis.name);
+      const int axis = axis_of(elaboration_, item.axis.name);
       if (axis < 0 || static_cast<std::size_t>(axis) >= measures_.axes().coordinates.size()) continue;
       measures_.fits(told_by(item.unit), measures_.axes().coordinates[static_cast<std::size_t>(axis)], range,
                      "axis " + item.axis.name + " of this scene");
@@ -290,7 +290,8 @@ class UnitLines {
   }
 
   void check_grid(const ast::GridItem& item) {
-    const Measure& along = measures_.axes().coordinates[static_cast<std::size_t>(axis_of(draft_, item.axis.name))];
+    const Measure& along =
+        measures_.axes().coordinates[static_cast<std::size_t>(axis_of(elaboration_, item.axis.name))];
     const std::string what = "axis " + item.axis.name;
     measures_.fit(item.low, along, what);
     measures_.fit(item.high, along, what);
@@ -316,7 +317,7 @@ class UnitLines {
     const auto* word = std::get_if<ast::Name>(&side.value->kind);
     if (word != nullptr && is_side_word(word->name)) return;
     const MeasuredAxes& axes = measures_.axes();
-    const int axis = axis_of(draft_, side.place.name.substr(0, side.place.name.find('.')));
+    const int axis = axis_of(elaboration_, side.place.name.substr(0, side.place.name.find('.')));
     const Measure across = axis >= 0                                   ? axes.lengths.at(static_cast<std::size_t>(axis))
                            : axes.are_alike() && !axes.lengths.empty() ? axes.lengths.front()
                                                                        : Measure{};
@@ -366,7 +367,7 @@ class UnitLines {
     }
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   Measures measures_;
   std::map<std::string, Measure> observed_;
   std::map<std::string, MeasureList> shown_;  // formulas of Selection::shown
@@ -375,12 +376,13 @@ class UnitLines {
 
 }  // namespace
 
-void check_units(Draft& draft) {
-  if (draft.sink.has_errors()) return;
-  const bool any = (draft.model != nullptr && tells_unit(draft.model->items)) || tells_unit(draft.scene->items) ||
-                   (draft.task != nullptr && tells_unit(draft.task->items));
+void check_units(Elaboration& elaboration) {
+  if (elaboration.sink.has_errors()) return;
+  const bool any = (elaboration.model != nullptr && tells_unit(elaboration.model->items)) ||
+                   tells_unit(elaboration.scene->items) ||
+                   (elaboration.task != nullptr && tells_unit(elaboration.task->items));
   if (!any) return;
-  UnitLines lines(draft);
+  UnitLines lines(elaboration);
   lines.read();
   lines.keep();
 }

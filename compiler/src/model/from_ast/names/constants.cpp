@@ -10,8 +10,8 @@
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "support/assert.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::model {
 
@@ -77,26 +77,27 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
   return evaluation.finish(number);
 }
 
-void fix_params(Draft& draft, const Expr& formula) {
+void fix_params(Elaboration& elaboration, const Expr& formula) {
   any_part(formula, [&](const Expr& part) {
-    if (const auto* param = std::get_if<Param>(&part->kind)) draft.fixed.insert(param->name);
+    if (const auto* param = std::get_if<Param>(&part->kind)) elaboration.fixed.insert(param->name);
     return false;
   });
 }
 
-std::optional<double> made_once(Draft& draft, const Expr& formula, SourceRange range, std::optional<double> t) {
-  fix_params(draft, formula);
-  auto known = draft.values;
+std::optional<double> made_once(Elaboration& elaboration, const Expr& formula, SourceRange range,
+                                std::optional<double> t) {
+  fix_params(elaboration, formula);
+  auto known = elaboration.values;
   if (t) known["t"] = t;
   const Value value = value_of(formula, known);
   if (value.mistake.empty()) return value.number;
-  draft.sink.report("not-finite", value.at.is_known() ? value.at : range, {value.mistake});
+  elaboration.sink.report("not-finite", value.at.is_known() ? value.at : range, {value.mistake});
   return std::nullopt;
 }
 
-std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what) {
-  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
-  return formula ? made_once(draft, *formula, e.range()) : std::nullopt;
+std::optional<double> evaluate(Elaboration& elaboration, const ast::Expr& e, const std::string& what) {
+  const std::optional<Expr> formula = Expressions(elaboration, FormulaContext::number, what).number(e);
+  return formula ? made_once(elaboration, *formula, e.range()) : std::nullopt;
 }
 
 }  // namespace dpde::model

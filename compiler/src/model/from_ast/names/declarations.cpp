@@ -11,9 +11,9 @@ namespace {
 
 /// Calls `add` with each name of the model's items of one kind that means what it should.
 template <class Item, class Add>
-void for_each_declared(const Draft& draft, const Item& item, Role role, const Add& add) {
+void for_each_declared(const Elaboration& elaboration, const Item& item, Role role, const Add& add) {
   for (const ast::Identifier& name : item.names) {
-    const Meaning* meaning = draft.scope.find(name.name);
+    const Symbol* meaning = elaboration.scope.find(name.name);
     if (meaning && meaning->role == role && meaning->declared == name.range) add(name.name);
   }
 }
@@ -25,91 +25,93 @@ std::string moved_field(const ast::EquationItem& item) {
 }
 
 /// The velocity u_t of each field with an equation dt(dt(u)) = ...
-void declare_velocities(Draft& draft) {
+void declare_velocities(Elaboration& elaboration) {
   std::set<std::string> moved;
-  for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
     const std::string field = moved_field(item);
-    const Meaning* meaning = draft.scope.find(field);
+    const Symbol* meaning = elaboration.scope.find(field);
     if (!meaning || meaning->role != Role::state || !moved.insert(field).second) continue;
-    declare(draft, {velocity_name(field), item.field.range}, Role::state, meaning->is_vector);
+    declare(elaboration, {velocity_name(field), item.field.range}, Role::state, meaning->is_vector);
   }
 }
 
-void bind_velocities(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
+void bind_velocities(Elaboration& elaboration) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
     const std::string field = moved_field(item), name = velocity_name(field);
-    const Meaning* meaning = draft.scope.find(name);
+    const Symbol* meaning = elaboration.scope.find(name);
     if (field.empty() || !meaning || meaning->declared != item.field.range) continue;
-    const std::vector<std::string> moved = components_of(draft, field), components = declare_components(draft, name);
+    const std::vector<std::string> moved = components_of(elaboration, field),
+                                   components = declare_components(elaboration, name);
     for (std::size_t i = 0; i < components.size(); ++i) {
       State velocity;
       velocity.name = components[i];
       velocity.velocity_of = moved[i];
-      velocity.placement = draft.problem.find_state(moved[i])->placement;
-      draft.problem.states.push_back(std::move(velocity));
+      velocity.placement = elaboration.problem.find_state(moved[i])->placement;
+      elaboration.problem.states.push_back(std::move(velocity));
     }
   }
 }
 
 }  // namespace
 
-void declare_model(Draft& draft) {
-  for (const ast::Item& item : draft.model->items) {
+void declare_model(Elaboration& elaboration) {
+  for (const ast::Item& item : elaboration.model->items) {
     if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
-      for (const ast::Identifier& name : fields->names) declare(draft, name, Role::state, fields->vector);
+      for (const ast::Identifier& name : fields->names) declare(elaboration, name, Role::state, fields->vector);
     }
     if (const auto* given = get_if<ast::CoefficientItem>(&item.kind)) {
-      for (const ast::Identifier& name : given->names) declare(draft, name, Role::coefficient, given->vector);
+      for (const ast::Identifier& name : given->names) declare(elaboration, name, Role::coefficient, given->vector);
     }
     if (const auto* params = get_if<ast::ParamItem>(&item.kind)) {
       for (const ast::Identifier& name : params->names) {
-        if (declare(draft, name, Role::parameter)) draft.problem.params.push_back({name.name});
+        if (declare(elaboration, name, Role::parameter)) elaboration.problem.params.push_back({name.name});
       }
     }
   }
-  for (const auto& [item, range] : items_of<ast::ControlItem>(draft.model->items)) {
+  for (const auto& [item, range] : items_of<ast::ControlItem>(elaboration.model->items)) {
     for (const ast::Identifier& name : item.names) {
-      if (!declare(draft, name, Role::parameter)) continue;
-      draft.problem.params.push_back({name.name});
-      draft.controls.insert(name.name);
+      if (!declare(elaboration, name, Role::parameter)) continue;
+      elaboration.problem.params.push_back({name.name});
+      elaboration.controls.insert(name.name);
     }
   }
-  declare_velocities(draft);
-  if (!items_of<ast::FieldItem>(draft.model->items).empty()) return;
-  const bool has_solves = !items_of<ast::SolvedItem>(draft.model->items).empty();
-  draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name},
-                    has_solves ? "a run takes steps of some field: write field rest and dt(rest) = 0 beside the solve, "
-                                 "initial rest = 0, and one step of time"
-                               : "write field u and dt(u) = ...");
+  declare_velocities(elaboration);
+  if (!items_of<ast::FieldItem>(elaboration.model->items).empty()) return;
+  const bool has_solves = !items_of<ast::SolvedItem>(elaboration.model->items).empty();
+  elaboration.sink.report("no-field", elaboration.model->name.range, {elaboration.model->name.name},
+                          has_solves
+                              ? "a run takes steps of some field: write field rest and dt(rest) = 0 beside the solve, "
+                                "initial rest = 0, and one step of time"
+                              : "write field u and dt(u) = ...");
 }
 
-void bind_fields(Draft& draft) {
-  for (const ast::Item& item : draft.model->items) {
+void bind_fields(Elaboration& elaboration) {
+  for (const ast::Item& item : elaboration.model->items) {
     if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
-      for_each_declared(draft, *fields, Role::state, [&](const std::string& name) {
+      for_each_declared(elaboration, *fields, Role::state, [&](const std::string& name) {
         int number = fields->vector ? 0 : -1;
-        for (const std::string& component : declare_components(draft, name)) {
+        for (const std::string& component : declare_components(elaboration, name)) {
           State state;
           state.name = component;
-          state.placement = placement_of(draft, fields->on, number++);
-          draft.problem.states.push_back(std::move(state));
+          state.placement = placement_of(elaboration, fields->on, number++);
+          elaboration.problem.states.push_back(std::move(state));
         }
       });
     }
     if (const auto* given = get_if<ast::CoefficientItem>(&item.kind)) {
-      for_each_declared(draft, *given, Role::coefficient, [&](const std::string& name) {
+      for_each_declared(elaboration, *given, Role::coefficient, [&](const std::string& name) {
         int number = given->vector ? 0 : -1;
-        for (const std::string& component : declare_components(draft, name)) {
-          Coefficient& coefficient = draft.problem.coefficients.emplace_back();
+        for (const std::string& component : declare_components(elaboration, name)) {
+          Coefficient& coefficient = elaboration.problem.coefficients.emplace_back();
           coefficient.name = component;
-          coefficient.placement = placement_of(draft, given->on, number++);
+          coefficient.placement = placement_of(elaboration, given->on, number++);
           coefficient.is_mask = given->mask;
           if (given->control) coefficient.every = 1;  // a step, unless the scene says another interval
         }
       });
     }
   }
-  bind_velocities(draft);
+  bind_velocities(elaboration);
 }
 
 }  // namespace dpde::model

@@ -54,9 +54,9 @@ std::vector<double> times_of_run(const Problem& problem) {
   return times;
 }
 
-KnownValues values_at_start(const Draft& draft) {
-  KnownValues values = draft.values;
-  for (const Unknown& unknown : draft.problem.task->unknowns) {
+KnownValues values_at_start(const Elaboration& elaboration) {
+  KnownValues values = elaboration.values;
+  for (const Unknown& unknown : elaboration.problem.task->unknowns) {
     if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
     if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind))
       values[unknown.name] = number->value;

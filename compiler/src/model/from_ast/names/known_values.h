@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "model/from_ast/draft.h"
 #include "model/boundary/wall_image.h"
+#include "model/from_ast/elaboration.h"
 
 namespace dpde::model {
 
@@ -19,6 +19,6 @@ bool holds_time(const Expr& e);
 /// The beginning of the steps and their middle, where schemes look; of very many some.
 std::vector<double> times_of_run(const Problem& problem);
 /// The scene's values, with those that the task's parameters begin with. Not without a task.
-KnownValues values_at_start(const Draft& draft);
+KnownValues values_at_start(const Elaboration& elaboration);
 
 }  // namespace dpde::model

@@ -10,8 +10,8 @@
 #include "source/diagnostic.h"
 #include "support/assert.h"
 #include "support/names/bound_names.h"
-#include "support/side_conditions.h"
 #include "support/names/wave_names.h"
+#include "support/side_conditions.h"
 
 namespace dpde::model {
 
@@ -47,7 +47,7 @@ Scope::Scope() {
   declare("pi", {Role::constant, {}});
 }
 
-const Meaning* Scope::find(const std::string& name) const {
+const Symbol* Scope::find(const std::string& name) const {
   const auto found = meanings_.find(name);
   return found == meanings_.end() ? nullptr : &found->second;
 }

@@ -17,7 +17,7 @@ enum class Role { state, coefficient, parameter, datum, let, coordinate, time, c
 /// "field", "coefficient", ...
 std::string_view word_for(Role role);
 
-struct Meaning {
+struct Symbol {
   Role role;
   SourceRange declared;
   int axis = -1;           // of a coordinate
@@ -28,9 +28,9 @@ class Scope {
  public:
   /// Knows x, y, z, t and pi.
   Scope();
-  const Meaning* find(const std::string& name) const;
+  const Symbol* find(const std::string& name) const;
   /// The first declaration of a name stays.
-  void declare(const std::string& name, Meaning meaning) { meanings_.emplace(name, meaning); }
+  void declare(const std::string& name, Symbol meaning) { meanings_.emplace(name, meaning); }
   void forget(const std::string& name) { meanings_.erase(name); }
   /// That a name was to be declared and could not is told once, not again where it is used.
   void refuse(const std::string& name) { refused_.insert(name); }
@@ -40,7 +40,7 @@ class Scope {
   std::vector<std::string> names(Role role) const;
 
  private:
-  std::map<std::string, Meaning> meanings_;
+  std::map<std::string, Symbol> meanings_;
   std::set<std::string> refused_;
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::size_t max_names_of_names = 200;  // what the stack holds
 
-bool stands_in_model(const Draft& draft, SourceRange range) {
-  return draft.model && std::ranges::any_of(draft.model->items, [&](const ast::Item& item) {
+bool stands_in_model(const Elaboration& elaboration, SourceRange range) {
+  return elaboration.model && std::ranges::any_of(elaboration.model->items, [&](const ast::Item& item) {
            return item.range.begin <= range.begin && range.end <= item.range.end;
          });
 }
@@ -27,33 +27,33 @@ struct Giver {
   const ast::Expr* value = nullptr;
   bool is_projected = false;
 };
-Giver giver_of(const Draft& draft, const std::string& name, Role role) {
+Giver giver_of(const Elaboration& elaboration, const std::string& name, Role role) {
   const std::string whole = vector_of(name);
   const auto gives = [&](const std::string& given) { return given == name || (!whole.empty() && given == whole); };
   if (role == Role::coefficient) {
-    for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+    for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
       if (gives(item.name.name)) return {&item.value};
     }
     return {};
   }
-  for (const auto& [item, range] : items_of<ast::InitialItem>(draft.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::InitialItem>(elaboration.scene->items)) {
     if (gives(item.field.name)) return {&item.value, item.projected.has_value()};
   }
   return {};
 }
 
 /// What keeps the formula from standing for the name: then the name would be another field than it.
-std::string obstacle(const Draft& draft, const std::string& name, Role role, const Giver& giver) {
+std::string obstacle(const Elaboration& elaboration, const std::string& name, Role role, const Giver& giver) {
   const std::string whole = vector_of(name);
-  if (draft.task) {
-    for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
+  if (elaboration.task) {
+    for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
       const std::string& sought = unknown.name.name;
       const bool is_it = sought == name || sought == whole || vector_of(sought) == name;
       if (is_it && unknown.initial == (role == Role::state)) return "it is an unknown of the task";
     }
   }
-  const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name).front());
-  const bool is_mask = coefficient ? coefficient->is_mask : draft.moving_masks.contains(name);
+  const Coefficient* coefficient = elaboration.problem.find_coefficient(components_of(elaboration, name).front());
+  const bool is_mask = coefficient ? coefficient->is_mask : elaboration.moving_masks.contains(name);
   if (is_mask || (coefficient && coefficient->is_control())) return is_mask ? "it is a mask" : "it is a control";
   if (giver.value == nullptr) return "it has no formula";
   if (giver.is_projected) return "its formula is projected";
@@ -64,77 +64,79 @@ std::string obstacle(const Draft& draft, const std::string& name, Role role, con
 
 }  // namespace
 
-void declare_scene_lets(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::LetItem>(draft.scene->items)) {
-    if (declare(draft, item.name, Role::let)) draft.scene_lets.emplace(item.name.name, &item.value);
+void declare_scene_lets(Elaboration& elaboration) {
+  for (const auto& [item, range] : items_of<ast::LetItem>(elaboration.scene->items)) {
+    if (declare(elaboration, item.name, Role::let)) elaboration.scene_lets.emplace(item.name.name, &item.value);
   }
 }
 
-Typed Expressions::put_in(const std::string& name, SourceRange range, const std::function<Typed()>& formula) {
+TypedExpr Expressions::put_in(const std::string& name, SourceRange range, const std::function<TypedExpr()>& formula) {
   if (const auto known = put_in_.find(name); known != put_in_.end()) return known->second;
   if (!open_.insert(name).second) {
-    draft_.sink.report("used-before-value", range, {name}, "it is made of itself");
+    elaboration_.sink.report("used-before-value", range, {name}, "it is made of itself");
     return {};
   }
   if (open_.size() > max_names_of_names) {
-    if (!std::exchange(draft_.names_are_too_deep, true))
-      draft_.sink.report("too-large", range, {},
-                         fmt::format("more than {} formulas name one another in a row", max_names_of_names));
+    if (!std::exchange(elaboration_.names_are_too_deep, true))
+      elaboration_.sink.report("too-large", range, {},
+                               fmt::format("more than {} formulas name one another in a row", max_names_of_names));
     open_.erase(name);
     return {};
   }
   const bool was_in_sum = std::exchange(is_in_sum_, false);  // it is put in elsewhere, too
-  Typed value = formula();
+  TypedExpr value = formula();
   is_in_sum_ = was_in_sum;
   open_.erase(name);
   if (is_too_large(value, range)) value = {};
   return put_in_.emplace(name, std::move(value)).first->second;
 }
 
-Typed Expressions::scene_let(const std::string& name, SourceRange range) {
-  if (stands_in_model(draft_, range)) {
-    draft_.sink.report("not-allowed-here", range, {"let " + name + " of the scene", "a model"},
-                       fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
+TypedExpr Expressions::scene_let(const std::string& name, SourceRange range) {
+  if (stands_in_model(elaboration_, range)) {
+    elaboration_.sink.report("not-allowed-here", range, {"let " + name + " of the scene", "a model"},
+                             fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
     return {};
   }
-  draft_.used.insert(name);
-  return put_in(name, range, [&] { return any(*draft_.scene_lets.at(name)); });
+  elaboration_.used.insert(name);
+  return put_in(name, range, [&] { return any(*elaboration_.scene_lets.at(name)); });
 }
 
-Typed Expressions::given(const std::string& name, const Meaning& meaning, SourceRange range) {
-  const Giver giver = giver_of(draft_, name, meaning.role);
-  const std::string why = obstacle(draft_, name, meaning.role, giver);
+TypedExpr Expressions::given(const std::string& name, const Symbol& meaning, SourceRange range) {
+  const Giver giver = giver_of(elaboration_, name, meaning.role);
+  const std::string why = obstacle(elaboration_, name, meaning.role, giver);
   const std::string what = fmt::format("{} {}", word_for(meaning.role), name);
   if (!why.empty()) {
-    draft_.sink.report("not-allowed-here", range, {what, std::string(place_of(purpose_))},
-                       fmt::format("formulas of the scene stand for what they give, but of {} there is none to put "
-                                   "in: {}",
-                                   name, why));
+    elaboration_.sink.report(
+        "not-allowed-here", range, {what, std::string(place_of(purpose_))},
+        fmt::format("formulas of the scene stand for what they give, but of {} there is none to put "
+                    "in: {}",
+                    name, why));
     return {};
   }
-  for (const std::string& from : components_of(draft_, name)) {
-    for (const std::string& in : components_of(draft_, subject_)) draft_.problem.put_in.emplace_back(from, in);
+  for (const std::string& from : components_of(elaboration_, name)) {
+    for (const std::string& in : components_of(elaboration_, subject_))
+      elaboration_.problem.put_in.emplace_back(from, in);
   }
   const std::string whole = vector_of(name);
-  const bool is_part = !whole.empty() && draft_.scope.find(whole);
+  const bool is_part = !whole.empty() && elaboration_.scope.find(whole);
   return put_in(name, range, [&] {
     if (!is_part) {
       const auto parts = components(*giver.value, name);
-      if (!parts) return Typed{};
-      return Typed{meaning.is_vector ? Typed::Type::vector : Typed::Type::number, *parts};
+      if (!parts) return TypedExpr{};
+      return TypedExpr{meaning.is_vector ? TypedExpr::Type::vector : TypedExpr::Type::number, *parts};
     }
-    const Typed value = any(*giver.value);
-    const int axis = axis_of(draft_, name.substr(whole.size() + 1));
-    if (value.type == Typed::Type::vector && axis < static_cast<int>(value.parts.size()))
+    const TypedExpr value = any(*giver.value);
+    const int axis = axis_of(elaboration_, name.substr(whole.size() + 1));
+    if (value.type == TypedExpr::Type::vector && axis < static_cast<int>(value.parts.size()))
       return number_of(value.parts[static_cast<std::size_t>(axis)]);
     return value;
   });
 }
 
-void check_scene_lets(Draft& draft) {
-  Expressions formulas(draft, Purpose::quantity, "a let of the scene");
-  for (const auto& [name, formula] : draft.scene_lets) {
-    if (!draft.used.contains(name)) formulas.any(ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
+void check_scene_lets(Elaboration& elaboration) {
+  Expressions formulas(elaboration, FormulaContext::quantity, "a let of the scene");
+  for (const auto& [name, formula] : elaboration.scene_lets) {
+    if (!elaboration.used.contains(name)) formulas.any(ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
   }
 }
 

@@ -14,15 +14,15 @@ namespace dpde::model {
 namespace {
 
 /// Coordinates and t may name parameters: f(x) means its own x.
-void check_function(Draft& draft, const ast::Function& function) {
+void check_function(Elaboration& elaboration, const ast::Function& function) {
   const auto refuse = [&](const ast::Identifier& name, const char* what) {
-    draft.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
+    elaboration.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
   };
   if (Expressions::is_built_in(function.name.name)) refuse(function.name, "function");
   std::map<std::string, SourceRange> seen;
   for (const ast::Identifier& parameter : function.parameters) {
     const auto [first, is_new] = seen.emplace(parameter.name, parameter.range);
-    if (!is_new) report_duplicate(draft, "parameter " + parameter.name, parameter.range, first->second);
+    if (!is_new) report_duplicate(elaboration, "parameter " + parameter.name, parameter.range, first->second);
     const bool is_place = axis_of(parameter.name) >= 0 || parameter.name == "t";
     if (!is_place && is_reserved(parameter.name)) refuse(parameter, "parameter");
   }
@@ -30,16 +30,16 @@ void check_function(Draft& draft, const ast::Function& function) {
 
 /// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
 /// false when two have the same name.
-bool names_are_unique(Draft& draft) {
+bool names_are_unique(Elaboration& elaboration) {
   bool fine = true;
   std::map<std::string, SourceRange> chosen, models, schemes, functions;
   const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
     const auto [first, is_new] = names.emplace(name.name, name.range);
-    if (!is_new) report_duplicate(draft, name.name, name.range, first->second);
+    if (!is_new) report_duplicate(elaboration, name.name, name.range, first->second);
     fine = fine && is_new;
     return is_new;
   };
-  for (const ast::Declaration& declaration : draft.file.declarations) {
+  for (const ast::Declaration& declaration : elaboration.file.declarations) {
     match(
         declaration.kind, [&](const ast::Model& m) { add(models, m.name); },
         [&](const ast::Scene& s) { add(chosen, s.name); }, [&](const ast::Scheme& s) { add(schemes, s.name); },
@@ -52,15 +52,15 @@ bool names_are_unique(Draft& draft) {
         [&](const ast::Chart& c) { add(chosen, c.name); },
         [&](const ast::Function& f) {
           add(functions, f.name);
-          check_function(draft, f);
+          check_function(elaboration, f);
         });
   }
   return fine;
 }
 
-void report_unknown_block(Draft& draft, const std::string& what, const std::string& name, SourceRange range,
+void report_unknown_block(Elaboration& elaboration, const std::string& what, const std::string& name, SourceRange range,
                           const std::vector<std::string>& candidates) {
-  draft.sink.report("unknown-block", range, {what, name}, did_you_mean(name, candidates));
+  elaboration.sink.report("unknown-block", range, {what, name}, did_you_mean(name, candidates));
 }
 
 std::vector<std::string> joined(std::vector<std::string> a, const std::vector<std::string>& b) {
@@ -69,86 +69,88 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
 }
 
 /// Of what is called so, or nearly, and is for some verbs only; "" where nothing is.
-std::string hint_of_verb(const Draft& draft, const std::string& name) {
+std::string hint_of_verb(const Elaboration& elaboration, const std::string& name) {
   const auto named = [&](const std::vector<std::string>& names) {
     return std::ranges::find(names, name) != names.end() ? name : nearest_name(name, names);
   };
-  const std::string chart = named(names_of<ast::Chart>(draft.file));
+  const std::string chart = named(names_of<ast::Chart>(elaboration.file));
   if (!chart.empty()) return fmt::format("{0} is a chart: dpde chart FILE {0}, or dpde tune FILE {0}", chart);
-  const std::string data_set = named(names_of<ast::DataSet>(draft.file));
+  const std::string data_set = named(names_of<ast::DataSet>(elaboration.file));
   return data_set.empty() ? "" : fmt::format("{0} is a data set: dpde run FILE {0} --out DIR", data_set);
 }
 
-bool select_named(Draft& draft, const std::string& name) {
-  draft.task = find_declaration<ast::Task>(draft.file, name);
-  draft.scene = find_declaration<ast::Scene>(draft.file, name);
-  if (draft.scene) draft.task = nullptr;
-  if (draft.task || draft.scene) return true;
-  const std::vector<std::string> fitting = joined(task_names(draft.file), scene_names(draft.file));
-  const std::string of_verb = nearest_name(name, fitting).empty() ? hint_of_verb(draft, name) : "";
-  draft.sink.report("unknown-block", {}, {"scene or task", name},
-                    of_verb.empty() ? did_you_mean(name, fitting) : of_verb);
+bool select_named(Elaboration& elaboration, const std::string& name) {
+  elaboration.task = find_declaration<ast::Task>(elaboration.file, name);
+  elaboration.scene = find_declaration<ast::Scene>(elaboration.file, name);
+  if (elaboration.scene) elaboration.task = nullptr;
+  if (elaboration.task || elaboration.scene) return true;
+  const std::vector<std::string> fitting = joined(task_names(elaboration.file), scene_names(elaboration.file));
+  const std::string of_verb = nearest_name(name, fitting).empty() ? hint_of_verb(elaboration, name) : "";
+  elaboration.sink.report("unknown-block", {}, {"scene or task", name},
+                          of_verb.empty() ? did_you_mean(name, fitting) : of_verb);
   return false;
 }
 
 /// What the file says itself goes before what it imports.
-bool select_only(Draft& draft) {
-  ast::File own = draft.file;
+bool select_only(Elaboration& elaboration) {
+  ast::File own = elaboration.file;
   std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
   const bool has_own = !task_names(own).empty() || !scene_names(own).empty();
-  const ast::File& from = has_own ? own : draft.file;
+  const ast::File& from = has_own ? own : elaboration.file;
   const std::vector<std::string> tasks = task_names(from), scenes = scene_names(from);
-  if (tasks.size() == 1) return select_named(draft, tasks.front());
-  if (tasks.empty() && scenes.size() == 1) return select_named(draft, scenes.front());
+  if (tasks.size() == 1) return select_named(elaboration, tasks.front());
+  if (tasks.empty() && scenes.size() == 1) return select_named(elaboration, scenes.front());
   if (scenes.empty()) {
-    draft.sink.report("no-scene", {}, {}, "write scene NAME : MODEL { grid ...; initial ...; time ... }");
+    elaboration.sink.report("no-scene", {}, {}, "write scene NAME : MODEL { grid ...; initial ...; time ... }");
     return false;
   }
-  draft.sink.report("choose-one", {}, {tasks.empty() ? "scenes" : "tasks"},
-                    fmt::format("name one of: {}", fmt::join(joined(tasks, scenes), ", ")));
+  elaboration.sink.report("choose-one", {}, {tasks.empty() ? "scenes" : "tasks"},
+                          fmt::format("name one of: {}", fmt::join(joined(tasks, scenes), ", ")));
   return false;
 }
 
-bool select_scene_of_task(Draft& draft) {
-  if (!draft.task) return true;
-  if (!draft.selection.beside.empty()) {
-    draft.scene = find_declaration<ast::Scene>(draft.file, draft.selection.beside);
-    if (!draft.scene) report_unknown_block(draft, "scene", draft.selection.beside, {}, scene_names(draft.file));
-    return draft.scene != nullptr;
+bool select_scene_of_task(Elaboration& elaboration) {
+  if (!elaboration.task) return true;
+  if (!elaboration.selection.beside.empty()) {
+    elaboration.scene = find_declaration<ast::Scene>(elaboration.file, elaboration.selection.beside);
+    if (!elaboration.scene)
+      report_unknown_block(elaboration, "scene", elaboration.selection.beside, {}, scene_names(elaboration.file));
+    return elaboration.scene != nullptr;
   }
-  const ast::Identifier& of = draft.task->of;
-  draft.scene = find_declaration<ast::Scene>(draft.file, of.name);
-  if (!draft.scene) report_unknown_block(draft, "scene", of.name, of.range, scene_names(draft.file));
-  return draft.scene != nullptr;
+  const ast::Identifier& of = elaboration.task->of;
+  elaboration.scene = find_declaration<ast::Scene>(elaboration.file, of.name);
+  if (!elaboration.scene) report_unknown_block(elaboration, "scene", of.name, of.range, scene_names(elaboration.file));
+  return elaboration.scene != nullptr;
 }
 
 /// false after a diagnostic.
-bool select_models(Draft& draft) {
-  std::map<std::string, SourceRange> seen{{draft.scene->of.name, draft.scene->of.range}};
-  std::vector<ast::Identifier> all{draft.scene->of};
-  all.insert(all.end(), draft.scene->also.begin(), draft.scene->also.end());
+bool select_models(Elaboration& elaboration) {
+  std::map<std::string, SourceRange> seen{{elaboration.scene->of.name, elaboration.scene->of.range}};
+  std::vector<ast::Identifier> all{elaboration.scene->of};
+  all.insert(all.end(), elaboration.scene->also.begin(), elaboration.scene->also.end());
   bool fine = true;
   for (const ast::Identifier& name : all) {
     const auto [first, is_new] = seen.emplace(name.name, name.range);
-    if (!(first->second == name.range)) report_duplicate(draft, "model " + name.name, name.range, first->second);
-    const bool exists = find_declaration<ast::Model>(draft.file, name.name) != nullptr;
-    if (!exists) report_unknown_block(draft, "model", name.name, name.range, names_of<ast::Model>(draft.file));
+    if (!(first->second == name.range)) report_duplicate(elaboration, "model " + name.name, name.range, first->second);
+    const bool exists = find_declaration<ast::Model>(elaboration.file, name.name) != nullptr;
+    if (!exists)
+      report_unknown_block(elaboration, "model", name.name, name.range, names_of<ast::Model>(elaboration.file));
     fine = fine && exists && first->second == name.range;
   }
   if (!fine) return false;
-  draft.coupled = coupled_model(draft.file, *draft.scene);
-  draft.model = &*draft.coupled;
+  elaboration.coupled = coupled_model(elaboration.file, *elaboration.scene);
+  elaboration.model = &*elaboration.coupled;
   return true;
 }
 
-bool select_model(Draft& draft) {
-  if (!draft.scene->also.empty()) return select_models(draft);
-  const ast::Identifier& of = draft.scene->of;
-  draft.model = find_declaration<ast::Model>(draft.file, of.name);
-  if (!draft.model) draft.program = find_declaration<ast::Program>(draft.file, of.name);
-  if (draft.model || draft.program) return true;
-  report_unknown_block(draft, "model or program", of.name, of.range,
-                       joined(names_of<ast::Model>(draft.file), names_of<ast::Program>(draft.file)));
+bool select_model(Elaboration& elaboration) {
+  if (!elaboration.scene->also.empty()) return select_models(elaboration);
+  const ast::Identifier& of = elaboration.scene->of;
+  elaboration.model = find_declaration<ast::Model>(elaboration.file, of.name);
+  if (!elaboration.model) elaboration.program = find_declaration<ast::Program>(elaboration.file, of.name);
+  if (elaboration.model || elaboration.program) return true;
+  report_unknown_block(elaboration, "model or program", of.name, of.range,
+                       joined(names_of<ast::Model>(elaboration.file), names_of<ast::Program>(elaboration.file)));
   return false;
 }
 
@@ -189,8 +191,8 @@ ast::Item without(ast::Item item, const Provided& provided) {
 
 bool check_block_names(const ast::File& file, DiagnosticSink& sink) {
   const Selection none;
-  Draft draft(file, none, sink);
-  return names_are_unique(draft);
+  Elaboration elaboration(file, none, sink);
+  return names_are_unique(elaboration);
 }
 
 std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene) {
@@ -212,15 +214,15 @@ std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene&
   return all;
 }
 
-bool select(Draft& draft) {
-  if (!names_are_unique(draft)) return false;
-  const std::string& name = draft.selection.name;
-  if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
-  if (!select_scene_of_task(draft) || !select_model(draft)) return false;
-  draft.problem.scene = draft.scene->name.name;
-  draft.problem.dropped = draft.scene->left_out;
-  if (draft.model) draft.problem.model = draft.model->name.name;
-  if (draft.program) draft.problem.program = draft.program->name.name;
+bool select(Elaboration& elaboration) {
+  if (!names_are_unique(elaboration)) return false;
+  const std::string& name = elaboration.selection.name;
+  if (!(name.empty() ? select_only(elaboration) : select_named(elaboration, name))) return false;
+  if (!select_scene_of_task(elaboration) || !select_model(elaboration)) return false;
+  elaboration.problem.scene = elaboration.scene->name.name;
+  elaboration.problem.dropped = elaboration.scene->left_out;
+  if (elaboration.model) elaboration.problem.model = elaboration.model->name.name;
+  if (elaboration.program) elaboration.problem.program = elaboration.program->name.name;
   return true;
 }
 

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "model/from_ast/scene/cells_setting.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/from_ast/scene/cells_setting.h"
 #include "syntax/parser.h"
 
 namespace dpde::model {
@@ -15,39 +15,40 @@ namespace dpde::model {
 namespace {
 
 /// The first message of `own`, as a sentence about a setting.
-void report_bad_setting(Draft& draft, const std::string& key, const std::string& text, const DiagnosticSink& own) {
+void report_bad_setting(Elaboration& elaboration, const std::string& key, const std::string& text,
+                        const DiagnosticSink& own) {
   const Diagnostic& first = own.all().front();
-  draft.sink.report("bad-setting", {}, {key, text, first.message}, first.hint);
+  elaboration.sink.report("bad-setting", {}, {key, text, first.message}, first.hint);
 }
 
 /// The value as an expression; nullopt after a diagnostic.
-std::optional<ast::Expr> parse_setting(Draft& draft, const std::string& key, const std::string& text) {
+std::optional<ast::Expr> parse_setting(Elaboration& elaboration, const std::string& key, const std::string& text) {
   DiagnosticSink own;
   const ast::Expr e = ast::parse_expression(SourceFile("--set " + key, text), own);
   if (!own.has_errors()) return e;
-  report_bad_setting(draft, key, text, own);
+  report_bad_setting(elaboration, key, text, own);
   return std::nullopt;
 }
 
-std::optional<double> number_in(Draft& draft, const std::string& key, const std::string& text) {
-  const auto e = parse_setting(draft, key, text);
+std::optional<double> number_in(Elaboration& elaboration, const std::string& key, const std::string& text) {
+  const auto e = parse_setting(elaboration, key, text);
   if (!e) return std::nullopt;
   DiagnosticSink own;
-  Draft alone(draft.file, draft.selection, own);  // knows numbers, pi and functions
+  Elaboration alone(elaboration.file, elaboration.selection, own);  // knows numbers, pi and functions
   const auto value = evaluate(alone, *e, "the setting");
-  if (!value) report_bad_setting(draft, key, text, own);
+  if (!value) report_bad_setting(elaboration, key, text, own);
   return value;
 }
 
 }  // namespace
 
-std::optional<double> number_setting(Draft& draft, const std::string& key) {
-  const std::string* text = draft.settings.find(key);
-  return text ? number_in(draft, key, *text) : std::nullopt;
+std::optional<double> number_setting(Elaboration& elaboration, const std::string& key) {
+  const std::string* text = elaboration.settings.find(key);
+  return text ? number_in(elaboration, key, *text) : std::nullopt;
 }
 
-std::vector<std::optional<double>> cells_setting(Draft& draft, std::size_t axes) {
-  const std::string* text = draft.settings.find("cells");
+std::vector<std::optional<double>> cells_setting(Elaboration& elaboration, std::size_t axes) {
+  const std::string* text = elaboration.settings.find("cells");
   std::vector<std::optional<double>> counts(axes);
   if (!text) return counts;
   std::vector<std::string> texts(1);
@@ -61,29 +62,29 @@ std::vector<std::optional<double>> cells_setting(Draft& draft, std::size_t axes)
     }
   }
   if (texts.size() > 1 && texts.size() != axes) {
-    draft.sink.report("bad-setting", {},
-                      {"cells", *text, fmt::format("the scene has {} {}", axes, axes == 1 ? "axis" : "axes")},
-                      "write --set cells=64 for all axes, or a number for each");
+    elaboration.sink.report("bad-setting", {},
+                            {"cells", *text, fmt::format("the scene has {} {}", axes, axes == 1 ? "axis" : "axes")},
+                            "write --set cells=64 for all axes, or a number for each");
     return counts;
   }
-  const auto first = texts.size() > 1 ? std::nullopt : number_in(draft, "cells", *text);
+  const auto first = texts.size() > 1 ? std::nullopt : number_in(elaboration, "cells", *text);
   for (std::size_t axis = 0; axis < axes; ++axis)
-    counts[axis] = texts.size() > 1 ? number_in(draft, "cells", texts[axis]) : first;
+    counts[axis] = texts.size() > 1 ? number_in(elaboration, "cells", texts[axis]) : first;
   return counts;
 }
 
-void apply_scheme_settings(Draft& draft) {
+void apply_scheme_settings(Elaboration& elaboration) {
   for (const std::string& key : scheme_keys()) {
-    const Meaning* meaning = draft.scope.find(key);
+    const Symbol* meaning = elaboration.scope.find(key);
     if (meaning && meaning->role == Role::parameter) continue;  // a parameter of this name goes first
-    const std::string* text = draft.settings.find(key);
+    const std::string* text = elaboration.settings.find(key);
     if (!text) continue;
-    const auto value = parse_setting(draft, key, *text);
+    const auto value = parse_setting(elaboration, key, *text);
     if (!value) continue;
-    const auto refusal = set_scheme_key(draft.problem.scheme, key, *value);
+    const auto refusal = set_scheme_key(elaboration.problem.scheme, key, *value);
     if (!refusal) continue;
-    draft.sink.report("bad-setting", {}, {key, *text, "there is no such choice"},
-                      fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
+    elaboration.sink.report("bad-setting", {}, {key, *text, "there is no such choice"},
+                            fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
   }
 }
 
@@ -95,11 +96,11 @@ Scheme with_settings(Scheme scheme, const std::map<std::string, std::string>& ro
   return scheme;
 }
 
-void check_settings(Draft& draft) {
-  const std::vector<std::string>& known = draft.settings.known();
-  for (const auto& [key, text] : draft.settings.texts()) {
+void check_settings(Elaboration& elaboration) {
+  const std::vector<std::string>& known = elaboration.settings.known();
+  for (const auto& [key, text] : elaboration.settings.texts()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    draft.sink.report("unknown-setting", {}, {key}, [&] { return did_you_mean(key, known); });
+    elaboration.sink.report("unknown-setting", {}, {key}, [&] { return did_you_mean(key, known); });
   }
 }
 

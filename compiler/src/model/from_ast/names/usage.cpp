@@ -35,10 +35,10 @@ bool is_needed(const Problem& problem, const std::string& coefficient) {
 
 }  // namespace
 
-void drop_unused(Draft& draft) {
-  Problem& problem = draft.problem;
-  for (Parameter& parameter : problem.params) parameter.is_fixed = draft.fixed.contains(parameter.name);
-  if (draft.program) return;
+void drop_unused(Elaboration& elaboration) {
+  Problem& problem = elaboration.problem;
+  for (Parameter& parameter : problem.params) parameter.is_fixed = elaboration.fixed.contains(parameter.name);
+  if (elaboration.program) return;
   std::vector<Coefficient> kept;
   for (const Coefficient& coefficient : problem.coefficients) {
     if (is_needed(problem, coefficient.name)) {
@@ -49,10 +49,10 @@ void drop_unused(Draft& draft) {
   }
   problem.coefficients = std::move(kept);
   for (const Parameter& parameter : problem.params) {
-    if (draft.used.contains(parameter.name)) continue;
+    if (elaboration.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
-    if (!draft.selection.beside.empty()) continue;  // the task's own scene may
-    draft.sink.report("unused-parameter", draft.scope.find(parameter.name)->declared, {parameter.name});
+    if (!elaboration.selection.beside.empty()) continue;  // the task's own scene may
+    elaboration.sink.report("unused-parameter", elaboration.scope.find(parameter.name)->declared, {parameter.name});
   }
 }
 

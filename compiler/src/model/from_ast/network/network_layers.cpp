@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "model/from_ast/network/layer_words.h"
 #include "model/from_ast/names/names.h"
+#include "model/from_ast/network/layer_words.h"
 #include "model/from_ast/network_from_ast.h"
 #include "support/match.h"
 

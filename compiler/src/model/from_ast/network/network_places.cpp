@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "model/analyse/placement.h"
 #include "model/build.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/placement.h"
 #include "model/uses.h"
 
 namespace dpde::model {
@@ -30,11 +30,11 @@ AlongAxes axes_moved(const network::Network& network) {
 
 class NetworkPlaces {
  public:
-  explicit NetworkPlaces(Draft& draft) : draft_(draft), placements_(draft.problem) {}
+  explicit NetworkPlaces(Elaboration& elaboration) : elaboration_(elaboration), placements_(elaboration.problem) {}
 
   void check() {
     if (!placements_.is_staggered()) return;
-    for_each_formula(draft_.problem, [&](const Use& use) {
+    for_each_formula(elaboration_.problem, [&](const Use& use) {
       origin_ = use.origin;
       const bool is_anywhere = use.kind == UseKind::test_field;
       walk(use.formula, is_anywhere ? placements_.natural(use.formula).value_or(use.home) : use.home, {});
@@ -92,34 +92,35 @@ class NetworkPlaces {
   /// Values on faces between walls are those of the upper faces.
   void check_wall(const NetworkCall& call, const Placements::OfCall& places, const AlongAxes& displaced,
                   SourceRange range) {
-    for (std::size_t axis = 0; axis < draft_.problem.axes.size(); ++axis) {
+    for (std::size_t axis = 0; axis < elaboration_.problem.axes.size(); ++axis) {
       if (!displaced[axis] || !is_on_walls(places.result, axis)) continue;
-      draft_.sink.report("no-wall-value", range,
-                         {"what network " + call.network + " makes", draft_.problem.axes[axis].name},
-                         "a field has a boundary: give the network's values to one, after step: q = " + call.network +
-                             "(...), and use q");
+      elaboration_.sink.report(
+          "no-wall-value", range, {"what network " + call.network + " makes", elaboration_.problem.axes[axis].name},
+          "a field has a boundary: give the network's values to one, after step: q = " + call.network +
+              "(...), and use q");
       return;
     }
   }
 
   void check_images(const NetworkCall& call, const Placements::OfCall& places, SourceRange range) {
-    const DeclaredNetwork* declared = find_network(draft_, call.network);
+    const DeclaredNetwork* declared = find_network(elaboration_, call.network);
     if (declared == nullptr || !declared->network) return;
     const AlongAxes moved = axes_moved(*declared->network);
     if (places.is_cell_by_cell && std::ranges::find(moved, true) != moved.end()) {
-      draft_.sink.report("bad-network", range,
-                         {"a mirror image or a turn takes upper faces to lower ones, and network " + call.network +
-                          " knows the upper ones of each cell"},
-                         "leave flips and rotations out, or call it at one place: of interpolate(u), to interpolate "
-                         "what it makes");
+      elaboration_.sink.report(
+          "bad-network", range,
+          {"a mirror image or a turn takes upper faces to lower ones, and network " + call.network +
+           " knows the upper ones of each cell"},
+          "leave flips and rotations out, or call it at one place: of interpolate(u), to interpolate "
+          "what it makes");
       return;
     }
-    for (std::size_t axis = 0; axis < draft_.problem.axes.size(); ++axis) {
+    for (std::size_t axis = 0; axis < elaboration_.problem.axes.size(); ++axis) {
       const bool is_there =
           std::ranges::any_of(places.arguments, [&](const Placement& argument) { return is_on_walls(argument, axis); });
       if (!moved[axis] || (!is_there && !is_on_walls(places.result, axis))) continue;
-      const std::string& name = draft_.problem.axes[axis].name;
-      draft_.sink.report(
+      const std::string& name = elaboration_.problem.axes[axis].name;
+      elaboration_.sink.report(
           "bad-network", range,
           {fmt::format("between walls values on faces across {} have no mirror image: the upper wall is "
                        "among them, the lower one is not",
@@ -130,16 +131,16 @@ class NetworkPlaces {
   }
 
   bool is_on_walls(const Placement& place, std::size_t axis) const {
-    return place[axis] && draft_.problem.axes[axis].topology == Topology::bounded;
+    return place[axis] && elaboration_.problem.axes[axis].topology == Topology::bounded;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   const Placements placements_;
   Origin origin_;
 };
 
 }  // namespace
 
-void check_network_places(Draft& draft) { NetworkPlaces(draft).check(); }
+void check_network_places(Elaboration& elaboration) { NetworkPlaces(elaboration).check(); }
 
 }  // namespace dpde::model

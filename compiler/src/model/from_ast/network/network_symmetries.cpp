@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/from_ast/parts.h"
 #include "model/from_ast/network_from_ast.h"
+#include "model/from_ast/parts.h"
 #include "network/symmetrise.h"
 
 namespace dpde::model {
@@ -20,8 +20,8 @@ constexpr Orientation as_it_is{1, 2, 3};
 
 class SymmetryReader {
  public:
-  SymmetryReader(Draft& draft, DeclaredNetwork& declared)
-      : draft_(draft), declared_(declared), axes_(draft.problem.axes) {}
+  SymmetryReader(Elaboration& elaboration, DeclaredNetwork& declared)
+      : elaboration_(elaboration), declared_(declared), axes_(elaboration.problem.axes) {}
 
   /// The generators of the group; marks the inputs of galilean.
   std::vector<Orientation> run() {
@@ -29,7 +29,7 @@ class SymmetryReader {
     for (const ast::Item& item : declared_.source->items) {
       const auto* symmetries = get_if<ast::SymmetryItem>(&item.kind);
       if (!symmetries) continue;
-      if (seen) draft_.sink.report("repeated", item.range, {"the symmetries"});
+      if (seen) elaboration_.sink.report("repeated", item.range, {"the symmetries"});
       for (const ast::SymmetryItem::Part& part : symmetries->parts) read(part);
       check_turns(*symmetries);
       seen = true;
@@ -100,7 +100,7 @@ class SymmetryReader {
       if (found == inputs.end()) {
         std::vector<std::string> known;
         for (const ast::Network::Input& input : inputs) known.push_back(input.name.name);
-        draft_.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, known));
+        elaboration_.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, known));
         continue;
       }
       declared_.relative[static_cast<std::size_t>(found - inputs.begin())] = true;
@@ -118,7 +118,7 @@ class SymmetryReader {
     const int number = axis_of(name.name);
     if (number >= 0 && number < rank()) return true;
     if (number < 0) {
-      draft_.sink.report("unknown-axis", name.range, {name.name});
+      elaboration_.sink.report("unknown-axis", name.range, {name.name});
     } else {
       misfit(name.range, fmt::format("the scene has no axis {}", name.name), "leave the symmetry out along this axis");
     }
@@ -156,7 +156,7 @@ class SymmetryReader {
 
   static const char* word_of(const Axis& axis) { return axis.topology == Topology::periodic ? "periodic" : "bounded"; }
   void refuse(SourceRange range, const std::string& text, const std::string& hint) {
-    draft_.sink.report("bad-network", range, {text}, hint);
+    elaboration_.sink.report("bad-network", range, {text}, hint);
   }
   /// Of this grid: other scenes of the file may call the network.
   void misfit(SourceRange range, const std::string& text, const std::string& hint) {
@@ -164,7 +164,7 @@ class SymmetryReader {
   }
   int rank() const { return static_cast<int>(axes_.size()); }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   DeclaredNetwork& declared_;
   const std::vector<Axis>& axes_;
   std::vector<Orientation> generators_;
@@ -179,23 +179,23 @@ SourceRange symmetries_range(const ast::Network& source) {
 
 }  // namespace
 
-void bind_symmetries(Draft& draft, DeclaredNetwork& declared) {
+void bind_symmetries(Elaboration& elaboration, DeclaredNetwork& declared) {
   if (!declared.network) return;
-  const std::size_t before = draft.sink.all().size();
-  network::Symmetry symmetry{SymmetryReader(draft, declared).run(), {}, {}};
+  const std::size_t before = elaboration.sink.all().size();
+  network::Symmetry symmetry{SymmetryReader(elaboration, declared).run(), {}, {}};
   for (const ast::Network::Input& input : declared.source->inputs) symmetry.inputs.push_back(input.vector);
   symmetry.outputs.assign(std::max<std::size_t>(declared.outputs.size(), 1), declared.vector);
-  if (draft.sink.all().size() != before || !declared.misfits.empty()) {
+  if (elaboration.sink.all().size() != before || !declared.misfits.empty()) {
     declared.network.reset();
     return;
   }
   declared.network = network::symmetrised(*declared.network, symmetry);
   const std::size_t layers = declared.network->layers.size(), images = network::group_of(symmetry.generators).size();
   if (layers <= static_cast<std::size_t>(most_layers)) return;
-  draft.sink.report("bad-network", symmetries_range(*declared.source),
-                    {fmt::format("for the {} images of the grid the network has {} layers, more than {}", images,
-                                 layers, most_layers)},
-                    "take fewer layers or a smaller symmetry");
+  elaboration.sink.report("bad-network", symmetries_range(*declared.source),
+                          {fmt::format("for the {} images of the grid the network has {} layers, more than {}", images,
+                                       layers, most_layers)},
+                          "take fewer layers or a smaller symmetry");
   declared.network.reset();
 }
 

@@ -7,52 +7,53 @@
 #include <map>
 
 #include "model/from_ast/formulas/expressions.h"
-#include "model/from_ast/parts.h"
 #include "model/from_ast/network_from_ast.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
 namespace {
 
-void check_names(Draft& draft, const std::vector<ast::Identifier>& names, const char* what) {
+void check_names(Elaboration& elaboration, const std::vector<ast::Identifier>& names, const char* what) {
   std::map<std::string, SourceRange> seen;
   for (const ast::Identifier& name : names) {
     const auto [first, is_new] = seen.emplace(name.name, name.range);
-    if (!is_new) report_duplicate(draft, fmt::format("{} {}", what, name.name), name.range, first->second);
+    if (!is_new) report_duplicate(elaboration, fmt::format("{} {}", what, name.name), name.range, first->second);
   }
 }
 
 /// scalar, vector, or names.
-void bind_outputs(Draft& draft, DeclaredNetwork& declared) {
+void bind_outputs(Elaboration& elaboration, DeclaredNetwork& declared) {
   const std::vector<ast::Identifier>& outputs = declared.source->outputs;
   const auto is_type = [](const ast::Identifier& name) { return name.name == "vector" || name.name == "scalar"; };
   const auto type = std::find_if(outputs.begin(), outputs.end(), is_type);
   if (outputs.size() > 1 && type != outputs.end()) {
-    draft.sink.report("bad-network", type->range,
-                      {fmt::format("{} stands alone, or each output has a name", type->name)},
-                      "write -> vector, or -> a, b");
+    elaboration.sink.report("bad-network", type->range,
+                            {fmt::format("{} stands alone, or each output has a name", type->name)},
+                            "write -> vector, or -> a, b");
     return;
   }
   declared.vector = type != outputs.end() && type->name == "vector";
   if (type != outputs.end()) return;
-  check_names(draft, outputs, "output");
+  check_names(elaboration, outputs, "output");
   for (const ast::Identifier& name : outputs) declared.outputs.push_back(name.name);
 }
 
 /// Of a scene whose step is a model.
-void bind_network(Draft& draft, DeclaredNetwork& declared) {
+void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
   const ast::Network& source = *declared.source;
   if (Expressions::is_built_in(source.name.name)) {
-    draft.sink.report("reserved-name", source.name.range, {source.name.name, "network"}, "choose another name");
+    elaboration.sink.report("reserved-name", source.name.range, {source.name.name, "network"}, "choose another name");
     return;
   }
-  if (const Meaning* meaning = draft.scope.find(source.name.name)) {
-    draft.sink.report("name-taken", source.name.range, {source.name.name, "a " + std::string(word_for(meaning->role))},
-                      "choose another name for the network");
+  if (const Symbol* meaning = elaboration.scope.find(source.name.name)) {
+    elaboration.sink.report("name-taken", source.name.range,
+                            {source.name.name, "a " + std::string(word_for(meaning->role))},
+                            "choose another name for the network");
     return;
   }
   if (source.input_channels || source.output_channels) {
-    draft.sink.report(
+    elaboration.sink.report(
         "bad-network", source.name.range,
         {fmt::format("network {} counts its channels, which only hand-written programs do", source.name.name)},
         fmt::format("give its inputs names: network {}(u: vector, nu) -> vector", source.name.name));
@@ -60,63 +61,66 @@ void bind_network(Draft& draft, DeclaredNetwork& declared) {
   }
   std::vector<ast::Identifier> inputs;
   NetworkFrame frame;
-  const int axes = static_cast<int>(draft.problem.axes.size());
+  const int axes = static_cast<int>(elaboration.problem.axes.size());
   frame.inputs = 0;
   for (const ast::Network::Input& input : source.inputs) {
     inputs.push_back(input.name);
     frame.inputs += input.vector ? axes : 1;
   }
-  check_names(draft, inputs, "input");
-  bind_outputs(draft, declared);
+  check_names(elaboration, inputs, "input");
+  bind_outputs(elaboration, declared);
   frame.outputs = declared.vector ? axes : std::max(1, static_cast<int>(declared.outputs.size()));
-  for (const Axis& axis : draft.problem.axes) frame.axes.push_back(axis.topology);
-  frame.real = draft.problem.scheme.networks;
-  const NumberOf number_of = [&](const ast::Expr& e, const std::string& what) { return evaluate(draft, e, what); };
-  declared.network = network_from_ast(source, frame, number_of, draft.sink);
-  bind_symmetries(draft, declared);
+  for (const Axis& axis : elaboration.problem.axes) frame.axes.push_back(axis.topology);
+  frame.real = elaboration.problem.scheme.networks;
+  const NumberOf number_of = [&](const ast::Expr& e, const std::string& what) {
+    return evaluate(elaboration, e, what);
+  };
+  declared.network = network_from_ast(source, frame, number_of, elaboration.sink);
+  bind_symmetries(elaboration, declared);
 }
 
 /// Of a hand-written program: as its text says.
-void bind_network_of_program(Draft& draft, DeclaredNetwork& declared) {
-  const auto lines = items_of<ast::ApplyItem>(draft.program->items);
+void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared) {
+  const auto lines = items_of<ast::ApplyItem>(elaboration.program->items);
   const auto calls_it = [&](const auto& line) { return line.kind.network.name == declared.source->name.name; };
   const bool is_applied = std::any_of(lines.begin(), lines.end(), calls_it);
   if (!is_applied && !counts_channels(*declared.source)) return;
-  if (is_applied) draft.called_networks.insert(declared.source->name.name);
-  declared.network = network_from_ast(*declared.source, draft.sink);
+  if (is_applied) elaboration.called_networks.insert(declared.source->name.name);
+  declared.network = network_from_ast(*declared.source, elaboration.sink);
   for (int c = 1; declared.network && declared.network->outputs > 1 && c <= declared.network->outputs; ++c)
     declared.outputs.push_back(fmt::format("c{}", c));
-  const int axes = static_cast<int>(draft.problem.axes.size());
+  const int axes = static_cast<int>(elaboration.problem.axes.size());
   if (!declared.network || declared.network->rank() == axes) return;
   if (!is_applied) {  // of another program, perhaps
     declared.network.reset();
     return;
   }
-  draft.sink.report("bad-network", declared.source->name.range,
-                    {fmt::format("network {} is made for {} {}, but the scene has {}", declared.source->name.name,
-                                 declared.network->rank(), declared.network->rank() == 1 ? "axis" : "axes", axes)});
+  elaboration.sink.report(
+      "bad-network", declared.source->name.range,
+      {fmt::format("network {} is made for {} {}, but the scene has {}", declared.source->name.name,
+                   declared.network->rank(), declared.network->rank() == 1 ? "axis" : "axes", axes)});
 }
 
 /// corrector = load("corrector.safetensors") of a scene.
-void bind_weights(Draft& draft, const DeclaredNetwork& declared) {
+void bind_weights(Elaboration& elaboration, const DeclaredNetwork& declared) {
   const std::string& name = declared.source->name.name;
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
     if (item.name.name != name) continue;
     const auto [first, is_new] = seen.emplace(name, item.name.range);
-    if (!is_new) report_duplicate(draft, name, item.name.range, first->second);
+    if (!is_new) report_duplicate(elaboration, name, item.name.range, first->second);
     const auto* load = std::get_if<ast::Call>(&item.value->kind);
     const auto* file = load && load->callee == "load" && load->arguments.size() == 1
                            ? std::get_if<ast::Text>(&load->arguments[0].value->kind)
                            : nullptr;
     if (!file || !(file->value.ends_with(".safetensors") || file->value.ends_with(".npz"))) {
-      draft.sink.report("bad-network", item.value.range(),
-                        {fmt::format("the weights of network {} come from a file", name)},
-                        fmt::format("write {} = load(\"{}.safetensors\"), or .npz", name, name));
+      elaboration.sink.report("bad-network", item.value.range(),
+                              {fmt::format("the weights of network {} come from a file", name)},
+                              fmt::format("write {} = load(\"{}.safetensors\"), or .npz", name, name));
       continue;
     }
     if (!is_new) continue;
-    GivenWeights& weights = draft.problem.weights.emplace_back();
+    GivenWeights& weights = elaboration.problem.weights.emplace_back();
     weights.network = name;
     weights.from.file = file->value;
     weights.from.origin = {item.value.range()};
@@ -124,17 +128,17 @@ void bind_weights(Draft& draft, const DeclaredNetwork& declared) {
 }
 
 /// Axes that a layer exchanges have as many cells.
-void check_exchanges(Draft& draft, DeclaredNetwork& declared) {
-  if (!declared.network || declared.network->rank() != static_cast<int>(draft.problem.axes.size())) return;
+void check_exchanges(Elaboration& elaboration, DeclaredNetwork& declared) {
+  if (!declared.network || declared.network->rank() != static_cast<int>(elaboration.problem.axes.size())) return;
   for (const network::Layer& layer : declared.network->layers) {
-    for (std::size_t axis = 0; axis < draft.problem.axes.size(); ++axis) {
+    for (std::size_t axis = 0; axis < elaboration.problem.axes.size(); ++axis) {
       const auto from = static_cast<std::size_t>(std::abs(layer.axes[axis])) - 1;
-      const Axis &to = draft.problem.axes[axis], &source = draft.problem.axes[from];
+      const Axis &to = elaboration.problem.axes[axis], &source = elaboration.problem.axes[from];
       if (to.cells == source.cells) continue;
-      draft.sink.report("bad-network", declared.source->name.range,
-                        {fmt::format("network {} exchanges {} and {}, which have {} and {} cells",
-                                     declared.source->name.name, to.name, source.name, to.cells, source.cells)},
-                        "give both axes as many cells");
+      elaboration.sink.report("bad-network", declared.source->name.range,
+                              {fmt::format("network {} exchanges {} and {}, which have {} and {} cells",
+                                           declared.source->name.name, to.name, source.name, to.cells, source.cells)},
+                              "give both axes as many cells");
       declared.network.reset();
       return;
     }
@@ -143,38 +147,38 @@ void check_exchanges(Draft& draft, DeclaredNetwork& declared) {
 
 }  // namespace
 
-void bind_networks(Draft& draft) {
-  if (draft.problem.axes.empty()) return;  // reported
-  for (const ast::Declaration& declaration : draft.file.declarations) {
+void bind_networks(Elaboration& elaboration) {
+  if (elaboration.problem.axes.empty()) return;  // reported
+  for (const ast::Declaration& declaration : elaboration.file.declarations) {
     const auto* source = std::get_if<ast::Network>(&declaration.kind);
     if (!source) continue;
-    DeclaredNetwork& declared = draft.networks.emplace_back();
+    DeclaredNetwork& declared = elaboration.networks.emplace_back();
     declared.source = source;
-    if (draft.program) {
-      bind_network_of_program(draft, declared);
+    if (elaboration.program) {
+      bind_network_of_program(elaboration, declared);
     } else {
-      bind_network(draft, declared);
+      bind_network(elaboration, declared);
     }
-    check_exchanges(draft, declared);
-    bind_weights(draft, declared);
+    check_exchanges(elaboration, declared);
+    bind_weights(elaboration, declared);
   }
 }
 
-const DeclaredNetwork* find_network(const Draft& draft, const std::string& name) {
+const DeclaredNetwork* find_network(const Elaboration& elaboration, const std::string& name) {
   const auto found = std::ranges::find_if(
-      draft.networks, [&](const DeclaredNetwork& declared) { return declared.source->name.name == name; });
-  return found == draft.networks.end() ? nullptr : &*found;
+      elaboration.networks, [&](const DeclaredNetwork& declared) { return declared.source->name.name == name; });
+  return found == elaboration.networks.end() ? nullptr : &*found;
 }
 
-void keep_called_networks(Draft& draft) {
-  std::erase_if(draft.problem.weights,
-                [&](const GivenWeights& given) { return !draft.called_networks.contains(given.network); });
-  for (const DeclaredNetwork& declared : draft.networks) {
+void keep_called_networks(Elaboration& elaboration) {
+  std::erase_if(elaboration.problem.weights,
+                [&](const GivenWeights& given) { return !elaboration.called_networks.contains(given.network); });
+  for (const DeclaredNetwork& declared : elaboration.networks) {
     if (!declared.network) continue;
-    if (draft.called_networks.contains(declared.source->name.name)) {
-      draft.problem.networks.push_back(*declared.network);
+    if (elaboration.called_networks.contains(declared.source->name.name)) {
+      elaboration.problem.networks.push_back(*declared.network);
     } else {
-      draft.problem.dropped.push_back(fmt::format("network {}: nothing calls it", declared.source->name.name));
+      elaboration.problem.dropped.push_back(fmt::format("network {}: nothing calls it", declared.source->name.name));
     }
   }
 }

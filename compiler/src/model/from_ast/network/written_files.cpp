@@ -11,20 +11,20 @@ namespace {
 
 class WrittenFiles {
  public:
-  explicit WrittenFiles(Draft& draft) : draft_(draft) {}
+  explicit WrittenFiles(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   /// What the task writes whatever its names are.
   void own(const std::string& file) { first_.emplace(file, SourceRange{}); }
   void add(const std::string& file, SourceRange range, const std::string& name) {
     const auto [first, is_new] = first_.emplace(file, range);
     if (is_new || first->second == range) return;
-    Diagnostic& told = draft_.sink.report("duplicate", range, {"the file " + file + " of optimize --out"},
-                                          fmt::format("choose another name than {}", name));
+    Diagnostic& told = elaboration_.sink.report("duplicate", range, {"the file " + file + " of optimize --out"},
+                                                fmt::format("choose another name than {}", name));
     if (first->second.is_known()) told.notes.push_back({first->second, "this writes it too"});
   }
 
  private:
-  Draft& draft_;
+  Elaboration& elaboration_;
   std::map<std::string, SourceRange> first_;
 };
 
@@ -39,9 +39,9 @@ void add_tests(const std::vector<Test>& tests, WrittenFiles& files) {
 
 }  // namespace
 
-void check_written_files(Draft& draft) {
-  const Task& task = *draft.problem.task;
-  WrittenFiles files(draft);
+void check_written_files(Elaboration& elaboration) {
+  const Task& task = *elaboration.problem.task;
+  WrittenFiles files(elaboration);
   for (const char* file : {"loss.csv", "loss.svg"}) files.own(file);
   if (task.training) files.own("epochs.csv");
   for (const Unknown& unknown : task.unknowns) {
@@ -50,7 +50,7 @@ void check_written_files(Draft& draft) {
       files.add(unknown.name + (is_initial ? "_initial.npy" : ".npy"), unknown.origin.range, unknown.name);
   }
   if (task.training) return add_tests(task.tests, files);
-  files.add(task.name + ".svg", draft.task->name.range, task.name);
+  files.add(task.name + ".svg", elaboration.task->name.range, task.name);
 }
 
 }  // namespace dpde::model

@@ -2,28 +2,28 @@
 // Lets in their order, then the equations: one for each field.
 #include <fmt/format.h>
 
+#include "model/analyse/solves.h"
+#include "model/boundary/metric.h"
 #include "model/build.h"
-#include "model/from_ast/scene/coordinates.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/metric.h"
-#include "model/analyse/solves.h"
+#include "model/from_ast/scene/coordinates.h"
 
 namespace dpde::model {
 
 namespace {
 
-void bind_let(Draft& draft, const ast::LetItem& item) {
-  Typed value = Expressions(draft, Purpose::equation, "let " + item.name.name).definition(item.value);
-  if (!declare(draft, item.name, Role::let)) return;
-  if (value.type != Typed::Type::none) draft.lets.emplace(item.name.name, std::move(value));
+void bind_let(Elaboration& elaboration, const ast::LetItem& item) {
+  TypedExpr value = Expressions(elaboration, FormulaContext::equation, "let " + item.name.name).definition(item.value);
+  if (!declare(elaboration, item.name, Role::let)) return;
+  if (value.type != TypedExpr::Type::none) elaboration.lets.emplace(item.name.name, std::move(value));
 }
 
 /// Whether iterations can be made that derivatives go through. That the operator is symmetric is seen where its
 /// differences are known: stencil/lower/from_model.cpp.
-bool fits_iterations(Draft& draft, const Solve& solved, SourceRange range) {
+bool fits_iterations(Elaboration& elaboration, const Solve& solved, SourceRange range) {
   const auto refuse = [&](const char* why, const char* hint) {
-    draft.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
+    elaboration.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
     return false;
   };
   if (*solved.iterations < 0) return refuse("its iterations are a number from 0 on", "as in after 5 iterations");
@@ -31,53 +31,55 @@ bool fits_iterations(Draft& draft, const Solve& solved, SourceRange range) {
     return refuse("iterations begin with one guess, as it is", "write their sum: from a + b after 5 iterations");
   if (*solved.iterations == 0 && solved.starts.empty())
     return refuse("0 iterations make nothing where there is no guess", "as in from guess(omega) after 0 iterations");
-  if (is_of_waves(solved, draft.problem.scheme))
+  if (is_of_waves(solved, elaboration.problem.scheme))
     return refuse("it is solved wave by wave, which has no iterations", "leave out after, or take lap = central(2)");
   return true;
 }
 
 /// The name stands for itself in its own equation, and behind that for the field that solves it.
-void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
+void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRange range) {
   const std::string& name = item.unknown.name;
-  draft.solved.insert(name);
-  if (!declare(draft, item.unknown, Role::let)) return;
-  draft.lets[name] = {Typed::Type::number, {field(name, {item.unknown.range})}};
-  Expressions expressions(draft, Purpose::equation, name);
+  elaboration.solved.insert(name);
+  if (!declare(elaboration, item.unknown, Role::let)) return;
+  elaboration.lets[name] = {TypedExpr::Type::number, {field(name, {item.unknown.range})}};
+  Expressions expressions(elaboration, FormulaContext::equation, name);
   const auto left = expressions.number(item.left), right = expressions.number(item.right);
-  const auto starts = starts_of(draft, item.starts, name);
-  draft.lets.erase(name);
+  const auto starts = starts_of(elaboration, item.starts, name);
+  elaboration.lets.erase(name);
   if (!left || !right || !starts) return;
   const Expr difference = binary(BinaryOp::subtract, *left, *right);
   Origin nonlinear;
   const std::optional<LinearPart> parts = linear_part(difference, name, nonlinear);
   if (!parts) {
-    draft.sink.report(
+    elaboration.sink.report(
         "not-linear-in", nonlinear.range.is_known() ? nonlinear.range : range, {name},
         fmt::format("write sums of products of {0} and its derivatives with what does not hold {0}", name));
     return;
   }
   if (is_constant(parts->part, 0)) {
-    draft.sink.report("solve-does-not-fit", range, {name, "the equation does not hold it"}, "as in lap(phi) = omega");
+    elaboration.sink.report("solve-does-not-fit", range, {name, "the equation does not hold it"},
+                            "as in lap(phi) = omega");
     return;
   }
   const bool is_advected = any_part(parts->part, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
-  const Advection advect = draft.problem.scheme.transport.advect;
+  const Advection advect = elaboration.problem.scheme.transport.advect;
   if (is_advected && advect != Advection::central && advect != Advection::upwind) {
-    draft.sink.report("solve-does-not-fit", range, {name, "the scheme's advection is not linear in what is carried"},
-                      "take advect = central(2), upwind(3), ...");
+    elaboration.sink.report("solve-does-not-fit", range,
+                            {name, "the scheme's advection is not linear in what is carried"},
+                            "take advect = central(2), upwind(3), ...");
     return;
   }
-  if (reads_across_pole(draft.problem, parts->part)) {
-    draft.sink.report("solve-does-not-fit", range, {name, "its equation reads across a pole"},
-                      "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
+  if (reads_across_pole(elaboration.problem, parts->part)) {
+    elaboration.sink.report("solve-does-not-fit", range, {name, "its equation reads across a pole"},
+                            "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
     return;
   }
-  const Coordinates coordinates(draft.problem, {range});  // times volumes fluxes enter both their cells alike
+  const Coordinates coordinates(elaboration.problem, {range});  // times volumes fluxes enter both their cells alike
   Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
-               boundary_of_solved(draft, name)};
-  const Scheme& scheme = draft.problem.scheme;
+               boundary_of_solved(elaboration, name)};
+  const Scheme& scheme = elaboration.problem.scheme;
   if (holds_waves(solved, scheme) && (!is_of_waves(solved, scheme) || holds_odd_orders(solved))) {
-    draft.sink.report(
+    elaboration.sink.report(
         "solve-does-not-fit", range,
         {name, "by Fourier series its derivatives are of even orders, with coefficients that are the same everywhere"},
         "take lap = spectral and no dx of it, or dx, lap and advect = central(2), ... in the scheme");
@@ -85,18 +87,18 @@ void bind_solved(Draft& draft, const ast::SolvedItem& item, SourceRange range) {
   }
   solved.starts = *starts;
   solved.iterations = item.iterations;
-  if (!item.iterations) add_guesses(draft, solved, {range});
-  if (item.iterations && !fits_iterations(draft, solved, range)) return;
-  if (!add_preconditioner(draft, item.preconditioner, solved)) return;
-  draft.lets[name] = {Typed::Type::number, {solve(std::move(solved), {range})}};
+  if (!item.iterations) add_guesses(elaboration, solved, {range});
+  if (item.iterations && !fits_iterations(elaboration, solved, range)) return;
+  if (!add_preconditioner(elaboration, item.preconditioner, solved)) return;
+  elaboration.lets[name] = {TypedExpr::Type::number, {solve(std::move(solved), {range})}};
 }
 
 /// What constraints give has no rate: it is what it was until a stage of a step finds it anew.
-void bind_multipliers(Draft& draft, std::map<std::string, SourceRange>& seen) {
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) {
-    const std::vector<State*> states = find_states(draft, item.multiplier, "a constraint");
-    if (states.empty() || !is_first(draft, "the constraint", item.multiplier, states, seen)) continue;
-    draft.multipliers.insert(states.front()->name);
+void bind_multipliers(Elaboration& elaboration, std::map<std::string, SourceRange>& seen) {
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.model->items)) {
+    const std::vector<State*> states = find_states(elaboration, item.multiplier, "a constraint");
+    if (states.empty() || !is_first(elaboration, "the constraint", item.multiplier, states, seen)) continue;
+    elaboration.multipliers.insert(states.front()->name);
     states.front()->rhs = 0.0;
     states.front()->origin = {range};
   }
@@ -104,22 +106,22 @@ void bind_multipliers(Draft& draft, std::map<std::string, SourceRange>& seen) {
 
 }  // namespace
 
-void bind_equations(Draft& draft) {
-  for (const ast::Item& item : draft.model->items) {
-    if (const auto* let = get_if<ast::LetItem>(&item.kind)) bind_let(draft, *let);
-    if (const auto* solved = get_if<ast::SolvedItem>(&item.kind)) bind_solved(draft, *solved, item.range);
+void bind_equations(Elaboration& elaboration) {
+  for (const ast::Item& item : elaboration.model->items) {
+    if (const auto* let = get_if<ast::LetItem>(&item.kind)) bind_let(elaboration, *let);
+    if (const auto* solved = get_if<ast::SolvedItem>(&item.kind)) bind_solved(elaboration, *solved, item.range);
   }
   std::map<std::string, SourceRange> seen;
-  bind_multipliers(draft, seen);
-  for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
+  bind_multipliers(elaboration, seen);
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
     const std::string rated = rated_field(item.field.name);
     const ast::Identifier name{rated.empty() ? item.field.name : rated, item.field.range};
-    const std::vector<State*> moved = find_states(draft, name, "an equation");
+    const std::vector<State*> moved = find_states(elaboration, name, "an equation");
     const std::vector<State*> states =
-        rated.empty() || moved.empty() ? moved : find_states(draft, item.field, "an equation");
-    if (states.empty() || !is_first(draft, "the equation", name, moved, seen)) continue;
+        rated.empty() || moved.empty() ? moved : find_states(elaboration, item.field, "an equation");
+    if (states.empty() || !is_first(elaboration, "the equation", name, moved, seen)) continue;
     const std::string subject = fmt::format("dt({})", item.field.name);
-    const auto rhs = Expressions(draft, Purpose::equation, subject).components(item.rhs, item.field.name);
+    const auto rhs = Expressions(elaboration, FormulaContext::equation, subject).components(item.rhs, item.field.name);
     for (std::size_t i = 0; i < states.size(); ++i) {
       if (!rated.empty()) moved[i]->rhs = field(states[i]->name, {item.field.range});
       moved[i]->origin = states[i]->origin = {range};
@@ -127,11 +129,12 @@ void bind_equations(Draft& draft) {
       if (rhs) states[i]->rhs = (*rhs)[i];
     }
   }
-  for (const std::string& name : states_not_in(draft, seen)) {
-    const char* hint = draft.solved.contains(name) ? "leave {0} out here: the solve for {0} declares it"
-                                                   : "write dt({0}) = ..., or coefficient {0} for what does not change";
-    draft.sink.report("missing-equation", draft.scope.find(name)->declared, {name},
-                      fmt::format(fmt::runtime(hint), name));
+  for (const std::string& name : states_not_in(elaboration, seen)) {
+    const char* hint = elaboration.solved.contains(name)
+                           ? "leave {0} out here: the solve for {0} declares it"
+                           : "write dt({0}) = ..., or coefficient {0} for what does not change";
+    elaboration.sink.report("missing-equation", elaboration.scope.find(name)->declared, {name},
+                            fmt::format(fmt::runtime(hint), name));
   }
 }
 

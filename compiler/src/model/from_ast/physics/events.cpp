@@ -13,59 +13,60 @@ namespace dpde::model {
 namespace {
 
 /// The numbers of the steps that end at the times; the first state is no end of a step.
-std::vector<int> steps_at(Draft& draft, const std::vector<ast::Expr>& times) {
-  const Problem& problem = draft.problem;
+std::vector<int> steps_at(Elaboration& elaboration, const std::vector<ast::Expr>& times) {
+  const Problem& problem = elaboration.problem;
   std::vector<int> steps;
   for (const ast::Expr& time : times) {
-    for (const double t : when_of(draft, ast::WhenAt{{time}}, true).times) {
+    for (const double t : when_of(elaboration, ast::WhenAt{{time}}, true).times) {
       const int step = problem.step > 0 ? static_cast<int>(std::lround((t - problem.t_begin) / problem.step)) : 1;
       if (step >= 1) {
         steps.push_back(step);
       } else {
-        draft.sink.report("not-allowed-here", time.range(), {"the begin of the run", "an event"},
-                          "change the initial state");
+        elaboration.sink.report("not-allowed-here", time.range(), {"the begin of the run", "an event"},
+                                "change the initial state");
       }
     }
   }
   return steps;
 }
 
-void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& event,
+void bind_update(Elaboration& elaboration, const ast::EventItem::Update& update, Event& event,
                  std::map<std::string, SourceRange>& seen) {
   const std::vector<State*> states = find_states(
-      draft, update.field, "an event",
+      elaboration, update.field, "an event",
       fmt::format("make {0} a field of the model, with dt({0}) = 0: an event sets it in all cells", update.field.name));
-  if (states.empty() || !is_first(draft, "the new value", update.field, states, seen)) return;
-  const auto values = Expressions(draft, Purpose::event, update.field.name).components(update.value, update.field.name);
+  if (states.empty() || !is_first(elaboration, "the new value", update.field, states, seen)) return;
+  const auto values =
+      Expressions(elaboration, FormulaContext::event, update.field.name).components(update.value, update.field.name);
   for (std::size_t i = 0; values && i < states.size(); ++i) {
     const Expr here = field(states[i]->name, {update.field.range});
     const Expr value =
         update.accumulate ? binary(BinaryOp::add, here, (*values)[i], {update.field.range}) : (*values)[i];
-    event.updates.push_back({states[i]->name, with_points_as_numbers(draft.problem, value)});
+    event.updates.push_back({states[i]->name, with_points_as_numbers(elaboration.problem, value)});
   }
 }
 
 }  // namespace
 
-void bind_events(Draft& draft) {
-  for (const auto& [item, range] : items_of<ast::EventItem>(draft.scene->items)) {
-    if (draft.program) {
-      draft.sink.report("not-allowed-here", range, {"an event", "a scene of a program"},
-                        "write the change in the program");
+void bind_events(Elaboration& elaboration) {
+  for (const auto& [item, range] : items_of<ast::EventItem>(elaboration.scene->items)) {
+    if (elaboration.program) {
+      elaboration.sink.report("not-allowed-here", range, {"an event", "a scene of a program"},
+                              "write the change in the program");
       continue;
     }
     Event event;
     event.origin = {range};
-    if (item.every) event.every = interval_of(draft, *item.every, "an event").value_or(1);
+    if (item.every) event.every = interval_of(elaboration, *item.every, "an event").value_or(1);
     const bool is_plain = !item.every && item.times.empty();
     // A tolerance and a Courant number choose parts of steps: behind each of them an event would make states a function
     // of these choices.
-    event.after_step = is_plain && !draft.problem.has_parts();
-    if (is_plain && draft.problem.has_parts()) event.every = 1;
-    event.at = steps_at(draft, item.times);
+    event.after_step = is_plain && !elaboration.problem.has_parts();
+    if (is_plain && elaboration.problem.has_parts()) event.every = 1;
+    event.at = steps_at(elaboration, item.times);
     std::map<std::string, SourceRange> seen;
-    for (const ast::EventItem::Update& update : item.updates) bind_update(draft, update, event, seen);
-    draft.problem.events.push_back(std::move(event));
+    for (const ast::EventItem::Update& update : item.updates) bind_update(elaboration, update, event, seen);
+    elaboration.problem.events.push_back(std::move(event));
   }
 }
 

@@ -24,45 +24,46 @@ std::vector<Expr> Expressions::rates_inside(const ast::Call& e, SourceRange rang
   const std::string *mask = name_in(e.arguments[0]), *held = name_in(e.arguments[1]);
   const auto rates_of = [&](const std::string* field, const std::string* of) {
     std::vector<Expr> rates;
-    for (const std::string& state : components_of(draft_, field ? *field : "")) {
-      const auto found = draft_.forces.find(state);
-      if (found != draft_.forces.end() && of && found->second.mask == *of) rates.push_back(found->second.rate);
+    for (const std::string& state : components_of(elaboration_, field ? *field : "")) {
+      const auto found = elaboration_.forces.find(state);
+      if (found != elaboration_.forces.end() && of && found->second.mask == *of) rates.push_back(found->second.rate);
     }
     return rates;
   };
   std::vector<Expr> rates = rates_of(held, mask);
   if (!rates.empty()) return rates;
-  if (draft_.sink.has_errors()) return {};  // its equation may be what could not be read
+  if (elaboration_.sink.has_errors()) return {};  // its equation may be what could not be read
   const std::string example =
       fmt::format("in the model, write mask solid; u = 0 inside solid; then {}(solid, u)", e.callee);
   const bool are_swapped = !rates_of(mask, held).empty();
-  draft_.sink.report("not-allowed-here", range, {"a field that this mask does not hold", e.callee},
-                     are_swapped ? fmt::format("the mask comes first: {}({}, {})", e.callee, *held, *mask) : example);
+  elaboration_.sink.report(
+      "not-allowed-here", range, {"a field that this mask does not hold", e.callee},
+      are_swapped ? fmt::format("the mask comes first: {}({}, {})", e.callee, *held, *mask) : example);
   return {};
 }
 
 /// force_on(solid, u): what a mask takes of a field that it holds, in a unit of time; the integral of its rate over the
 /// points inside.
-Typed Expressions::force(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse(e.callee, e.callee_range);
+TypedExpr Expressions::force(const ast::Call& e, SourceRange range) {
+  if (purpose_ != FormulaContext::quantity) return refuse(e.callee, e.callee_range);
   if (!takes(e, 2)) return {};
-  if (is_refused_in_curves(draft_, e.callee, range)) return {};
-  Typed result{Typed::Type::vector, {}};
+  if (is_refused_in_curves(elaboration_, e.callee, range)) return {};
+  TypedExpr result{TypedExpr::Type::vector, {}};
   for (const Expr& rate : rates_inside(e, range)) result.parts.push_back(reduce(Reduce::Kind::integral, rate, {range}));
   if (result.parts.empty()) return {};
-  if (result.parts.size() == 1) result.type = Typed::Type::number;
+  if (result.parts.size() == 1) result.type = TypedExpr::Type::number;
   return result;
 }
 
 /// The moment of that force about a point: a number on two axes, a vector on three.
-Typed Expressions::torque(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse(e.callee, e.callee_range);
-  if (is_refused_in_curves(draft_, e.callee, range)) return {};
+TypedExpr Expressions::torque(const ast::Call& e, SourceRange range) {
+  if (purpose_ != FormulaContext::quantity) return refuse(e.callee, e.callee_range);
+  if (is_refused_in_curves(elaboration_, e.callee, range)) return {};
   const bool fits = e.arguments.size() == 3 && e.arguments[2].name == "about" && axis_count() > 1;
   if (!fits) {
-    draft_.sink.report("wrong-argument-count", e.callee_range,
-                       {e.callee, "a mask, a velocity and a point", fmt::format("something else")},
-                       "on two or three axes write torque_on(solid, u, about = (0.5, 0.5))");
+    elaboration_.sink.report("wrong-argument-count", e.callee_range,
+                             {e.callee, "a mask, a velocity and a point", fmt::format("something else")},
+                             "on two or three axes write torque_on(solid, u, about = (0.5, 0.5))");
     return {};
   }
   const ast::Expr& point = e.arguments[2].value;
@@ -70,9 +71,9 @@ Typed Expressions::torque(const ast::Call& e, SourceRange range) {
   const std::vector<Expr> rates = about ? rates_inside(e, range) : std::vector<Expr>{};
   if (rates.empty()) return {};
   if (static_cast<int>(rates.size()) != axis_count()) {
-    draft_.sink.report("wrong-length", e.arguments[1].value.range(),
-                       {counted(axis_count(), "component"), std::to_string(rates.size())},
-                       "the torque is that of a vector with all its components");
+    elaboration_.sink.report("wrong-length", e.arguments[1].value.range(),
+                             {counted(axis_count(), "component"), std::to_string(rates.size())},
+                             "the torque is that of a vector with all its components");
     return {};
   }
   const auto moment = [&](int arm, int along) {
@@ -83,8 +84,8 @@ Typed Expressions::torque(const ast::Call& e, SourceRange range) {
   const auto component = [&](int first, int second) {
     return binary(BinaryOp::subtract, moment(first, second), moment(second, first), {range});
   };
-  if (axis_count() == 2) return {Typed::Type::number, {component(0, 1)}};
-  return {Typed::Type::vector, {component(1, 2), component(2, 0), component(0, 1)}};
+  if (axis_count() == 2) return {TypedExpr::Type::number, {component(0, 1)}};
+  return {TypedExpr::Type::vector, {component(1, 2), component(2, 0), component(0, 1)}};
 }
 
 }  // namespace dpde::model

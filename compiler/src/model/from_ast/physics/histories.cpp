@@ -11,22 +11,22 @@ namespace dpde::model {
 
 namespace {
 
-bool is_leapfrog(const Draft& draft) { return model::is_leapfrog(draft.problem.scheme.time); }
+bool is_leapfrog(const Elaboration& elaboration) { return model::is_leapfrog(elaboration.problem.scheme.time); }
 
-bool needs_history(const Draft& draft, const State& state) {
+bool needs_history(const Elaboration& elaboration, const State& state) {
   if (!state.rhs || is_constant(*state.rhs, 0)) return false;
-  if (is_adams_bashforth(draft.problem.scheme.time)) return true;
-  return is_leapfrog(draft) && state.velocity_of.empty() && !draft.problem.velocity_of(state.name);
+  if (is_adams_bashforth(elaboration.problem.scheme.time)) return true;
+  return is_leapfrog(elaboration) && state.velocity_of.empty() && !elaboration.problem.velocity_of(state.name);
 }
 
 /// Leapfrog's velocity is that of half a step before: only its damping of itself is of order 2.
-void check_velocity(Draft& draft, const State& velocity) {
+void check_velocity(Elaboration& elaboration, const State& velocity) {
   const auto check = [&](bool fine, const Origin& origin) {
     if (fine) return;
-    draft.sink.report("velocity-not-kept", origin.range, {velocity.velocity_of, velocity.velocity_of},
-                      "take time = verlet, whose velocity is that of the same time");
+    elaboration.sink.report("velocity-not-kept", origin.range, {velocity.velocity_of, velocity.velocity_of},
+                            "take time = verlet, whose velocity is that of the same time");
   };
-  const Problem& problem = draft.problem;
+  const Problem& problem = elaboration.problem;
   const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
   for_each_formula(problem, [&](const Use& use) {
     const bool is_equation = use.kind == UseKind::equation;
@@ -38,18 +38,19 @@ void check_velocity(Draft& draft, const State& velocity) {
 
 }  // namespace
 
-std::string name_of_memory(const Draft& draft, const std::string& of, const std::string& suffix) {
+std::string name_of_memory(const Elaboration& elaboration, const std::string& of, const std::string& suffix) {
   const auto is_observed = [&](const std::string& name) {
     const auto is_it = [&](const auto& item) { return item.kind.name.name == name; };
-    return std::ranges::any_of(items_of<ast::ObserveItem>(draft.scene->items), is_it) ||
-           (draft.task != nullptr && std::ranges::any_of(items_of<ast::DataItem>(draft.task->items), is_it));
+    return std::ranges::any_of(items_of<ast::ObserveItem>(elaboration.scene->items), is_it) ||
+           (elaboration.task != nullptr &&
+            std::ranges::any_of(items_of<ast::DataItem>(elaboration.task->items), is_it));
   };
   const auto is_taken = [&](const std::string& name) {
     const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
-    return draft.scope.find(name) != nullptr || is_observed(name) ||
-           (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr) ||
-           std::ranges::any_of(items_of<ast::LetItem>(draft.model->items), is_let) ||
-           std::ranges::any_of(items_of<ast::SolvedItem>(draft.model->items),
+    return elaboration.scope.find(name) != nullptr || is_observed(name) ||
+           (!vector_of(name).empty() && elaboration.scope.find(vector_of(name)) != nullptr) ||
+           std::ranges::any_of(items_of<ast::LetItem>(elaboration.model->items), is_let) ||
+           std::ranges::any_of(items_of<ast::SolvedItem>(elaboration.model->items),
                                [&](const auto& solved) { return solved.kind.unknown.name == name; });
   };
   std::string name = name_beside(of, suffix);
@@ -57,49 +58,50 @@ std::string name_of_memory(const Draft& draft, const std::string& of, const std:
   return name;
 }
 
-void add_histories(Draft& draft) {
-  const TimeScheme time = draft.problem.scheme.time;
+void add_histories(Elaboration& elaboration) {
+  const TimeScheme time = elaboration.problem.scheme.time;
   std::vector<State> histories;
   const auto add = [&](const State& of, const std::string& suffix, const Origin& origin) {
     State history;
-    history.name = name_of_memory(draft, of.name, suffix);
+    history.name = name_of_memory(elaboration, of.name, suffix);
     history.history_of = of.name;
     history.boundary = of.boundary;
     history.placement = of.placement;
     history.initial.formula = 0.0;
-    if (declare(draft, {history.name, origin.range}, Role::state)) histories.push_back(history);
+    if (declare(elaboration, {history.name, origin.range}, Role::state)) histories.push_back(history);
     return history;
   };
-  for (const State& state : draft.problem.states) {
-    if (!needs_history(draft, state)) continue;
+  for (const State& state : elaboration.problem.states) {
+    if (!needs_history(elaboration, state)) continue;
     State history = add(state, is_adams_bashforth(time) ? "_rate" : "_old", state.origin);
     for (std::size_t step = 2; step < time->rates.size(); ++step) history = add(history, "_old", state.origin);
   }
-  draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
-  for (State& guess : draft.guesses) {
-    if (declare(draft, {guess.name, guess.origin.range}, Role::state)) draft.problem.states.push_back(std::move(guess));
+  elaboration.problem.states.insert(elaboration.problem.states.end(), histories.begin(), histories.end());
+  for (State& guess : elaboration.guesses) {
+    if (declare(elaboration, {guess.name, guess.origin.range}, Role::state))
+      elaboration.problem.states.push_back(std::move(guess));
   }
 }
 
-void check_histories(Draft& draft) {
-  const Problem& problem = draft.problem;
-  if (!draft.model || !is_multistep(problem.scheme.time)) return;
+void check_histories(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
+  if (!elaboration.model || !is_multistep(problem.scheme.time)) return;
   const std::string time = print(problem.scheme.time);
-  if (problem.scheme.follows_flow()) {
-    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {time, "advection along the flow"},
-                      "take time = rk2, or advect = central(2) or upwind(3)");
+  if (problem.scheme.is_semi_lagrangian()) {
+    elaboration.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
+                            {time, "advection along the flow"}, "take time = rk2, or advect = central(2) or upwind(3)");
   }
   if (problem.courant > 0) {
-    draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {time, "steps limited by a Courant number"},
-                      "take time = rk2 or ssp_rk3");
+    elaboration.sink.report("schemes-do-not-fit", problem.time_origin.range,
+                            {time, "steps limited by a Courant number"}, "take time = rk2 or ssp_rk3");
   }
   if (!problem.events.empty()) {  // what they remember would still be that of before
-    draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
-                      {time, "values that change after steps"}, "take time = rk2 or rk4");
+    elaboration.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
+                            {time, "values that change after steps"}, "take time = rk2 or rk4");
   }
-  if (!is_leapfrog(draft)) return;
+  if (!is_leapfrog(elaboration)) return;
   for (const State& state : problem.states) {
-    if (!state.velocity_of.empty()) check_velocity(draft, state);
+    if (!state.velocity_of.empty()) check_velocity(elaboration, state);
   }
 }
 

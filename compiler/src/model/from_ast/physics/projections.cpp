@@ -17,12 +17,12 @@
 
 #include <algorithm>
 
+#include "model/analyse/placement.h"
+#include "model/analyse/solves.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/placement.h"
 #include "model/print/print_model.h"
-#include "model/analyse/solves.h"
 
 namespace dpde::model {
 
@@ -30,9 +30,9 @@ namespace {
 
 /// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
 /// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
-Expr inside_at(const Draft& draft, const State& state, const std::string& mask, Origin origin) {
-  const auto moving = draft.moving_masks.find(mask);
-  const Expr cell = moving == draft.moving_masks.end() ? field(mask, origin) : moving->second;
+Expr inside_at(const Elaboration& elaboration, const State& state, const std::string& mask, Origin origin) {
+  const auto moving = elaboration.moving_masks.find(mask);
+  const Expr cell = moving == elaboration.moving_masks.end() ? field(mask, origin) : moving->second;
   const Expr here = state.placement == Placement{} ? cell : interpolate(cell, origin);
   return binary(BinaryOp::greater, here, 0.25, origin);
 }
@@ -47,32 +47,32 @@ Expr without_held(const State& state, const Expr& push) {
 }
 
 /// Schemes whose stages do nothing behind them; in the words of a message.
-bool has_stages(Draft& draft, SourceRange range, const char* what) {
-  const Scheme& scheme = draft.problem.scheme;
+bool has_stages(Elaboration& elaboration, SourceRange range, const char* what) {
+  const Scheme& scheme = elaboration.problem.scheme;
   const bool by_time = is_exponential(scheme.time) || is_verlet(scheme.time) || is_leapfrog(scheme.time);
   if (by_time)
-    draft.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
-  const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
+    elaboration.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
+  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.scene->items);
   if (!subcycles.empty())
-    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", fmt::format("a scene with {}", what)},
-                      "make all steps shorter");
+    elaboration.sink.report("not-allowed-here", subcycles.front().range,
+                            {"subcycle", fmt::format("a scene with {}", what)}, "make all steps shorter");
   return !by_time && subcycles.empty();
 }
 
 class Binder {
  public:
-  Binder(Draft& draft, const ast::ConstraintItem& item, SourceRange range)
-      : draft_(draft), item_(item), range_(range), name_(item.multiplier.name) {}
+  Binder(Elaboration& elaboration, const ast::ConstraintItem& item, SourceRange range)
+      : elaboration_(elaboration), item_(item), range_(range), name_(item.multiplier.name) {}
 
   void bind() {
-    const auto value = Expressions(draft_, Purpose::equation, name_).number(item_.value);
+    const auto value = Expressions(elaboration_, FormulaContext::equation, name_).number(item_.value);
     const auto* zero = std::get_if<ast::Number>(&item_.zero->kind);
     if (!zero || zero->value != 0)
       return refuse(item_.zero.range(), "the left side of a constraint is 0", "write 0 = div(u) gives " + name_);
-    const auto multiplier = std::ranges::find(draft_.problem.states, name_, &State::name);
-    if (multiplier == draft_.problem.states.end())
+    const auto multiplier = std::ranges::find(elaboration_.problem.states, name_, &State::name);
+    if (multiplier == elaboration_.problem.states.end())
       return refuse(item_.multiplier.range, "it is no number", "write field " + name_);
-    const auto starts = starts_of(draft_, item_.starts, name_);
+    const auto starts = starts_of(elaboration_, item_.starts, name_);
     if (!value || !starts || !fits(*multiplier) || !split_rates()) return;
     if (reads(*value, name_))
       return refuse(item_.value.range(), "the constraint itself holds it", "write it with the fields that it binds");
@@ -86,15 +86,15 @@ class Binder {
   };
 
   void refuse(SourceRange at, std::string why, std::string hint) {
-    draft_.sink.report("constraint-does-not-fit", at, {name_, std::move(why)}, std::move(hint));
+    elaboration_.sink.report("constraint-does-not-fit", at, {name_, std::move(why)}, std::move(hint));
   }
   void refuse_nonlinear(const Origin& nonlinear, SourceRange otherwise, const std::string& in, std::string hint) {
-    draft_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : otherwise, {in},
-                       std::move(hint));
+    elaboration_.sink.report("not-linear-in", nonlinear.range.is_known() ? nonlinear.range : otherwise, {in},
+                             std::move(hint));
   }
 
   bool fits(const State& multiplier) {
-    const Scheme& scheme = draft_.problem.scheme;
+    const Scheme& scheme = elaboration_.problem.scheme;
     if (multiplier.placement != Placement{}) {
       refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
     } else if (scheme.derivative_order > 2 && has_sides()) {
@@ -106,37 +106,38 @@ class Binder {
       refuse(place_of_each(), fmt::format("with {} a step has one projection, at its end", what),
              "write each step, or leave it out");
     } else {
-      return has_stages(draft_, range_, "a constraint");
+      return has_stages(elaboration_, range_, "a constraint");
     }
     return false;
   }
 
   bool is_each_stage_asked_for() const {
-    const Project project = draft_.problem.scheme.project;
+    const Project project = elaboration_.problem.scheme.project;
     return project == Project::automatic ? item_.each && item_.each->name == "stage" : project == Project::stage;
   }
   SourceRange place_of_each() const { return item_.each ? item_.each->range : range_; }
 
   /// Wide differences of what is changed and of the multiplier look at different images there.
   bool has_sides() const {
-    return std::ranges::any_of(draft_.problem.axes, [](const Axis& a) { return a.topology == Topology::bounded; }) ||
-           std::ranges::any_of(draft_.problem.states, [](const State& state) { return state.held.has_value(); });
+    return std::ranges::any_of(elaboration_.problem.axes,
+                               [](const Axis& a) { return a.topology == Topology::bounded; }) ||
+           std::ranges::any_of(elaboration_.problem.states, [](const State& state) { return state.held.has_value(); });
   }
 
   /// What is written; the scheme's key takes its place.
   bool is_each_step_asked_for() const {
-    const Project project = draft_.problem.scheme.project;
+    const Project project = elaboration_.problem.scheme.project;
     return project == Project::automatic ? item_.each && item_.each->name == "step" : project == Project::step;
   }
   /// Stages follow the first of them without a projection. Steps with one projection anyway are what they are.
   bool is_each_step() const {
-    const Scheme& scheme = draft_.problem.scheme;
+    const Scheme& scheme = elaboration_.problem.scheme;
     return is_each_step_asked_for() && has_several_stages(scheme.time) && !ends_with_projection(scheme);
   }
-  static bool ends_with_projection(const Scheme& scheme) { return scheme.is_split() || scheme.follows_flow(); }
+  static bool ends_with_projection(const Scheme& scheme) { return scheme.is_split() || scheme.is_semi_lagrangian(); }
 
   bool keeps_multiplier() const {
-    const Scheme& scheme = draft_.problem.scheme;
+    const Scheme& scheme = elaboration_.problem.scheme;
     return (is_implicit(scheme.time) && !scheme.is_split()) || is_each_step();
   }
 
@@ -144,7 +145,7 @@ class Binder {
   /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
   /// Stages without a projection keep it, too.
   bool split_rates() {
-    for (State& state : draft_.problem.states) {
+    for (State& state : elaboration_.problem.states) {
       if (!state.rhs || state.name == name_ || !reads(*state.rhs, name_)) continue;
       Origin nonlinear;
       const std::optional<LinearPart> parts = linear_part(*state.rhs, name_, nonlinear);
@@ -156,7 +157,7 @@ class Binder {
       changed_.push_back({&state, parts->part});
       if (!keeps_multiplier()) state.rhs = parts->rest;
     }
-    const bool is_consequence = draft_.sink.has_errors();  // of an equation that could not be read
+    const bool is_consequence = elaboration_.sink.has_errors();  // of an equation that could not be read
     if (changed_.empty() && !is_consequence)
       refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
     return !changed_.empty();
@@ -189,9 +190,9 @@ class Binder {
     Solve potential{name_, operation, negate(found), *boundary};
     if (!fits_waves(potential)) return;
     potential.starts = starts;
-    if (!add_preconditioner(draft_, item_.preconditioner, potential)) return;
-    if (!keeps_multiplier()) add_guesses_of_constraint(draft_, potential, {range_});  // increments are not alike
-    if (keeps_multiplier()) refuse_starts(draft_, potential);
+    if (!add_preconditioner(elaboration_, item_.preconditioner, potential)) return;
+    if (!keeps_multiplier()) add_guesses_of_constraint(elaboration_, potential, {range_});  // increments are not alike
+    if (keeps_multiplier()) refuse_starts(elaboration_, potential);
     using enum Projection::Kind;
     const Projection::Kind kind = is_each_step()       ? increment_each_step
                                   : keeps_multiplier() ? increment_each_stage
@@ -204,13 +205,13 @@ class Binder {
       made.updates.push_back({state, with_held(*changed.state, binary(BinaryOp::add, field(state), push))});
     }
     if (made.is_each_step()) hold_between();
-    draft_.problem.projections.push_back(std::move(made));
+    elaboration_.problem.projections.push_back(std::move(made));
   }
 
   /// By Fourier series each wave is divided by what the constraint makes of the push of its own: to rounding, and
   /// waves of two cells, whose slopes are 0, are left alone.
   bool fits_waves(const Solve& potential) {
-    const Scheme& scheme = draft_.problem.scheme;
+    const Scheme& scheme = elaboration_.problem.scheme;
     if (!holds_waves(potential, scheme) || is_of_waves(potential, scheme)) return true;
     refuse(item_.value.range(),
            "by Fourier series it is solved wave by wave, without masks, and with coefficients that are the same "
@@ -227,20 +228,21 @@ class Binder {
       const State& state = *changed.state;
       if (state.held) between.updates.push_back({state.name, with_held(state, field(state.name))});
     }
-    if (!between.updates.empty()) draft_.problem.projections.push_back(std::move(between));
+    if (!between.updates.empty()) elaboration_.problem.projections.push_back(std::move(between));
   }
 
   /// Where what lies on a wall has a value there, the multiplier does not change it; where it flows out, that is 0.
   std::optional<std::vector<AxisSides>> derived_boundary(const Expr& value) {
-    std::vector<AxisSides> boundary(draft_.problem.axes.size());
+    std::vector<AxisSides> boundary(elaboration_.problem.axes.size());
     for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
       const State* across = nullptr;
       for (const Changed& changed : changed_) {
         const bool is_bound = reads(value, changed.state->name);
         if (is_bound && changed.state->placement[axis]) across = changed.state;
       }
-      const Axis& along = draft_.problem.axes[axis];
-      const bool are_waves = draft_.problem.scheme.derivative_order == spectral;  // check_waves: along periodic axes
+      const Axis& along = elaboration_.problem.axes[axis];
+      const bool are_waves =
+          elaboration_.problem.scheme.derivative_order == spectral;  // check_waves: along periodic axes
       if (!across && !are_waves) {
         refuse(range_, fmt::format("no field of the constraint lies on the faces across {}", along.name),
                "declare the velocity with vector u on faces, or take dx = spectral in the scheme");
@@ -251,7 +253,7 @@ class Binder {
         const SideCondition& wall = condition_of((across->boundary[axis].*side).kind);
         const std::string place = along.name + (side == &AxisSides::low ? ".low" : ".high");
         if (!wall.gives_value() && !wall.keeps_wall()) {
-          refuse(boundary_of_side(draft_, across->name, place).value_or(range_),
+          refuse(boundary_of_side(elaboration_, across->name, place).value_or(range_),
                  fmt::format("{} has no value at {}", across->name, place),
                  fmt::format("write boundary {}: {} = 0{}", across->name, place,
                              along.holds_wall(side == &AxisSides::low) ? ", or = outflow" : ""));
@@ -263,65 +265,66 @@ class Binder {
     return boundary;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   const ast::ConstraintItem& item_;
   SourceRange range_;
   std::string name_;
   std::vector<Changed> changed_;
 };
 
-void bind_held(Draft& draft) {
+void bind_held(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
   std::vector<std::string> masks;
-  for (const Coefficient& coefficient : draft.problem.coefficients) {
+  for (const Coefficient& coefficient : elaboration.problem.coefficients) {
     if (coefficient.is_mask) masks.push_back(coefficient.name);
   }
-  for (const auto& [mask, inside] : draft.moving_masks) masks.push_back(mask);
-  for (const auto& [item, range] : items_of<ast::HeldItem>(draft.model->items)) {
+  for (const auto& [mask, inside] : elaboration.moving_masks) masks.push_back(mask);
+  for (const auto& [item, range] : items_of<ast::HeldItem>(elaboration.model->items)) {
     if (std::ranges::find(masks, item.mask.name) == masks.end()) {
       const std::string near = did_you_mean(item.mask.name, masks);
-      draft.sink.report("not-a-mask", item.mask.range, {item.mask.name},
-                        near.empty() ? "declare it with mask " + item.mask.name : near);
+      elaboration.sink.report("not-a-mask", item.mask.range, {item.mask.name},
+                              near.empty() ? "declare it with mask " + item.mask.name : near);
       continue;
     }
-    const std::vector<State*> states = find_states(draft, item.field, "a value inside a mask");
-    if (states.empty() || !is_first(draft, "the value inside a mask", item.field, states, seen)) continue;
-    if (draft.multipliers.contains(item.field.name)) {
-      draft.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
-                        "hold the fields that the constraint binds");
+    const std::vector<State*> states = find_states(elaboration, item.field, "a value inside a mask");
+    if (states.empty() || !is_first(elaboration, "the value inside a mask", item.field, states, seen)) continue;
+    if (elaboration.multipliers.contains(item.field.name)) {
+      elaboration.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
+                              "hold the fields that the constraint binds");
       continue;
     }
-    draft.used.insert(item.mask.name);
-    const auto values = Expressions(draft, Purpose::equation, item.field.name).components(item.value, item.field.name);
+    elaboration.used.insert(item.mask.name);
+    const auto values =
+        Expressions(elaboration, FormulaContext::equation, item.field.name).components(item.value, item.field.name);
     for (std::size_t i = 0; values && i < states.size(); ++i) {
-      const Expr inside = inside_at(draft, *states[i], item.mask.name, {item.mask.range});
-      states[i]->held = Held{inside, (*values)[i]};
+      const Expr inside = inside_at(elaboration, *states[i], item.mask.name, {item.mask.range});
+      states[i]->held = MaskedValue{inside, (*values)[i]};
       if (states[i]->rhs)
-        draft.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
+        elaboration.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
     }
   }
 }
 
 }  // namespace
 
-void bind_projections(Draft& draft) {
-  bind_held(draft);
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(draft.model->items)) {
-    if (!is_refused_in_curves(draft, "a constraint", range)) Binder(draft, item, range).bind();
+void bind_projections(Elaboration& elaboration) {
+  bind_held(elaboration);
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.model->items)) {
+    if (!is_refused_in_curves(elaboration, "a constraint", range)) Binder(elaboration, item, range).bind();
   }
   Projection alone;
-  for (const State& state : draft.problem.states) {
-    if (state.held && !draft.problem.is_projected(state.name))
+  for (const State& state : elaboration.problem.states) {
+    if (state.held && !elaboration.problem.is_projected(state.name))
       alone.updates.push_back({state.name, with_held(state, field(state.name))});
   }
   if (alone.updates.empty()) return;
-  const SourceRange range = items_of<ast::HeldItem>(draft.model->items).front().range;
-  if (has_stages(draft, range, "a mask")) draft.problem.projections.push_back(std::move(alone));
+  const SourceRange range = items_of<ast::HeldItem>(elaboration.model->items).front().range;
+  if (has_stages(elaboration, range, "a mask")) elaboration.problem.projections.push_back(std::move(alone));
 }
 
 /// What a projected start depends on and has no derivative by is refused.
-void check_projected_starts(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_projected_starts(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   // Of what acts by a coefficient the adjoint of the start says nothing.
   const auto is_sought = [&](const Unknown& unknown) {
     const auto is_it = [&](const Expr& e) {
@@ -336,7 +339,8 @@ void check_projected_starts(Draft& draft) {
   for (const State& state : problem.states) {
     if (!state.projected) continue;
     const auto refuse = [&](std::string in, std::string hint) {
-      draft.sink.report("not-allowed-here", state.projected->range, {"projected", std::move(in)}, std::move(hint));
+      elaboration.sink.report("not-allowed-here", state.projected->range, {"projected", std::move(in)},
+                              std::move(hint));
     };
     const auto binds = [&](const Projection& projection) {
       return projection.potential &&

@@ -127,38 +127,39 @@ std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
     fine = fine && found != std::end(known) && std::ranges::count(given, argument.name) == 0;
     if (!fine) break;
     given.push_back(argument.name);
-    const auto value = evaluate(draft_, argument.value, "the " + argument.name);
+    const auto value = evaluate(elaboration_, argument.value, "the " + argument.name);
     if (!value) return std::nullopt;
     *found->second = *value;
   }
   for (const char* name : {"seed", "lowest", "highest"}) fine = fine && std::ranges::count(given, name) == 1;
   if (!fine) {
-    draft_.sink.report("wrong-argument-count", e.callee_range,
-                       {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
-                       fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
+    elaboration_.sink.report("wrong-argument-count", e.callee_range,
+                             {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
+                             fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
     return std::nullopt;
   }
   const bool has_waves =
       result.lowest > 0 && std::floor(result.highest) >= std::ceil(result.lowest) && result.highest <= highest_number;
   if (is_seed(result.seed) && has_waves && std::abs(result.slope) <= 20) return result;
-  draft_.sink.report("bad-spectrum", e.callee_range, {e.callee},
-                     fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest "
-                                 "<= {}; slope is between -20 and 20",
-                                 highest_number));
+  elaboration_.sink.report(
+      "bad-spectrum", e.callee_range, {e.callee},
+      fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest "
+                  "<= {}; slope is between -20 and 20",
+                  highest_number));
   return std::nullopt;
 }
 
-Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::random_waves(const ast::Call& e, SourceRange range) {
   const auto given = spectrum(e);
   if (!given) return {};
-  const Problem& problem = draft_.problem;
+  const Problem& problem = elaboration_.problem;
   const bool in_time = e.callee == "random_signal";
   std::vector<Direction> directions;
   const FunctionScope* const function = std::exchange(function_, nullptr);  // its x is not the coordinate
-  const std::map<std::string, Typed> running = std::exchange(running_, {});
+  const std::map<std::string, TypedExpr> running = std::exchange(running_, {});
   for (int axis = 0; axis < (in_time ? 1 : axis_count()); ++axis) {
-    const Typed place = name({in_time ? "t" : axis_name(axis)}, range);
-    if (place.type == Typed::Type::none) break;
+    const TypedExpr place = name({in_time ? "t" : axis_name(axis)}, range);
+    if (place.type == TypedExpr::Type::none) break;
     const Axis& along = problem.axes[static_cast<std::size_t>(axis)];
     directions.push_back(
         in_time ? Direction{place.parts[0], problem.t_begin, problem.steps > 0 ? problem.steps * problem.step : 1}
@@ -172,29 +173,30 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
   std::vector<Wave> waves = waves_between(given->lowest, given->highest, given->slope, count);
   choose(waves, random);
   for (Wave& wave : waves) wave.phase = two_pi * uniform(random);
-  return {Typed::Type::number, {sum_of(waves, directions)}};
+  return {TypedExpr::Type::number, {sum_of(waves, directions)}};
 }
 
 /// Only where it is evaluated once: in an equation it would look like noise in time.
-Typed Expressions::white_noise(const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::initial && purpose_ != Purpose::coefficient && purpose_ != Purpose::control_field) {
-    draft_.sink.report(
+TypedExpr Expressions::white_noise(const ast::Call& e, SourceRange range) {
+  if (purpose_ != FormulaContext::initial && purpose_ != FormulaContext::coefficient &&
+      purpose_ != FormulaContext::control_field) {
+    elaboration_.sink.report(
         "not-allowed-here", e.callee_range, {"noise", std::string(place_of(purpose_))},
         "noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
     return {};
   }
   const bool one = e.arguments.size() == 1 && (e.arguments[0].name.empty() || e.arguments[0].name == "seed");
   if (!one) {
-    draft_.sink.report("wrong-argument-count", e.callee_range, {"noise", "a seed", "this"}, "write noise(7)");
+    elaboration_.sink.report("wrong-argument-count", e.callee_range, {"noise", "a seed", "this"}, "write noise(7)");
     return {};
   }
-  const auto seed = evaluate(draft_, e.arguments[0].value, "the seed");
+  const auto seed = evaluate(elaboration_, e.arguments[0].value, "the seed");
   if (!seed) return {};
   if (!is_seed(*seed)) {
-    draft_.sink.report("bad-seed", e.arguments[0].value.range(), {fmt::format("{}", *seed)}, "write noise(7)");
+    elaboration_.sink.report("bad-seed", e.arguments[0].value.range(), {fmt::format("{}", *seed)}, "write noise(7)");
     return {};
   }
-  return {Typed::Type::number, {noise(static_cast<std::uint64_t>(*seed), {range})}};
+  return {TypedExpr::Type::number, {noise(static_cast<std::uint64_t>(*seed), {range})}};
 }
 
 }  // namespace dpde::model

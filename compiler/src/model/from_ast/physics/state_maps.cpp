@@ -83,11 +83,11 @@ std::string variable_of(const ast::DataItem& item) {
 }
 
 /// A name that nothing of the file has.
-std::string name_of_data(const Draft& draft, const std::string& field) {
+std::string name_of_data(const Elaboration& elaboration, const std::string& field) {
   std::string name = field + "_data";
   const auto is_taken = [&] {
-    const auto items = items_of<ast::DataItem>(draft.task->items);
-    return draft.scope.find(name) != nullptr ||
+    const auto items = items_of<ast::DataItem>(elaboration.task->items);
+    return elaboration.scope.find(name) != nullptr ||
            std::ranges::any_of(items, [&](const auto& item) { return item.kind.name.name == name; });
   };
   while (is_taken()) name += "_";
@@ -158,11 +158,11 @@ bool has_fields(const Problem& there, const StateMap& map, DiagnosticSink& sink)
 }  // namespace
 
 StateMap state_map_of(const ast::Task& task, const std::string& scene, DiagnosticSink& sink) {
-  const ast::TestItem::Beside* first = nullptr;
+  const ast::TestItem::Baseline* first = nullptr;
   for (const auto& [item, range] : items_of<ast::TestItem>(task.items)) {
-    for (const ast::TestItem::Beside& beside : item.beside) {
+    for (const ast::TestItem::Baseline& beside : item.beside) {
       if (beside.scene.name != scene) continue;
-      const auto text = [](const ast::TestItem::Beside& of) {
+      const auto text = [](const ast::TestItem::Baseline& of) {
         std::string all;
         for (const ast::NamedFormula& each : of.map) all += each.name.name + " = " + print(*each.value) + ", ";
         return all;
@@ -195,10 +195,10 @@ StateMap state_map_to(const Problem& there, const ast::File& file, const std::st
 namespace {
 
 /// Names of the fields of the task's own scene.
-std::set<std::string> own_fields(const Draft& draft) {
+std::set<std::string> own_fields(const Elaboration& elaboration) {
   std::set<std::string> fields;
-  const auto* scene = find_declaration<ast::Scene>(draft.file, draft.task->of.name);
-  const std::optional<ast::Model> model = scene != nullptr ? coupled_model(draft.file, *scene) : std::nullopt;
+  const auto* scene = find_declaration<ast::Scene>(elaboration.file, elaboration.task->of.name);
+  const std::optional<ast::Model> model = scene != nullptr ? coupled_model(elaboration.file, *scene) : std::nullopt;
   if (!model) return fields;
   for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
     for (const ast::Identifier& name : item.names) fields.insert(name.name);
@@ -209,18 +209,19 @@ std::set<std::string> own_fields(const Draft& draft) {
 /// The lines of a task for a scene of other states.
 class MappedTask {
  public:
-  MappedTask(Draft& draft, StateMap map) : draft_(draft), map_(std::move(map)), fields_(own_fields(draft)) {
-    for (const auto& [item, range] : items_of<ast::DataItem>(draft.task->items))
+  MappedTask(Elaboration& elaboration, StateMap map)
+      : elaboration_(elaboration), map_(std::move(map)), fields_(own_fields(elaboration)) {
+    for (const auto& [item, range] : items_of<ast::DataItem>(elaboration.task->items))
       data_.emplace(variable_of(item), &item);
   }
 
   std::vector<ast::Item> items() {
-    if (!has_fields(draft_.problem, map_, draft_.sink)) return {};
-    for (const ast::Item& item : draft_.task->items) {
+    if (!has_fields(elaboration_.problem, map_, elaboration_.sink)) return {};
+    for (const ast::Item& item : elaboration_.task->items) {
       const auto* test = get_if<ast::TestItem>(&item.kind);
       if (test != nullptr && names_scene(*test)) add(*test, item);
     }
-    for (const ast::Item& item : draft_.task->items) {
+    for (const ast::Item& item : elaboration_.task->items) {
       const auto* datum = get_if<ast::DataItem>(&item.kind);
       if (datum != nullptr && read_.contains(datum->name.name)) items_.push_back(item);
     }
@@ -229,8 +230,9 @@ class MappedTask {
 
  private:
   bool names_scene(const ast::TestItem& test) const {
-    return std::ranges::any_of(
-        test.beside, [&](const ast::TestItem::Beside& beside) { return beside.scene.name == draft_.selection.beside; });
+    return std::ranges::any_of(test.beside, [&](const ast::TestItem::Baseline& beside) {
+      return beside.scene.name == elaboration_.selection.beside;
+    });
   }
 
   void add(const ast::TestItem& test, const ast::Item& item) {
@@ -253,7 +255,7 @@ class MappedTask {
       if (has_all) data_of_fields[name] = data_.at(name)->name.name;
     }
     if (has_all && !data_of_fields.empty()) {
-      const std::string name = name_of_data(draft_, each.name.name);
+      const std::string name = name_of_data(elaboration_, each.name.name);
       value = put_name(value, renamed(*each.value, data_of_fields), name);
       if (fields_in(value).contains(name) && read_.insert(name).second) {
         const ast::DataItem& like = *data_.at(data_of_fields.begin()->first);
@@ -266,21 +268,21 @@ class MappedTask {
   /// Whether the scene has all that is read; notes the data.
   bool is_known(const ast::Expr& value) {
     const auto is_own_alone = [&](const std::string& name) {
-      return fields_.contains(name) && draft_.scope.find(name) == nullptr;
+      return fields_.contains(name) && elaboration_.scope.find(name) == nullptr;
     };
     for (const std::string& name : fields_in(value)) {
       const auto of = std::ranges::find_if(data_, [&](const auto& each) { return each.second->name.name == name; });
       read_.insert(name);
       if (!is_own_alone(name) && (of == data_.end() || !is_own_alone(of->first))) continue;
-      draft_.sink.report("unknown-name", value.range(), {name},
-                         fmt::format("scene {} has what its map makes: write {}", draft_.selection.beside,
-                                     print(*map_.front().value)));
+      elaboration_.sink.report("unknown-name", value.range(), {name},
+                               fmt::format("scene {} has what its map makes: write {}", elaboration_.selection.beside,
+                                           print(*map_.front().value)));
       return false;
     }
     return true;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   StateMap map_;
   std::set<std::string> fields_;                      // of the task's own scene
   std::map<std::string, const ast::DataItem*> data_;  // by the variable, the first one
@@ -290,10 +292,10 @@ class MappedTask {
 
 }  // namespace
 
-std::vector<ast::Item> items_of_task(Draft& draft) {
-  const std::string& scene = draft.selection.beside;
-  StateMap map = scene.empty() ? StateMap{} : state_map_of(*draft.task, scene, draft.sink);
-  return map.empty() ? draft.task->items : MappedTask(draft, std::move(map)).items();
+std::vector<ast::Item> items_of_task(Elaboration& elaboration) {
+  const std::string& scene = elaboration.selection.beside;
+  StateMap map = scene.empty() ? StateMap{} : state_map_of(*elaboration.task, scene, elaboration.sink);
+  return map.empty() ? elaboration.task->items : MappedTask(elaboration, std::move(map)).items();
 }
 
 }  // namespace dpde::model

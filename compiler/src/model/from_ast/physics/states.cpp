@@ -13,35 +13,36 @@ namespace dpde::model {
 namespace {
 
 /// States, or coefficients, that the task gives a start.
-std::map<std::string, SourceRange> started_by_task(Draft& draft, bool initial) {
+std::map<std::string, SourceRange> started_by_task(Elaboration& elaboration, bool initial) {
   std::map<std::string, SourceRange> started;
-  if (!draft.task) return started;
-  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
+  if (!elaboration.task) return started;
+  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
     if (unknown.initial != initial || !unknown.from) continue;
-    for (const std::string& name : components_of(draft, unknown.name.name)) started.emplace(name, unknown.name.range);
+    for (const std::string& name : components_of(elaboration, unknown.name.name))
+      started.emplace(name, unknown.name.range);
   }
   return started;
 }
 
 /// Calls `bind` with each item and its states, once a state.
 template <class Item, class Bind>
-std::map<std::string, SourceRange> for_each_target(Draft& draft, const std::string& article, const std::string& word,
-                                                   const Bind& bind) {
+std::map<std::string, SourceRange> for_each_target(Elaboration& elaboration, const std::string& article,
+                                                   const std::string& word, const Bind& bind) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<Item>(draft.scene->items)) {
-    const std::vector<State*> states = find_states(draft, item.field, article + " " + word);
-    if (!states.empty() && is_first(draft, "the " + word, item.field, states, seen)) bind(item, states);
+  for (const auto& [item, range] : items_of<Item>(elaboration.scene->items)) {
+    const std::vector<State*> states = find_states(elaboration, item.field, article + " " + word);
+    if (!states.empty() && is_first(elaboration, "the " + word, item.field, states, seen)) bind(item, states);
   }
   return seen;
 }
 
 /// initial u = load("run.nc") at t = 1: only files of that kind hold times.
-void bind_time_of(Draft& draft, const ast::Expr& at, Source& source) {
+void bind_time_of(Elaboration& elaboration, const ast::Expr& at, Source& source) {
   if (source.file.ends_with(".nc")) {
-    source.time = evaluate(draft, at, "a time");
+    source.time = evaluate(elaboration, at, "a time");
   } else if (source.formula || !source.file.empty()) {
-    draft.sink.report("not-allowed-here", at.range(), {"a time", "an initial state that is not from a .nc file"},
-                      "write load(\"name.nc\", u) at t = 0.5");
+    elaboration.sink.report("not-allowed-here", at.range(), {"a time", "an initial state that is not from a .nc file"},
+                            "write load(\"name.nc\", u) at t = 0.5");
   }
 }
 
@@ -52,7 +53,7 @@ bool is_load(const ast::Expr& e) {
   return call && call->callee == "load";
 }
 
-std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e) {
+std::optional<LoadedFile> file_of(Elaboration& elaboration, const ast::Expr& e) {
   if (!is_load(e)) return std::nullopt;
   const auto* call = std::get_if<ast::Call>(&e->kind);
   const std::vector<ast::Argument>& arguments = call->arguments;
@@ -64,94 +65,99 @@ std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e) {
     const bool holds_names = file->value.ends_with(".nc");
     if (!variable || holds_names) return LoadedFile{file->value, variable ? variable->name : ""};
   }
-  draft.sink.report("bad-load", e.range(), {}, "write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
+  elaboration.sink.report("bad-load", e.range(), {},
+                          "write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
   return LoadedFile{};
 }
 
-std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject) {
-  const std::size_t count = components_of(draft, subject).size();
+std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, FormulaContext purpose,
+                               const std::string& subject) {
+  const std::size_t count = components_of(elaboration, subject).size();
   std::vector<Source> sources(count);
   const auto* tuple = std::get_if<ast::Tuple>(&e->kind);
   const bool has_files = tuple && std::any_of(tuple->elements.begin(), tuple->elements.end(), is_load);
   if (count > 1 && has_files && tuple->elements.size() == count) {
     for (std::size_t i = 0; i < count; ++i) {
-      sources[i] = sources_of(draft, tuple->elements[i], purpose, components_of(draft, subject)[i]).front();
+      sources[i] = sources_of(elaboration, tuple->elements[i], purpose, components_of(elaboration, subject)[i]).front();
     }
     return sources;
   }
   for (Source& source : sources) source.origin = {e.range()};
   if (count == 1 && is_load(e)) {
-    const LoadedFile file = file_of(draft, e).value_or(LoadedFile{});
+    const LoadedFile file = file_of(elaboration, e).value_or(LoadedFile{});
     sources.front().file = file.file;
     sources.front().variable = file.variable;
-  } else if (const auto formulas = Expressions(draft, purpose, subject).components(e, subject)) {
+  } else if (const auto formulas = Expressions(elaboration, purpose, subject).components(e, subject)) {
     for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
   }
   return sources;
 }
 
-bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name, const std::vector<State*>& states,
-              std::map<std::string, SourceRange>& seen) {
+bool is_first(Elaboration& elaboration, const std::string& what, const ast::Identifier& name,
+              const std::vector<State*>& states, std::map<std::string, SourceRange>& seen) {
   for (const State* state : states) {
     const auto [first, is_new] = seen.emplace(state->name, name.range);
     if (is_new) continue;
-    report_duplicate(draft, fmt::format("{} of {}", what, states.size() == 1 ? state->name : name.name), name.range,
-                     first->second);
+    report_duplicate(elaboration, fmt::format("{} of {}", what, states.size() == 1 ? state->name : name.name),
+                     name.range, first->second);
     return false;
   }
   return true;
 }
 
-void bind_states(Draft& draft) {
+void bind_states(Elaboration& elaboration) {
   auto started = for_each_target<ast::InitialItem>(
-      draft, "an", "initial state", [&](const ast::InitialItem& item, const std::vector<State*>& states) {
-        const std::vector<Source> sources = sources_of(draft, item.value, Purpose::initial, item.field.name);
+      elaboration, "an", "initial state", [&](const ast::InitialItem& item, const std::vector<State*>& states) {
+        const std::vector<Source> sources =
+            sources_of(elaboration, item.value, FormulaContext::initial, item.field.name);
         for (std::size_t i = 0; i < states.size(); ++i) states[i]->initial = sources[i];
         for (State* state : states) {
-          if (item.at) bind_time_of(draft, *item.at, state->initial);
+          if (item.at) bind_time_of(elaboration, *item.at, state->initial);
           if (item.projected) state->projected = Origin{*item.projected};
         }
       });
-  started.merge(started_by_task(draft, true));
-  for (const std::string& name : states_not_in(draft, started)) {
-    if (draft.multipliers.contains(name)) {
-      std::ranges::find(draft.problem.states, name, &State::name)->initial.formula = Expr(0.0);
+  started.merge(started_by_task(elaboration, true));
+  for (const std::string& name : states_not_in(elaboration, started)) {
+    if (elaboration.multipliers.contains(name)) {
+      std::ranges::find(elaboration.problem.states, name, &State::name)->initial.formula = Expr(0.0);
       continue;
     }
-    const std::string written = written_name(draft, name);
-    draft.sink.report("missing-initial", draft.scene->name.range, {written},
-                      fmt::format("write initial {} = 0 in scene {}", written, draft.problem.scene));
+    const std::string written = written_name(elaboration, name);
+    elaboration.sink.report("missing-initial", elaboration.scene->name.range, {written},
+                            fmt::format("write initial {} = 0 in scene {}", written, elaboration.problem.scene));
   }
   for_each_target<ast::ExactItem>(
-      draft, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {
-        const auto exact = Expressions(draft, Purpose::exact, item.field.name).components(item.value, item.field.name);
+      elaboration, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {
+        const auto exact =
+            Expressions(elaboration, FormulaContext::exact, item.field.name).components(item.value, item.field.name);
         for (std::size_t i = 0; exact && i < states.size(); ++i) states[i]->exact = (*exact)[i];
       });
 }
 
 namespace {
 
-void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
-  const std::vector<std::string> names = components_of(draft, item.name.name);
+void bind_coefficient(Elaboration& elaboration, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
+  const std::vector<std::string> names = components_of(elaboration, item.name.name);
   for (const std::string& name : names) {
     const auto [first, is_new] = seen.emplace(name, item.name.range);
     if (!is_new)
-      return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
+      return report_duplicate(elaboration, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
   }
-  const Coefficient* first = draft.problem.find_coefficient(names.front());
+  const Coefficient* first = elaboration.problem.find_coefficient(names.front());
   const bool is_control = first && first->is_control();
   if (item.every && !is_control) {
-    draft.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
-                      fmt::format("declare it in the model: control field {}", item.name.name));
+    elaboration.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
+                            fmt::format("declare it in the model: control field {}", item.name.name));
   }
   const int every =
-      is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
-  const bool is_bound = draft.moving_masks.contains(item.name.name) || (first && first->is_mask);
+      is_control && item.every ? interval_of(elaboration, *item.every, "a control field").value_or(1) : is_control;
+  const bool is_bound = elaboration.moving_masks.contains(item.name.name) || (first && first->is_mask);
   if (is_bound && !is_load(item.value)) return;  // by bind_masks
   const std::vector<Source> sources =
-      sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
+      sources_of(elaboration, item.value, is_control ? FormulaContext::control_field : FormulaContext::coefficient,
+                 item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    for (Coefficient& coefficient : draft.problem.coefficients) {
+    for (Coefficient& coefficient : elaboration.problem.coefficients) {
       if (coefficient.name != names[i]) continue;
       coefficient.value = sources[i];
       coefficient.every = every;
@@ -161,41 +167,42 @@ void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::st
 
 }  // namespace
 
-void bind_coefficients(Draft& draft) {
+void bind_coefficients(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
-    const Meaning* meaning = draft.scope.find(item.name.name);
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+    const Symbol* meaning = elaboration.scope.find(item.name.name);
     if (!meaning || meaning->role != Role::coefficient) {
       // a name without a dot that is none was reported by bind_parameters
       const auto no_candidates = [] { return std::vector<std::string>(); };
-      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(draft, item.name, no_candidates);
+      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(elaboration, item.name, no_candidates);
       continue;
     }
-    bind_coefficient(draft, item, seen);
+    bind_coefficient(elaboration, item, seen);
   }
-  seen.merge(started_by_task(draft, false));
-  for (const Coefficient& coefficient : draft.problem.coefficients) {
+  seen.merge(started_by_task(elaboration, false));
+  for (const Coefficient& coefficient : elaboration.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
-    Diagnostic& diagnostic = draft.sink.report(
-        "missing-value", draft.scene->name.range,
-        {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
-        fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
-    diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
+    Diagnostic& diagnostic =
+        elaboration.sink.report("missing-value", elaboration.scene->name.range,
+                                {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
+                                fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name,
+                                            elaboration.problem.scene));
+    diagnostic.notes.push_back({elaboration.scope.find(coefficient.name)->declared, "it is declared here"});
   }
 }
 
-void bind_accuracy(Draft& draft) {
+void bind_accuracy(Elaboration& elaboration) {
   std::optional<SourceRange> first;
-  for (const auto& [item, range] : items_of<ast::AccuracyItem>(draft.scene->items)) {
-    if (first) report_duplicate(draft, "the accuracy", range, *first);
+  for (const auto& [item, range] : items_of<ast::AccuracyItem>(elaboration.scene->items)) {
+    if (first) report_duplicate(elaboration, "the accuracy", range, *first);
     first = first.value_or(range);
-    Accuracy accuracy{evaluate(draft, item.tolerance, "an accuracy").value_or(1), {}};
+    Accuracy accuracy{evaluate(elaboration, item.tolerance, "an accuracy").value_or(1), {}};
     if (!(accuracy.tolerance > 0))
-      draft.sink.report("bad-step", item.tolerance.range(), {"accuracy", fmt::format("{}", accuracy.tolerance)});
+      elaboration.sink.report("bad-step", item.tolerance.range(), {"accuracy", fmt::format("{}", accuracy.tolerance)});
     for (const ast::Identifier& field : item.fields) {
-      for (const State* state : find_states(draft, field, "an accuracy")) accuracy.states.push_back(state->name);
+      for (const State* state : find_states(elaboration, field, "an accuracy")) accuracy.states.push_back(state->name);
     }
-    draft.problem.accuracy = std::move(accuracy);
+    elaboration.problem.accuracy = std::move(accuracy);
   }
 }
 

@@ -14,29 +14,30 @@ namespace {
 
 constexpr int most_parts = 1'000'000;  // they cost time, not code: more are a slip of the pen
 
-int parts_of(Draft& draft, const ast::Expr& written) {
-  const auto parts = evaluate(draft, written, "the number of parts");
+int parts_of(Elaboration& elaboration, const ast::Expr& written) {
+  const auto parts = evaluate(elaboration, written, "the number of parts");
   if (!parts) return 1;
   if (*parts >= 1 && *parts <= most_parts && *parts == std::floor(*parts)) return static_cast<int>(*parts);
-  draft.sink.report("bad-subcycles", written.range(), {fmt::format("{}", most_parts), fmt::format("{}", *parts)},
-                    *parts > most_parts ? "with more of them, take a shorter step for the scene"
-                                        : "parts are equal: write subcycle u in 4 for four of them");
+  elaboration.sink.report("bad-subcycles", written.range(), {fmt::format("{}", most_parts), fmt::format("{}", *parts)},
+                          *parts > most_parts ? "with more of them, take a shorter step for the scene"
+                                              : "parts are equal: write subcycle u in 4 for four of them");
   return 1;
 }
 
 /// Schemes that remember the step before know nothing of its parts, those that solve need none; semi-Lagrangian
 /// advection has no limit that parts would help.
-bool fits(Draft& draft, SourceRange range) {
-  const Scheme& scheme = draft.problem.scheme;
+bool fits(Elaboration& elaboration, SourceRange range) {
+  const Scheme& scheme = elaboration.problem.scheme;
   if (is_multistep(scheme.time) || is_implicit(scheme.time)) {
-    draft.sink.report("schemes-do-not-fit", range,
-                      {print(scheme.time), "equations that make several steps within each"}, "take time = rk2 or rk4");
-  } else if (draft.program) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
-                      "run the kernels several times in the program");
-  } else if (scheme.follows_flow()) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"},
-                      "take advect = upwind(3) or central(4)");
+    elaboration.sink.report("schemes-do-not-fit", range,
+                            {print(scheme.time), "equations that make several steps within each"},
+                            "take time = rk2 or rk4");
+  } else if (elaboration.program) {
+    elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
+                            "run the kernels several times in the program");
+  } else if (scheme.is_semi_lagrangian()) {
+    elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"},
+                            "take advect = upwind(3) or central(4)");
   } else {
     return true;
   }
@@ -45,18 +46,18 @@ bool fits(Draft& draft, SourceRange range) {
 
 }  // namespace
 
-void bind_subcycles(Draft& draft) {
+void bind_subcycles(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::SubcycleItem>(draft.scene->items)) {
-    if (!fits(draft, range)) continue;
-    const int parts = parts_of(draft, item.parts);
+  for (const auto& [item, range] : items_of<ast::SubcycleItem>(elaboration.scene->items)) {
+    if (!fits(elaboration, range)) continue;
+    const int parts = parts_of(elaboration, item.parts);
     for (const ast::Identifier& field : item.fields) {
-      const std::vector<State*> states = find_states(draft, field, "parts of a step");
-      if (states.empty() || !is_first(draft, "the number of parts", field, states, seen)) continue;
+      const std::vector<State*> states = find_states(elaboration, field, "parts of a step");
+      if (states.empty() || !is_first(elaboration, "the number of parts", field, states, seen)) continue;
       for (const State* found : states) {
         // u and dt(u) are one equation
         const std::string moved = found->velocity_of.empty() ? found->name : found->velocity_of;
-        for (State& state : draft.problem.states) {
+        for (State& state : elaboration.problem.states) {
           if (state.name != moved && state.velocity_of != moved) continue;
           state.parts = parts;
           seen.emplace(state.name, field.range);

@@ -41,21 +41,21 @@ std::string obstacle_to_waves(const std::vector<Axis>& axes) {
   return "";
 }
 
-void check_waves(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_waves(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   const std::string row = row_of_waves(problem.scheme);
-  if (row.empty() || !draft.model || problem.states.empty()) return;
+  if (row.empty() || !elaboration.model || problem.states.empty()) return;
   const SourceRange range = problem.states.front().origin.range;
   if (const std::string what = obstacle_to_waves(problem); !what.empty()) {
-    draft.sink.report("waves-do-not-fit", range, {row, what},
-                      "waves need periodic axes of equal cells: take differences, as central(4), and rk4");
+    elaboration.sink.report("waves-do-not-fit", range, {row, what},
+                            "waves need periodic axes of equal cells: take differences, as central(4), and rk4");
     return;
   }
   const bool has_parts = std::ranges::any_of(problem.states, [](const State& state) { return state.parts > 1; });
   if (has_parts && (is_exponential(problem.scheme.time) || problem.scheme.dealias))
-    draft.sink.report("waves-do-not-fit", range, {row, "the scene has subcycles"}, "leave the subcycles out");
-  if (is_exponential(problem.scheme.time) && problem.scheme.follows_flow())
-    draft.sink.report("waves-do-not-fit", range, {row, "advection follows the flow"}, "take advect = spectral");
+    elaboration.sink.report("waves-do-not-fit", range, {row, "the scene has subcycles"}, "leave the subcycles out");
+  if (is_exponential(problem.scheme.time) && problem.scheme.is_semi_lagrangian())
+    elaboration.sink.report("waves-do-not-fit", range, {row, "advection follows the flow"}, "take advect = spectral");
 }
 
 }  // namespace dpde::model

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/from_ast/scene/coordinates.h"
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
 #include "model/boundary/metric.h"
+#include "model/build.h"
 
 namespace dpde::model {
 

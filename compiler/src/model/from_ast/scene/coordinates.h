@@ -24,8 +24,8 @@
 #include <optional>
 #include <vector>
 
-#include "model/model.h"
 #include "model/analyse/placement.h"
+#include "model/model.h"
 
 namespace dpde::model {
 

@@ -26,15 +26,15 @@ std::vector<double> times_of(const Problem& problem, const When& when) {
                                      : std::vector<double>{};  // over time one datum is a goal for all states
 }
 
-void check_times(Draft& draft, const Expr& value, const When& when, const Origin& origin) {
-  const Problem& problem = draft.problem;
+void check_times(Elaboration& elaboration, const Expr& value, const When& when, const Origin& origin) {
+  const Problem& problem = elaboration.problem;
   for (const Datum& datum : problem.task->data) {
     const std::optional<double> own = time_of(problem, datum);
     // where the run begins there is a formula or a file: a pattern to compare with at any time
     if (!own || !reads(value, datum.name) || std::abs(*own - problem.t_begin) <= 1e-6 * problem.step) continue;
     for (const double t : times_of(problem, when)) {
       if (std::abs(t - *own) <= 1e-6 * problem.step) continue;
-      draft.sink.report(
+      elaboration.sink.report(
           "data-of-other-time", origin.range, {datum.name, fmt::format("{:.10g}", *own), fmt::format("{:.10g}", t)},
           fmt::format(
               "write at t = {:.10g} here, or at t = {:.10g} behind the data; a goal for another time stays as it is",
@@ -46,11 +46,12 @@ void check_times(Draft& draft, const Expr& value, const When& when, const Origin
 
 }  // namespace
 
-void check_data_times(Draft& draft) {
-  if (!draft.problem.task || learns_from_trajectories(draft)) return;
-  for (const Loss& loss : draft.problem.task->losses) check_times(draft, loss.value, loss.when, loss.origin);
-  for (const Test& test : draft.problem.task->tests)
-    check_times(draft, test.quantity.value, test.when, test.quantity.origin);
+void check_data_times(Elaboration& elaboration) {
+  if (!elaboration.problem.task || learns_from_trajectories(elaboration)) return;
+  for (const Loss& loss : elaboration.problem.task->losses)
+    check_times(elaboration, loss.value, loss.when, loss.origin);
+  for (const Test& test : elaboration.problem.task->tests)
+    check_times(elaboration, test.quantity.value, test.when, test.quantity.origin);
 }
 
 }  // namespace dpde::model

@@ -13,17 +13,17 @@ namespace dpde::model {
 
 namespace {
 
-bool reads_neighbours(const Draft& draft, const NetworkCall& call) {
-  const DeclaredNetwork* declared = find_network(draft, call.network);
+bool reads_neighbours(const Elaboration& elaboration, const NetworkCall& call) {
+  const DeclaredNetwork* declared = find_network(elaboration, call.network);
   return declared != nullptr && declared->network && !declared->network->is_host() &&
          !network::is_pointwise(*declared->network);
 }
 
-bool varies(const Draft& draft, const Expr& e) {
-  if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return reads_neighbours(draft, *call);
+bool varies(const Elaboration& elaboration, const Expr& e) {
+  if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return reads_neighbours(elaboration, *call);
   if (const auto* apply = std::get_if<Apply>(&e->kind))
     return std::ranges::any_of(apply->function.body, [&](const Expr& part) {
-      return any_part(part, [&](const Expr& inner) { return varies(draft, inner); });
+      return any_part(part, [&](const Expr& inner) { return varies(elaboration, inner); });
     });
   return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
          std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
@@ -47,23 +47,25 @@ bool needs_grid_to_vary(UseKind kind) {
 /// What stands at `range` needs a grid.
 class Gridless {
  public:
-  explicit Gridless(Draft& draft) : draft_(draft) {}
+  explicit Gridless(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   void check() {
-    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(draft_.scene->items)) refuse("coordinates", range);
-    for (const auto& [item, range] : items_of<ast::FieldItem>(draft_.model->items)) check_declared(item, range);
-    for (const auto& [item, range] : items_of<ast::CoefficientItem>(draft_.model->items)) check_declared(item, range);
-    if (draft_.task) {
-      for (const auto& [item, range] : items_of<ast::DataItem>(draft_.task->items)) check_place(item.on);
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.scene->items))
+      refuse("coordinates", range);
+    for (const auto& [item, range] : items_of<ast::FieldItem>(elaboration_.model->items)) check_declared(item, range);
+    for (const auto& [item, range] : items_of<ast::CoefficientItem>(elaboration_.model->items))
+      check_declared(item, range);
+    if (elaboration_.task) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.task->items)) check_place(item.on);
     }
-    if (draft_.problem.rate) refuse("a Courant number", draft_.problem.time_origin.range);
-    for_each_formula(draft_.problem, [&](const Use& use) {
+    if (elaboration_.problem.rate) refuse("a Courant number", elaboration_.problem.time_origin.range);
+    for_each_formula(elaboration_.problem, [&](const Use& use) {
       if (needs_grid_to_vary(use.kind)) check_formula(use.formula);
     });
   }
 
  private:
-  void refuse(const std::string& what, SourceRange range) { report_no_grid(draft_, what, range); }
+  void refuse(const std::string& what, SourceRange range) { report_no_grid(elaboration_, what, range); }
 
   void check_place(const std::optional<ast::Identifier>& place) {
     if (place && place->name != "centres") refuse("on " + place->name, place->range);
@@ -79,7 +81,7 @@ class Gridless {
     SourceRange range;
     std::string what;
     const bool is_any = any_part(e, [&](const Expr& part) {
-      if (!varies(draft_, part)) return false;
+      if (!varies(elaboration_, part)) return false;
       range = part->origin.range;
       const auto* call = std::get_if<NetworkCall>(&part->kind);
       const auto* apply = std::get_if<Apply>(&part->kind);
@@ -91,18 +93,19 @@ class Gridless {
     if (is_any) refuse(what, range);
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
 };
 
 }  // namespace
 
-void report_no_grid(Draft& draft, const std::string& what, SourceRange range) {
-  draft.sink.report("missing-grid", range.is_known() ? range : draft.scene->name.range, {draft.problem.scene},
-                    fmt::format("{} needs one: write grid x = 0 .. 1, cells 128, periodic", what));
+void report_no_grid(Elaboration& elaboration, const std::string& what, SourceRange range) {
+  elaboration.sink.report("missing-grid", range.is_known() ? range : elaboration.scene->name.range,
+                          {elaboration.problem.scene},
+                          fmt::format("{} needs one: write grid x = 0 .. 1, cells 128, periodic", what));
 }
 
-void check_gridless(Draft& draft) {
-  if (!draft.problem.has_grid) Gridless(draft).check();
+void check_gridless(Elaboration& elaboration) {
+  if (!elaboration.problem.has_grid) Gridless(elaboration).check();
 }
 
 }  // namespace dpde::model

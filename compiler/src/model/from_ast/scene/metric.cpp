@@ -9,11 +9,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
-#include "model/from_ast/scene/coordinates.h"
+#include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/from_ast/scene/coordinates.h"
 #include "support/maths/evaluate.h"
 
 namespace dpde::model {
@@ -27,10 +27,10 @@ struct WrittenCoordinates {
   std::vector<ast::Argument> arguments;
 };
 
-std::optional<WrittenCoordinates> written(Draft& draft) {
-  const auto lines = items_of<ast::CoordinatesItem>(draft.scene->items);
+std::optional<WrittenCoordinates> written(Elaboration& elaboration) {
+  const auto lines = items_of<ast::CoordinatesItem>(elaboration.scene->items);
   if (lines.empty()) return std::nullopt;
-  if (lines.size() > 1) report_duplicate(draft, "coordinates", lines[1].range, lines[0].range);
+  if (lines.size() > 1) report_duplicate(elaboration, "coordinates", lines[1].range, lines[0].range);
   const ast::Expr& kind = lines.front().kind.kind;
   if (const auto* name = std::get_if<ast::Name>(&kind->kind)) return WrittenCoordinates{name->name, kind.range(), {}};
   const auto* call = std::get_if<ast::Call>(&kind->kind);
@@ -51,33 +51,33 @@ std::vector<std::string> names_of_axes(const std::string& kind) {
 
 class MetricBinder {
  public:
-  MetricBinder(Draft& draft, WrittenCoordinates line) : draft_(draft), line_(std::move(line)) {}
+  MetricBinder(Elaboration& elaboration, WrittenCoordinates line) : elaboration_(elaboration), line_(std::move(line)) {}
 
   void bind() {
     auto metric = made();
     if (!metric || !is_positive(*metric) || !closes(*metric)) return;
     metric->axes = names_of_axes(line_.kind);
-    draft_.problem.metric = metric;
+    elaboration_.problem.metric = metric;
   }
 
  private:
-  int axes() const { return static_cast<int>(draft_.problem.axes.size()); }
+  int axes() const { return static_cast<int>(elaboration_.problem.axes.size()); }
 
   bool takes(std::size_t count, const std::string& what) {
     if (line_.arguments.size() == count) return true;
-    draft_.sink.report("wrong-argument-count", line_.range, {line_.kind, what, std::to_string(line_.arguments.size())},
-                       kinds_hint);
+    elaboration_.sink.report("wrong-argument-count", line_.range,
+                             {line_.kind, what, std::to_string(line_.arguments.size())}, kinds_hint);
     return false;
   }
   bool fits_axes(bool fits, const std::string& wanted) {
     if (!fits)
-      draft_.sink.report("wrong-axes-of-coordinates", line_.range,
-                         {line_.kind + " coordinates", wanted, counted(axes(), "axis")}, kinds_hint);
+      elaboration_.sink.report("wrong-axes-of-coordinates", line_.range,
+                               {line_.kind + " coordinates", wanted, counted(axes(), "axis")}, kinds_hint);
     return fits;
   }
   std::optional<Expr> formula(const ast::Expr& e) {
-    const auto value = Expressions(draft_, Purpose::scale, "the coordinates").number(e);
-    return value ? std::optional(with_values(draft_, *value)) : std::nullopt;
+    const auto value = Expressions(elaboration_, FormulaContext::scale, "the coordinates").number(e);
+    return value ? std::optional(with_values(elaboration_, *value)) : std::nullopt;
   }
 
   std::optional<Metric> made() {
@@ -102,7 +102,8 @@ class MetricBinder {
       return Metric{"sphere coordinates", {binary(BinaryOp::multiply, *radius, call(Fn::cos, {y})), *radius}};
     }
     if (line_.kind == "metric") return given();
-    draft_.sink.report("unknown-coordinates", line_.range, {line_.kind.empty() ? "this" : line_.kind}, kinds_hint);
+    elaboration_.sink.report("unknown-coordinates", line_.range, {line_.kind.empty() ? "this" : line_.kind},
+                             kinds_hint);
     return std::nullopt;
   }
 
@@ -124,7 +125,7 @@ class MetricBinder {
     std::vector<Expr> lengths = metric.scales;
     lengths.push_back(metric.around);
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-      const std::string name = i < metric.scales.size() ? written_axis(draft_, i) : "the angle around the axis";
+      const std::string name = i < metric.scales.size() ? written_axis(elaboration_, i) : "the angle around the axis";
       if (!is_positive(lengths[i], name, static_cast<int>(i))) return false;
     }
     return true;
@@ -133,9 +134,9 @@ class MetricBinder {
   /// `along`: the axis whose unit it is.
   bool is_positive(const Expr& length, const std::string& of, int along) {
     std::vector<std::array<double, 3>> places{{}};
-    for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
+    for (std::size_t a = 0; a < elaboration_.problem.axes.size(); ++a) {
       if (!depends_on_axis(length, static_cast<int>(a))) continue;
-      const Axis& axis = draft_.problem.axes[a];
+      const Axis& axis = elaboration_.problem.axes[a];
       std::vector<std::array<double, 3>> more;
       for (const std::array<double, 3>& place : places) {
         for (int i = 0; i < axis.cells; ++i) {
@@ -157,11 +158,12 @@ class MetricBinder {
       const double value = value_at(length, place);
       if (value > 0 && std::isfinite(value)) continue;
       std::vector<std::string> where;
-      for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a)
-        where.push_back(fmt::format("{} = {:.6g}", written_axis(draft_, a), place[a]));
-      draft_.sink.report("metric-vanishes", line_.range,
-                         {of, fmt::format("{:.6g}", dpde::shown(value)), fmt::format("{}", fmt::join(where, ", "))},
-                         hint_of_lengths());
+      for (std::size_t a = 0; a < elaboration_.problem.axes.size(); ++a)
+        where.push_back(fmt::format("{} = {:.6g}", written_axis(elaboration_, a), place[a]));
+      elaboration_.sink.report(
+          "metric-vanishes", line_.range,
+          {of, fmt::format("{:.6g}", dpde::shown(value)), fmt::format("{}", fmt::join(where, ", "))},
+          hint_of_lengths());
       return false;
     }
     return true;
@@ -169,7 +171,7 @@ class MetricBinder {
 
   std::string hint_of_lengths() const {
     constexpr double right_angle = std::numbers::pi / 2;
-    const Axis& last = draft_.problem.axes.back();
+    const Axis& last = elaboration_.problem.axes.back();
     const bool is_in_degrees = line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > 4;
     if (is_in_degrees) return "angles are in radians: grid lon = 0 .. 2*pi, grid lat = -pi/2 .. pi/2";
     if (line_.kind == "sphere" && std::max(std::abs(last.low), std::abs(last.high)) > right_angle)
@@ -180,8 +182,8 @@ class MetricBinder {
 
   /// Whether both ends of a periodic axis, which are one place, have the same lengths.
   bool closes(const Metric& metric) {
-    for (std::size_t a = 0; a < draft_.problem.axes.size(); ++a) {
-      if (draft_.problem.axes[a].topology != Topology::periodic) continue;
+    for (std::size_t a = 0; a < elaboration_.problem.axes.size(); ++a) {
+      if (elaboration_.problem.axes[a].topology != Topology::periodic) continue;
       for (std::size_t i = 0; i < metric.scales.size(); ++i) {
         if (!closes(metric.scales[i], i, a)) return false;
       }
@@ -192,7 +194,7 @@ class MetricBinder {
 
   bool closes(const Expr& length, std::size_t of, std::size_t axis) {
     constexpr double tolerance = 1e-6;
-    const std::vector<Axis>& axes = draft_.problem.axes;
+    const std::vector<Axis>& axes = elaboration_.problem.axes;
     for (const double beside : {0.31, 0.57, 0.83}) {
       std::array<double, 3> place{};
       for (std::size_t a = 0; a < axes.size(); ++a) place[a] = axes[a].low + beside * (axes[a].high - axes[a].low);
@@ -201,26 +203,27 @@ class MetricBinder {
       place[axis] = axes[axis].high;
       const double high = value_at(length, place);
       if (std::abs(low - high) <= tolerance * std::max(std::abs(low), std::abs(high))) continue;
-      const std::string name = of < axes.size() ? written_axis(draft_, of) : "the angle around the axis";
-      draft_.sink.report("metric-not-periodic", line_.range,
-                         {name, fmt::format("{:.6g}", low), written_axis(draft_, axis), fmt::format("{:.6g}", high)},
-                         "take a formula that is periodic, or leave out periodic in the grid line: walls stand there");
+      const std::string name = of < axes.size() ? written_axis(elaboration_, of) : "the angle around the axis";
+      elaboration_.sink.report(
+          "metric-not-periodic", line_.range,
+          {name, fmt::format("{:.6g}", low), written_axis(elaboration_, axis), fmt::format("{:.6g}", high)},
+          "take a formula that is periodic, or leave out periodic in the grid line: walls stand there");
       return false;
     }
     return true;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   WrittenCoordinates line_;
 };
 
 class Poles {
  public:
-  explicit Poles(Draft& draft) : draft_(draft) {}
+  explicit Poles(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   void check() {
-    Problem& problem = draft_.problem;
-    const bool is_refused = !problem.metric && written(draft_);
+    Problem& problem = elaboration_.problem;
+    const bool is_refused = !problem.metric && written(elaboration_);
     if (is_refused) return;
     for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
       for (const bool is_low : {true, false}) look_at(axis, is_low);
@@ -235,28 +238,28 @@ class Poles {
   }
 
   bool is_component(const std::string& name) const {
-    const Meaning* vector = draft_.scope.find(vector_of(name));
+    const Symbol* vector = elaboration_.scope.find(vector_of(name));
     return vector && vector->is_vector;
   }
 
   void look_at(std::size_t axis, bool is_low) {
-    Problem& problem = draft_.problem;
+    Problem& problem = elaboration_.problem;
     const bool is_pole = is_pole_at(problem, axis, is_low);
     const std::string place = side_name(problem.axes[axis], is_low);
     const std::string end = place.substr(place.find('.'));
-    if (is_pole && !runs_around(axis, written_axis(draft_, axis) + end)) return;
-    SourceRange line = draft_.scene->name.range;
-    for (const auto& [grid, range] : items_of<ast::GridItem>(draft_.scene->items)) {
-      if (grid.axis.name == written_axis(draft_, axis)) line = grid.axis.range;
+    if (is_pole && !runs_around(axis, written_axis(elaboration_, axis) + end)) return;
+    SourceRange line = elaboration_.scene->name.range;
+    for (const auto& [grid, range] : items_of<ast::GridItem>(elaboration_.scene->items)) {
+      if (grid.axis.name == written_axis(elaboration_, axis)) line = grid.axis.range;
     }
     for (State& state : problem.states) {
       if (axis >= state.boundary.size()) continue;
       Side& side = is_low ? state.boundary[axis].low : state.boundary[axis].high;
-      const SourceRange range = boundary_of_side(draft_, state.name, place).value_or(line);
+      const SourceRange range = boundary_of_side(elaboration_, state.name, place).value_or(line);
       const Side& opposite = is_low ? state.boundary[axis].high : state.boundary[axis].low;
       const bool lack_both = is_pole && is_pole_at(problem, axis, !is_low) && lacks_pole(state, side, axis) &&
                              lacks_pole(state, opposite, axis);  // one mistake
-      const std::string written = written_axis(draft_, axis) + (lack_both ? "" : end);
+      const std::string written = written_axis(elaboration_, axis) + (lack_both ? "" : end);
       if (state.velocity_of.empty() && (is_low || !lack_both)) check(state, side, axis, written, range, is_pole);
       if (side.kind == SideKind::pole && turns_round(state.name)) side.kind = SideKind::opposite_pole;
     }
@@ -277,24 +280,24 @@ class Poles {
     const bool is_asked = side.kind == SideKind::pole;
     if (state.placement[axis]) {
       if (is_pole && lacks_pole(state, side, axis))
-        draft_.sink.report(
+        elaboration_.sink.report(
             "pole-without-boundary", range, {state.name, place},
             is_component(state.name)
                 ? fmt::format("write {} = 0: faces have no size at the pole, and nothing flows through them", place)
                 : fmt::format("a number there lies on the pole itself: take it to the centres, or write {} = 0",
                               place));
       else if (is_asked)
-        draft_.sink.report("no-pole", range, {place}, "fields on faces across the axis have a value there");
+        elaboration_.sink.report("no-pole", range, {place}, "fields on faces across the axis have a value there");
       return;
     }
     if (is_pole && !is_asked)
-      draft_.sink.report("pole-without-boundary", range, {state.name, place},
-                         fmt::format("write {} = pole: what lies beyond it lies half a turn away", place));
-    if (is_asked && !is_pole) draft_.sink.report("no-pole", range, {place}, hint_of_side(state, axis, place));
+      elaboration_.sink.report("pole-without-boundary", range, {state.name, place},
+                               fmt::format("write {} = pole: what lies beyond it lies half a turn away", place));
+    if (is_asked && !is_pole) elaboration_.sink.report("no-pole", range, {place}, hint_of_side(state, axis, place));
   }
 
   std::string hint_of_side(const State& state, std::size_t axis, const std::string& place) const {
-    const std::optional<Metric>& metric = draft_.problem.metric;
+    const std::optional<Metric>& metric = elaboration_.problem.metric;
     if (!metric || !depends_on_axis(metric->around, static_cast<int>(axis)))
       return "a pole is where a unit of another coordinate has no length: r = 0 in coordinates polar, lat = -pi/2 and "
              "pi/2 in coordinates sphere(a)";
@@ -305,10 +308,10 @@ class Poles {
 
   bool runs_around(std::size_t axis, const std::string& place) {
     const std::size_t around = axis == 0 ? 1 : 0;
-    const Axis& other = draft_.problem.axes[around];
-    const SourceRange range = items_of<ast::CoordinatesItem>(draft_.scene->items).front().range;
+    const Axis& other = elaboration_.problem.axes[around];
+    const SourceRange range = items_of<ast::CoordinatesItem>(elaboration_.scene->items).front().range;
     const auto fail = [&](const std::string& why, const std::string& hint) {
-      draft_.sink.report("not-around-pole", range, {written_axis(draft_, around), place, why}, hint);
+      elaboration_.sink.report("not-around-pole", range, {written_axis(elaboration_, around), place, why}, hint);
       return false;
     };
     if (axis > 1) return fail("poles are on the axes x and y", "");
@@ -316,41 +319,41 @@ class Poles {
     if (other.cells % 2 != 0)
       return fail(fmt::format("it has {} cells", other.cells),
                   "beyond a pole lies the cell half a turn away: take an even number of cells");
-    if (draft_.problem.scheme.follows_flow())
+    if (elaboration_.problem.scheme.is_semi_lagrangian())
       return fail("what follows the flow does not cross a pole", "take advect = upwind(3), weno(5) or central(2)");
-    const bool is_angle = !draft_.axis_names.empty();
+    const bool is_angle = !elaboration_.axis_names.empty();
     if (is_angle && std::abs(other.high - other.low - 2 * std::numbers::pi) > 1e-9)
       return fail(fmt::format("it reaches from {} to {}", other.low, other.high), "let it reach from 0 to 2*pi");
     return true;
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
 };
 
 }  // namespace
 
-void bind_axis_names(Draft& draft) {
-  const auto line = written(draft);
+void bind_axis_names(Elaboration& elaboration) {
+  const auto line = written(elaboration);
   const std::vector<std::string> names = line ? names_of_axes(line->kind) : std::vector<std::string>{};
-  for (std::size_t a = 0; a < names.size(); ++a) draft.axis_names.emplace(names[a], static_cast<int>(a));
+  for (std::size_t a = 0; a < names.size(); ++a) elaboration.axis_names.emplace(names[a], static_cast<int>(a));
 }
 
-void bind_metric(Draft& draft) {
-  const auto line = written(draft);
+void bind_metric(Elaboration& elaboration) {
+  const auto line = written(elaboration);
   if (!line) return;
-  if (draft.program) {
-    draft.sink.report("not-allowed-here", line->range, {"coordinates", "a scene of a program"},
-                      "the kernels of a program say what lengths are");
+  if (elaboration.program) {
+    elaboration.sink.report("not-allowed-here", line->range, {"coordinates", "a scene of a program"},
+                            "the kernels of a program say what lengths are");
     return;
   }
-  MetricBinder(draft, *line).bind();
+  MetricBinder(elaboration, *line).bind();
 }
 
-void measure_sides(const Draft& draft, const std::string& name, std::vector<AxisSides>& boundary) {
-  if (!draft.problem.metric) return;
+void measure_sides(const Elaboration& elaboration, const std::string& name, std::vector<AxisSides>& boundary) {
+  if (!elaboration.problem.metric) return;
   for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
-    const Expr& scale = draft.problem.metric->scales[axis];
-    const Axis& along = draft.problem.axes[axis];
+    const Expr& scale = elaboration.problem.metric->scales[axis];
+    const Axis& along = elaboration.problem.axes[axis];
     for (Side* side : {&boundary[axis].low, &boundary[axis].high}) {
       const SideCondition& condition = condition_of(side->kind);
       if (condition.gives_slope()) side->value = binary(BinaryOp::multiply, side->value, scale, side->value->origin);
@@ -361,9 +364,10 @@ void measure_sides(const Draft& draft, const std::string& name, std::vector<Axis
       for (std::size_t other = 0; other < boundary.size(); ++other)
         varies = varies || (other != axis && depends_on_axis(scale, static_cast<int>(other)));
       if (varies)
-        draft.sink.report(
-            "in-curved-coordinates", boundary_of_side(draft, name, place).value_or(draft.scene->name.range),
-            {"mixed on a wall along which lengths vary", draft.problem.metric->name}, "take a value or gradient(g)");
+        elaboration.sink.report("in-curved-coordinates",
+                                boundary_of_side(elaboration, name, place).value_or(elaboration.scene->name.range),
+                                {"mixed on a wall along which lengths vary", elaboration.problem.metric->name},
+                                "take a value or gradient(g)");
       std::array<double, 3> wall{};
       wall[axis] = side == &boundary[axis].low ? along.low : along.high;
       if (!varies) side->b = binary(BinaryOp::divide, side->b, value_at(scale, wall), side->b->origin);
@@ -371,11 +375,11 @@ void measure_sides(const Draft& draft, const std::string& name, std::vector<Axis
   }
 }
 
-void check_poles(Draft& draft) { Poles(draft).check(); }
+void check_poles(Elaboration& elaboration) { Poles(elaboration).check(); }
 
-bool is_refused_in_curves(Draft& draft, const std::string& what, SourceRange range) {
-  if (!draft.problem.metric) return false;
-  draft.sink.report("in-curved-coordinates", range, {what, draft.problem.metric->name}, "");
+bool is_refused_in_curves(Elaboration& elaboration, const std::string& what, SourceRange range) {
+  if (!elaboration.problem.metric) return false;
+  elaboration.sink.report("in-curved-coordinates", range, {what, elaboration.problem.metric->name}, "");
   return true;
 }
 

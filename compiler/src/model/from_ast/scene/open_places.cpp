@@ -30,17 +30,17 @@ std::optional<std::string> leaves_grid(const Problem& problem, const OpenPlace& 
 
 }  // namespace
 
-void check_open_places(Draft& draft) {
-  for (const OpenPlace& place : draft.open_places) {
+void check_open_places(Elaboration& elaboration) {
+  for (const OpenPlace& place : elaboration.open_places) {
     std::string when;
-    std::optional<std::string> outside = leaves_grid(draft.problem, place, draft.values);
-    if (!outside && draft.problem.task) {
-      when = fmt::format(" where task {} begins", draft.problem.task->name);
-      outside = leaves_grid(draft.problem, place, values_at_start(draft));
+    std::optional<std::string> outside = leaves_grid(elaboration.problem, place, elaboration.values);
+    if (!outside && elaboration.problem.task) {
+      when = fmt::format(" where task {} begins", elaboration.problem.task->name);
+      outside = leaves_grid(elaboration.problem, place, values_at_start(elaboration));
     }
     if (!outside) continue;
-    draft.sink.report("outside-the-grid", place.range, {place.callee, *outside + when},
-                      "where it shall stay at a wall say so: at = min(max(x0 + t, 0), 1)");
+    elaboration.sink.report("outside-the-grid", place.range, {place.callee, *outside + when},
+                            "where it shall stay at a wall say so: at = min(max(x0 + t, 0), 1)");
   }
 }
 

@@ -5,20 +5,21 @@
 #include <cmath>
 #include <limits>
 
+#include "model/analyse/placement.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/placement.h"
 
 namespace dpde::model {
 
-std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char* what) {
-  const auto interval = evaluate(draft, every, fmt::format("the interval of {}", what));
-  const double step = draft.problem.step;
+std::optional<int> interval_of(Elaboration& elaboration, const ast::Expr& every, const char* what) {
+  const auto interval = evaluate(elaboration, every, fmt::format("the interval of {}", what));
+  const double step = elaboration.problem.step;
   if (!interval || step == 0) return std::nullopt;
   const auto steps = *interval > 0 ? whole_steps(*interval, step) : std::nullopt;
   if (steps && *steps >= 1 && *steps <= std::numeric_limits<int>::max()) return static_cast<int>(*steps);
-  draft.sink.report("output-off-step", every.range(), {what, fmt::format("{}", *interval), fmt::format("{}", step)},
-                    fmt::format("the nearest that is one is {}", std::max(1.0, std::round(*interval / step)) * step));
+  elaboration.sink.report(
+      "output-off-step", every.range(), {what, fmt::format("{}", *interval), fmt::format("{}", step)},
+      fmt::format("the nearest that is one is {}", std::max(1.0, std::round(*interval / step)) * step));
   return std::nullopt;
 }
 
@@ -27,79 +28,81 @@ namespace {
 /// What the model has a name for that is no field, or a formula that gets one, each component where it lies (at the
 /// centre where no field is on faces) or where it is wanted: a number, vector or tensor; what is solved for. `written`:
 /// the name, or that of a component, slope.x.
-std::vector<std::string> show(Draft& draft, const ast::Identifier& written, const std::string& name, const Typed& let,
-                              const std::optional<ast::Identifier>& on = {}) {
+std::vector<std::string> show(Elaboration& elaboration, const ast::Identifier& written, const std::string& name,
+                              const TypedExpr& let, const std::optional<ast::Identifier>& on = {}) {
   std::vector<std::string> names;
-  const std::size_t axes = draft.problem.axes.size();
-  const Placements placements(draft.problem);
+  const std::size_t axes = elaboration.problem.axes.size();
+  const Placements placements(elaboration.problem);
   for (std::size_t i = 0; i < let.parts.size(); ++i) {
     std::string component = name;
-    if (let.type == Typed::Type::vector) component += fmt::format(".{}", "xyz"[i]);
-    if (let.type == Typed::Type::tensor) component += fmt::format(".{}{}", "xyz"[i / axes], "xyz"[i % axes]);
+    if (let.type == TypedExpr::Type::vector) component += fmt::format(".{}", "xyz"[i]);
+    if (let.type == TypedExpr::Type::tensor) component += fmt::format(".{}{}", "xyz"[i / axes], "xyz"[i % axes]);
     if (written.name != name && written.name != component) continue;
-    const Expr value = over_one_cell(draft, let.parts[i]);
+    const Expr value = over_one_cell(elaboration, let.parts[i]);
     const std::optional<Placement> own = placements.is_staggered() ? placements.natural(value) : std::nullopt;
-    const int number = let.type == Typed::Type::vector ? static_cast<int>(i) : -1;
-    const Placement place = on ? placement_of(draft, on, number) : own.value_or(Placement{});
-    if (!draft.problem.find_shown(component)) draft.problem.shown.push_back({component, value, place, {written.range}});
+    const int number = let.type == TypedExpr::Type::vector ? static_cast<int>(i) : -1;
+    const Placement place = on ? placement_of(elaboration, on, number) : own.value_or(Placement{});
+    if (!elaboration.problem.find_shown(component))
+      elaboration.problem.shown.push_back({component, value, place, {written.range}});
     names.push_back(std::move(component));
   }
   return names;
 }
 
 /// A formula with a name of its own.
-void bind_formula(Draft& draft, const ast::NamedFormula& formula, std::map<std::string, SourceRange>& seen) {
+void bind_formula(Elaboration& elaboration, const ast::NamedFormula& formula,
+                  std::map<std::string, SourceRange>& seen) {
   const ast::Identifier& name = formula.name;
-  const Typed value = Expressions(draft, Purpose::quantity, name.name).numeric(*formula.value);
-  if (can_name_a_quantity(draft, name, seen) && value.type != Typed::Type::none)
-    show(draft, name, name.name, value, formula.on);
+  const TypedExpr value = Expressions(elaboration, FormulaContext::quantity, name.name).numeric(*formula.value);
+  if (can_name_a_quantity(elaboration, name, seen) && value.type != TypedExpr::Type::none)
+    show(elaboration, name, name.name, value, formula.on);
 }
 
 /// The states and what else is written down under that name; none after a diagnostic.
-std::vector<std::string> written_down(Draft& draft, const ast::Identifier& name) {
+std::vector<std::string> written_down(Elaboration& elaboration, const ast::Identifier& name) {
   const std::string whole = name.name.substr(0, name.name.find('.'));
-  const auto let = draft.lets.find(whole);
+  const auto let = elaboration.lets.find(whole);
   std::vector<std::string> names;
-  if (let != draft.lets.end() && let->second.type != Typed::Type::condition)
-    names = show(draft, name, whole, let->second);
+  if (let != elaboration.lets.end() && let->second.type != TypedExpr::Type::condition)
+    names = show(elaboration, name, whole, let->second);
   if (!names.empty()) return names;
-  const Meaning* meaning = draft.scope.find(name.name);
-  const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == draft.lets.end() &&
-                          !draft.scene_lets.contains(name.name);
+  const Symbol* meaning = elaboration.scope.find(name.name);
+  const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == elaboration.lets.end() &&
+                          !elaboration.scene_lets.contains(name.name);
   if (has_failed) return {};  // its own line has a diagnostic
-  for (const State* state : find_states(draft, name, "an output")) names.push_back(state->name);
+  for (const State* state : find_states(elaboration, name, "an output")) names.push_back(state->name);
   return names;
 }
 
 }  // namespace
 
-void bind_outputs(Draft& draft) {
+void bind_outputs(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::OutputItem>(draft.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::OutputItem>(elaboration.scene->items)) {
     Output output;
     output.origin = {range};
     for (const ast::Identifier& field : item.fields) {
-      for (const std::string& name : written_down(draft, field)) {
+      for (const std::string& name : written_down(elaboration, field)) {
         const auto [first, is_new] = seen.emplace(name, field.range);
-        if (!is_new) report_duplicate(draft, "the output of " + name, field.range, first->second);
+        if (!is_new) report_duplicate(elaboration, "the output of " + name, field.range, first->second);
         if (is_new) output.fields.push_back(name);
       }
     }
-    if (item.every) output.every = interval_of(draft, *item.every, "an output").value_or(0);
-    draft.problem.outputs.push_back(std::move(output));
+    if (item.every) output.every = interval_of(elaboration, *item.every, "an output").value_or(0);
+    elaboration.problem.outputs.push_back(std::move(output));
   }
 }
 
-void bind_shown(Draft& draft) {
+void bind_shown(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const ast::NamedFormula& each : draft.selection.shown) {
+  for (const ast::NamedFormula& each : elaboration.selection.shown) {
     if (each.value) {
-      bind_formula(draft, each, seen);
+      bind_formula(elaboration, each, seen);
       continue;
     }
     const auto [first, is_new] = seen.emplace(each.name.name, each.name.range);
-    if (!is_new) report_duplicate(draft, each.name.name, each.name.range, first->second);
-    written_down(draft, each.name);
+    if (!is_new) report_duplicate(elaboration, each.name.name, each.name.range, first->second);
+    written_down(elaboration, each.name);
   }
 }
 

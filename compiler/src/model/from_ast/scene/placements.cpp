@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
+#include "model/analyse/placement.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/placement.h"
 #include "model/print/print_model.h"
-#include "model/uses.h"
 #include "model/print/words.h"
+#include "model/uses.h"
 #include "support/assert.h"
 
 namespace dpde::model {
@@ -21,21 +21,21 @@ constexpr int cells_of_cubics = 3;
 constexpr const char* placements_hint =
     "write on centres, on nodes, on faces.x, on edges.x, or vector ... on faces, on edges";
 
-int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
+int axis_count(const Elaboration& elaboration) { return static_cast<int>(elaboration.problem.axes.size()); }
 
 /// Each reduction has its own placement.
-void check_quantity(Draft& draft, const Placements& placements, const Expr& e, SourceRange where) {
+void check_quantity(Elaboration& elaboration, const Placements& placements, const Expr& e, SourceRange where) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
-    if (const auto mistake = placements.find_mistake(reduce->operand)) report_misplaced(draft, *mistake, where);
+    if (const auto mistake = placements.find_mistake(reduce->operand)) report_misplaced(elaboration, *mistake, where);
     return;
   }
-  for_each_part(e, [&](const Expr& part) { check_quantity(draft, placements, part, where); });
+  for_each_part(e, [&](const Expr& part) { check_quantity(elaboration, placements, part, where); });
 }
 
 /// The bounded axis along which a field is staggered; -1: there is none.
-int walled_axis(const Draft& draft, const Placement& placement) {
-  for (int axis = 0; axis < axis_count(draft); ++axis) {
-    if (placement[static_cast<std::size_t>(axis)] && draft.problem.axes[axis].topology == Topology::bounded)
+int walled_axis(const Elaboration& elaboration, const Placement& placement) {
+  for (int axis = 0; axis < axis_count(elaboration); ++axis) {
+    if (placement[static_cast<std::size_t>(axis)] && elaboration.problem.axes[axis].topology == Topology::bounded)
       return axis;
   }
   return -1;
@@ -60,20 +60,22 @@ bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
 
 /// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low
 /// one.
-void check_no_wall_values(Draft& draft, const Placements& placements, const Expr& e, bool inside, SourceRange where) {
+void check_no_wall_values(Elaboration& elaboration, const Placements& placements, const Expr& e, bool inside,
+                          SourceRange where) {
   if (const auto* field = std::get_if<Field>(&e->kind)) {
-    const int axis = walled_axis(draft, placements.of(field->name));
-    if (!inside || axis < 0 || draft.problem.find_state(field->name)) return;
-    draft.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where,
-                      {field->name, draft.problem.axes[axis].name},
-                      fmt::format("a field has a boundary: make it one, with dt({}) = 0", field->name));
+    const int axis = walled_axis(elaboration, placements.of(field->name));
+    if (!inside || axis < 0 || elaboration.problem.find_state(field->name)) return;
+    elaboration.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where,
+                            {field->name, elaboration.problem.axes[axis].name},
+                            fmt::format("a field has a boundary: make it one, with dt({}) = 0", field->name));
     return;
   }
   if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
-    return check_no_wall_values(draft, placements, field(sampled->field, e->origin), true, where);
+    return check_no_wall_values(elaboration, placements, field(sampled->field, e->origin), true, where);
   }
   if (const auto* network = std::get_if<NetworkCall>(&e->kind)) {  // its arguments are read where they lie
-    for (const Expr& argument : network->arguments) check_no_wall_values(draft, placements, argument, false, where);
+    for (const Expr& argument : network->arguments)
+      check_no_wall_values(elaboration, placements, argument, false, where);
     return;
   }
   if (const auto* applied = std::get_if<Apply>(&e->kind)) {
@@ -81,31 +83,32 @@ void check_no_wall_values(Draft& draft, const Placements& placements, const Expr
       const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) {
         return takes_elsewhere(body, applied->function.parameters[i], inside);
       });
-      check_no_wall_values(draft, placements, applied->arguments[i], inside || elsewhere, where);
+      check_no_wall_values(elaboration, placements, applied->arguments[i], inside || elsewhere, where);
     }
     return;
   }
-  for_each_part(e, [&](const Expr& part) { check_no_wall_values(draft, placements, part, inside || moves(e), where); });
+  for_each_part(
+      e, [&](const Expr& part) { check_no_wall_values(elaboration, placements, part, inside || moves(e), where); });
 }
 
 /// A coefficient that is the field of another model is where that field is.
-void check_coupling(Draft& draft) {
-  if (!draft.scene || draft.scene->also.empty()) return;
-  std::vector<ast::Identifier> models{draft.scene->of};
-  models.insert(models.end(), draft.scene->also.begin(), draft.scene->also.end());
+void check_coupling(Elaboration& elaboration) {
+  if (!elaboration.scene || elaboration.scene->also.empty()) return;
+  std::vector<ast::Identifier> models{elaboration.scene->of};
+  models.insert(models.end(), elaboration.scene->also.begin(), elaboration.scene->also.end());
   for (const ast::Identifier& name : models) {
-    const auto* model = find_declaration<ast::Model>(draft.file, name.name);
+    const auto* model = find_declaration<ast::Model>(elaboration.file, name.name);
     for (const auto& [item, range] : items_of<ast::CoefficientItem>(model->items)) {
       if (!item.on) continue;
       for (const ast::Identifier& given : item.names) {
-        const std::string first = components_of(draft, given.name).front();
-        const State* state = draft.problem.find_state(first);
-        const auto placement = placement_named(item.on->name, item.vector ? 0 : -1, axis_count(draft));
+        const std::string first = components_of(elaboration, given.name).front();
+        const State* state = elaboration.problem.find_state(first);
+        const auto placement = placement_named(item.on->name, item.vector ? 0 : -1, axis_count(elaboration));
         if (!state || placement == state->placement) continue;
-        draft.sink.report("misplaced", item.on->range,
-                          {first, describe(state->placement, axis_count(draft)),
-                           placement ? describe(*placement, axis_count(draft)) : item.on->name},
-                          "the coefficient is the field of the other model: leave its placement out");
+        elaboration.sink.report("misplaced", item.on->range,
+                                {first, describe(state->placement, axis_count(elaboration)),
+                                 placement ? describe(*placement, axis_count(elaboration)) : item.on->name},
+                                "the coefficient is the field of the other model: leave its placement out");
       }
     }
   }
@@ -113,23 +116,23 @@ void check_coupling(Draft& draft) {
 
 /// "edges" or "faces" where the components of a vector would lie at the places that are wanted of this one; ""
 /// elsewhere.
-std::string places_wanted(const Draft& draft, const Placements::Mistake& mistake) {
+std::string places_wanted(const Elaboration& elaboration, const Placements::Mistake& mistake) {
   const auto* field = std::get_if<Field>(&mistake.part->kind);
   const std::string whole = field ? vector_of(field->name) : "";
-  const Meaning* meaning = draft.scope.find(whole);
+  const Symbol* meaning = elaboration.scope.find(whole);
   if (!meaning || !meaning->is_vector || meaning->role == Role::datum) return "";
   const int component = axis_of(field->name.substr(whole.size() + 1));
   for (const char* on : {"edges", "faces"}) {
-    if (placement_named(on, component, axis_count(draft)) == mistake.wanted) return on;
+    if (placement_named(on, component, axis_count(elaboration)) == mistake.wanted) return on;
   }
   return "";
 }
 
-std::string hint_of(const Draft& draft, const Placements::Mistake& mistake, const std::string& text) {
-  if (draft.problem.scheme.derivative_order == spectral)
+std::string hint_of(const Elaboration& elaboration, const Placements::Mistake& mistake, const std::string& text) {
+  if (elaboration.problem.scheme.derivative_order == spectral)
     return "with dx = spectral all values lie at the cell centres: keep it there, or take differences, as "
            "dx = central(8)";
-  const std::string on = places_wanted(draft, mistake);
+  const std::string on = places_wanted(elaboration, mistake);
   if (on.empty()) return fmt::format("write interpolate({})", text);
   return fmt::format("write interpolate({}), or declare vector {} on {} where all of it is wanted there", text,
                      vector_of(std::get<Field>(mistake.part->kind).name), on);
@@ -137,18 +140,19 @@ std::string hint_of(const Draft& draft, const Placements::Mistake& mistake, cons
 
 }  // namespace
 
-void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRange where) {
+void report_misplaced(Elaboration& elaboration, const Placements::Mistake& mistake, SourceRange where) {
   const SourceRange own = mistake.part->origin.range;
   const SourceRange range = own.is_known() ? own : where;
   const std::string text = print(mistake.part);
   if (!mistake.has) {
-    draft.sink.report("nothing-to-interpolate", range, {},
-                      "numbers and formulas of coordinates are known everywhere: leave interpolate out");
+    elaboration.sink.report("nothing-to-interpolate", range, {},
+                            "numbers and formulas of coordinates are known everywhere: leave interpolate out");
     return;
   }
-  draft.sink.report("misplaced", range,
-                    {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
-                    hint_of(draft, mistake, text));
+  elaboration.sink.report(
+      "misplaced", range,
+      {text, describe(*mistake.has, axis_count(elaboration)), describe(mistake.wanted, axis_count(elaboration))},
+      hint_of(elaboration, mistake, text));
 }
 
 std::optional<Placement> placement_named(const std::string& on, int component, int axes) {
@@ -172,31 +176,31 @@ std::optional<Placement> placement_named(const std::string& on, int component, i
   return placement;
 }
 
-Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, int component) {
+Placement placement_of(Elaboration& elaboration, const std::optional<ast::Identifier>& on, int component) {
   if (!on) return {};
-  const auto placement = placement_named(on->name, component, axis_count(draft));
+  const auto placement = placement_named(on->name, component, axis_count(elaboration));
   if (placement) return *placement;
   if (component > 0) return {};  // said for the first one
   if (on->name == "faces" || on->name == "edges")
-    draft.sink.report(
+    elaboration.sink.report(
         "unknown-placement", on->range, {on->name + " of a number"},
         on->name == "faces" ? "write on faces.x for those across x" : "write on edges.x for those along x");
   else
-    draft.sink.report("unknown-placement", on->range, {on->name}, placements_hint);
+    elaboration.sink.report("unknown-placement", on->range, {on->name}, placements_hint);
   return {};
 }
 
 namespace {
 
 /// Between walls on which a state lies a cubic goes through four points, those on the walls among them.
-void check_cubic(Draft& draft, const State& state) {
-  const Transport& transport = draft.problem.scheme.transport_of(state.name);
+void check_cubic(Elaboration& elaboration, const State& state) {
+  const Transport& transport = elaboration.problem.scheme.transport_of(state.name);
   if (transport.advect != Advection::semi_lagrangian || transport.order != 3 || !holds_advect(*state.rhs)) return;
-  for (std::size_t i = 0; i < draft.problem.axes.size(); ++i) {
-    const Axis& axis = draft.problem.axes[i];
+  for (std::size_t i = 0; i < elaboration.problem.axes.size(); ++i) {
+    const Axis& axis = elaboration.problem.axes[i];
     if (!state.placement[i] || axis.topology == Topology::periodic || axis.cells >= cells_of_cubics) continue;
-    draft.sink.report("transport-of-staggered", state.origin.range, {state.name, axis.name},
-                      "take more cells, or semi_lagrangian or maccormack for it in the scheme");
+    elaboration.sink.report("transport-of-staggered", state.origin.range, {state.name, axis.name},
+                            "take more cells, or semi_lagrangian or maccormack for it in the scheme");
   }
 }
 
@@ -232,29 +236,29 @@ Taken taken(UseKind kind) {
   unreachable("kind of use");
 }
 
-void check_use(Draft& draft, const Placements& placements, const Use& use) {
+void check_use(Elaboration& elaboration, const Placements& placements, const Use& use) {
   switch (taken(use.kind)) {
     case Taken::at_home:
       if (const auto mistake = placements.find_mistake(use.formula, use.home))
-        report_misplaced(draft, *mistake, use.origin.range);
+        report_misplaced(elaboration, *mistake, use.origin.range);
       break;
-    case Taken::in_sums: check_quantity(draft, placements, use.formula, use.origin.range); break;
+    case Taken::in_sums: check_quantity(elaboration, placements, use.formula, use.origin.range); break;
     case Taken::checked_elsewhere: return;
   }
-  check_no_wall_values(draft, placements, use.formula, false, use.origin.range);
+  check_no_wall_values(elaboration, placements, use.formula, false, use.origin.range);
 }
 
 }  // namespace
 
-void check_placements(Draft& draft) {
-  const Placements placements(draft.problem);
-  if (draft.model) check_pole_places(draft);
-  for (const State& state : draft.problem.states) {
-    if (state.rhs) check_cubic(draft, state);
+void check_placements(Elaboration& elaboration) {
+  const Placements placements(elaboration.problem);
+  if (elaboration.model) check_pole_places(elaboration);
+  for (const State& state : elaboration.problem.states) {
+    if (state.rhs) check_cubic(elaboration, state);
   }
-  for_each_formula(draft.problem, [&](const Use& use) { check_use(draft, placements, use); });
-  check_network_places(draft);
-  check_coupling(draft);
+  for_each_formula(elaboration.problem, [&](const Use& use) { check_use(elaboration, placements, use); });
+  check_network_places(elaboration);
+  check_coupling(elaboration);
 }
 
 std::vector<std::string> words_of_placements() {

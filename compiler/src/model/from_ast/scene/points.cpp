@@ -8,14 +8,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
-#include "model/from_ast/names/constants.h"
-#include "model/from_ast/scene/coordinates.h"
-#include "model/from_ast/formulas/expressions.h"
-#include "model/from_ast/parts.h"
 #include "model/boundary/metric.h"
 #include "model/boundary/stretch.h"
+#include "model/build.h"
+#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/names/constants.h"
+#include "model/from_ast/parts.h"
+#include "model/from_ast/scene/coordinates.h"
 #include "support/maths/comparisons.h"
 
 namespace dpde::model {
@@ -149,13 +149,13 @@ Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, c
   const Expr way = is_low ? minus(place, along.low) : minus(along.high, place);
   const Expr share = larger(binary(BinaryOp::divide, way, first), 0.0);
   sample.place[axis] = is_low ? smaller(place, along.high) : larger(place, along.low);
-  const auto taken = [&](Along what) {
+  const auto taken = [&](InterpolationBasis what) {
     sample.along[axis] = what;
     return sampled(problem, sample, axis + 1, origin);
   };
-  const Expr on_wall = times(minus(1.0, share), taken(is_low ? Along::lower : Along::upper)),
-             inside = times(share, taken(is_low ? Along::upper : Along::lower));
-  return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(Along::linear));
+  const Expr on_wall = times(minus(1.0, share), taken(is_low ? InterpolationBasis::lower : InterpolationBasis::upper)),
+             inside = times(share, taken(is_low ? InterpolationBasis::upper : InterpolationBasis::lower));
+  return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(InterpolationBasis::linear));
 }
 
 /// Beside a wall with a slope, across a stretched axis: the halo has that slope over a cell as wide as the map has it
@@ -166,24 +166,27 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
   const Axis& along = problem.axes[axis];
   const int number_of_axis = static_cast<int>(axis);
   const Expr place = sample.place[axis], h = param(uniform_spacing_name(along)), slope = slope_of(along.stretch->map);
-  const auto taken = [&](Along what) {
+  const auto taken = [&](InterpolationBasis what) {
     sample.along[axis] = what;
     return sampled(problem, sample, axis + 1, origin);
   };
-  Expr value = taken(Along::linear);
+  Expr value = taken(InterpolationBasis::linear);
   if (condition_of(sides.low.kind).gives_slope()) {
     const Expr first = place_after(along, number_of_axis, 0.5);
     const Expr share = binary(BinaryOp::divide, minus(first, larger(place, along.low)),
                               times(h, value_at(slope, along.low)));  // of the halo's value
     value = select(binary(BinaryOp::less, place, first),
-                   plus(times(share, taken(Along::lower)), times(minus(1.0, share), taken(Along::upper))), value);
+                   plus(times(share, taken(InterpolationBasis::lower)),
+                        times(minus(1.0, share), taken(InterpolationBasis::upper))),
+                   value);
   }
   if (condition_of(sides.high.kind).gives_slope()) {
     const Expr last = place_before(along, number_of_axis, 0.5);
     const Expr share =
         binary(BinaryOp::divide, minus(smaller(place, along.high), last), times(h, value_at(slope, along.high)));
     value = select(binary(BinaryOp::less, place, last), value,
-                   plus(times(minus(1.0, share), taken(Along::lower)), times(share, taken(Along::upper))));
+                   plus(times(minus(1.0, share), taken(InterpolationBasis::lower)),
+                        times(share, taken(InterpolationBasis::upper))));
   }
   return value;
 }
@@ -253,25 +256,25 @@ class AtPoint {
 };
 
 /// Whether `e` has a value when it is read: neither t nor an unknown nor a parameter without a value is in it.
-bool is_known_now(const Draft& draft, const Expr& e) {
+bool is_known_now(const Elaboration& elaboration, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
-    const auto value = draft.values.find(param->name);
-    return draft.unknowns.contains(param->name) || value == draft.values.end() || !value->second;
+    const auto value = elaboration.values.find(param->name);
+    return elaboration.unknowns.contains(param->name) || value == elaboration.values.end() || !value->second;
   });
 }
 
 /// Whether a part on faces along an axis with a pole is taken in the cell beside it, as far as that is known.
-bool is_beside_its_pole(const Draft& draft, const Expr& e, const std::vector<Expr>& place) {
-  if (!is_on_pole(draft.problem, e)) return false;
-  for (std::size_t a = 0; a < draft.problem.axes.size(); ++a) {
-    const Axis& axis = draft.problem.axes[a];
+bool is_beside_its_pole(const Elaboration& elaboration, const Expr& e, const std::vector<Expr>& place) {
+  if (!is_on_pole(elaboration.problem, e)) return false;
+  for (std::size_t a = 0; a < elaboration.problem.axes.size(); ++a) {
+    const Axis& axis = elaboration.problem.axes[a];
     for (const bool is_low : {true, false}) {
-      if (!is_pole_at(draft.problem, a, is_low)) continue;
-      if (!is_known_now(draft, place[a])) return true;
+      if (!is_pole_at(elaboration.problem, a, is_low)) continue;
+      if (!is_known_now(elaboration, place[a])) return true;
       const double inside = axis.face(is_low != axis.runs_down() ? 1 : axis.cells - 1);
-      const double there = value_of(place[a], draft.values).number;
+      const double there = value_of(place[a], elaboration.values).number;
       if (is_low ? there < inside : there > inside) return true;
     }
   }
@@ -285,15 +288,15 @@ bool holds_sample(const Expr& e) {
 }  // namespace
 
 std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
-  if (!draft_.problem.has_grid) {
-    report_no_grid(draft_, e.callee, e.callee_range);
+  if (!elaboration_.problem.has_grid) {
+    report_no_grid(elaboration_, e.callee, e.callee_range);
     return std::nullopt;
   }
   if (e.arguments.size() != 2 || !e.arguments[0].name.empty() || e.arguments[1].name != "at") {
-    draft_.sink.report("wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
-                       axis_count() == 1
-                           ? fmt::format("write {}(f, at = x0)", e.callee)
-                           : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
+    elaboration_.sink.report(
+        "wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
+        axis_count() == 1 ? fmt::format("write {}(f, at = x0)", e.callee)
+                          : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
     return std::nullopt;
   }
   const ast::Expr& place = e.arguments[1].value;
@@ -301,34 +304,35 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
   if (!position) return std::nullopt;
   for (int axis = 0; axis < axis_count(); ++axis) {
     const Expr& along = (*position)[axis];
-    const Axis& grid = draft_.problem.axes[axis];
+    const Axis& grid = elaboration_.problem.axes[axis];
     if (!is_uniform(along) || holds_sample(along)) {
       const char* const what = is_uniform(along) ? "the value of a field" : "what differs from cell to cell";
-      draft_.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
-                         "a place is made of numbers, parameters and t");
+      elaboration_.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
+                               "a place is made of numbers, parameters and t");
       return std::nullopt;
     }
-    if (!is_known_now(draft_, along)) continue;
-    const Value value = value_of(along, draft_.values);
+    if (!is_known_now(elaboration_, along)) continue;
+    const Value value = value_of(along, elaboration_.values);
     const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
     if (value.mistake.empty() && is_around) continue;
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
-    draft_.sink.report("outside-the-grid", place.range(), {e.callee, fmt::format("{} = {}", grid.name, value.number)},
-                       fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
+    elaboration_.sink.report("outside-the-grid", place.range(),
+                             {e.callee, fmt::format("{} = {}", grid.name, value.number)},
+                             fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
     return std::nullopt;
   }
-  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_known_now(draft_, along); }))
-    draft_.open_places.push_back({e.callee, *position, place.range()});
+  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_known_now(elaboration_, along); }))
+    elaboration_.open_places.push_back({e.callee, *position, place.range()});
   return position;
 }
 
-Typed Expressions::injection(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::injection(const ast::Call& e, SourceRange range) {
   if (!is_of_step()) return refuse("the point source inject", e.callee_range);
   const auto position = point(e);
   const auto strength =
       e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!position || !strength) return {};
-  const Hats hats(draft_.problem);
+  const Hats hats(elaboration_.problem);
   Expr volume = 1.0;
   Expr weight = 1.0;
   for (int axis = 0; axis < axis_count(); ++axis) {
@@ -336,7 +340,7 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
     volume = times(volume, hats.size(axis));
   }
   const Expr density = binary(BinaryOp::divide, times(*strength, weight), volume, {range});
-  return number_of(Coordinates(draft_.problem, {range}).per_volume(density));
+  return number_of(Coordinates(elaboration_.problem, {range}).per_volume(density));
 }
 
 namespace {
@@ -353,37 +357,39 @@ Expr in_first_cell(const Problem& problem, const Expr& e) {
 
 }  // namespace
 
-Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
-  if (purpose_ == Purpose::equation) {
-    draft_.sink.report("not-allowed-here", e.callee_range, {"the point value sample", std::string(place_of(purpose_))},
-                       "read it into a field, after step: s = sample(...), and use s");
+TypedExpr Expressions::sampling(const ast::Call& e, SourceRange range) {
+  if (purpose_ == FormulaContext::equation) {
+    elaboration_.sink.report("not-allowed-here", e.callee_range,
+                             {"the point value sample", std::string(place_of(purpose_))},
+                             "read it into a field, after step: s = sample(...), and use s");
     return {};
   }
-  if (purpose_ != Purpose::quantity && purpose_ != Purpose::event)
+  if (purpose_ != FormulaContext::quantity && purpose_ != FormulaContext::event)
     return refuse("the point value sample", e.callee_range);
   const auto position = point(e);
   if (!position) return {};
-  Typed value = numeric(e.arguments[0].value);
+  TypedExpr value = numeric(e.arguments[0].value);
   for (const Expr& part : value.parts) {
-    if (!is_beside_its_pole(draft_, part, *position)) continue;
-    draft_.sink.report("beside-pole", range, {"what is sampled from faces on the pole"},
-                       "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
+    if (!is_beside_its_pole(elaboration_, part, *position)) continue;
+    elaboration_.sink.report("beside-pole", range, {"what is sampled from faces on the pole"},
+                             "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
     break;
   }
-  const AtPoint at_point(draft_.problem, *position, {range});
+  const AtPoint at_point(elaboration_.problem, *position, {range});
   for (Expr& part : value.parts) part = at_point(part);
   return value;
 }
 
-bool can_be_series(const Draft& draft, const std::string& field) {
-  if (!draft.problem.task) return false;
-  const auto datum = std::ranges::find(draft.problem.task->data, field, &Datum::name);
-  return datum != draft.problem.task->data.end() && (datum->series || (!datum->file.empty() && !datum->trajectories));
+bool can_be_series(const Elaboration& elaboration, const std::string& field) {
+  if (!elaboration.problem.task) return false;
+  const auto datum = std::ranges::find(elaboration.problem.task->data, field, &Datum::name);
+  return datum != elaboration.problem.task->data.end() &&
+         (datum->series || (!datum->file.empty() && !datum->trajectories));
 }
 
-bool mark_as_series(Draft& draft, const std::string& field) {
-  if (!can_be_series(draft, field)) return false;
-  return std::ranges::find(draft.problem.task->data, field, &Datum::name)->series = true;
+bool mark_as_series(Elaboration& elaboration, const std::string& field) {
+  if (!can_be_series(elaboration, field)) return false;
+  return std::ranges::find(elaboration.problem.task->data, field, &Datum::name)->series = true;
 }
 
 Expr with_points_as_numbers(const Problem& problem, const Expr& e) {
@@ -395,19 +401,19 @@ Expr with_points_as_numbers(const Problem& problem, const Expr& e) {
   return map_parts(e, [&](const Expr& part) { return with_points_as_numbers(problem, part); });
 }
 
-Expr over_one_cell(Draft& draft, const Expr& e) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(over_one_cell(draft, neg->operand), e->origin);
+Expr over_one_cell(Elaboration& elaboration, const Expr& e) {
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(over_one_cell(elaboration, neg->operand), e->origin);
   if (holds_reduction(e)) {
     const auto* b = std::get_if<Binary>(&e->kind);
     if (!b) return e;
-    return binary(b->op, over_one_cell(draft, b->left), over_one_cell(draft, b->right), e->origin);
+    return binary(b->op, over_one_cell(elaboration, b->left), over_one_cell(elaboration, b->right), e->origin);
   }
   if (!holds_sample(e)) return e;
   const bool at_a_point = !any_part(e, [&](const Expr& part) {
     const auto* field = std::get_if<Field>(&part->kind);
-    return std::holds_alternative<Coordinate>(part->kind) || (field && !mark_as_series(draft, field->name));
+    return std::holds_alternative<Coordinate>(part->kind) || (field && !mark_as_series(elaboration, field->name));
   });
-  return at_a_point ? in_first_cell(draft.problem, e) : e;
+  return at_a_point ? in_first_cell(elaboration.problem, e) : e;
 }
 
 }  // namespace dpde::model

@@ -7,12 +7,12 @@
 #include <set>
 #include <utility>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/analyse/placement.h"
+#include "model/boundary/metric.h"
+#include "model/build.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
-#include "model/boundary/metric.h"
-#include "model/analyse/placement.h"
 #include "model/uses.h"
 
 namespace dpde::model {
@@ -29,10 +29,10 @@ int reaching(int nearest, int halves) { return nearest >= halves ? nearest - hal
 /// Beside the pole at one end of an axis.
 class Divisions {
  public:
-  Divisions(const Draft& draft, const Placements& placements, std::size_t axis, bool is_low)
-      : problem_(draft.problem),
+  Divisions(const Elaboration& elaboration, const Placements& placements, std::size_t axis, bool is_low)
+      : problem_(elaboration.problem),
         placements_(placements),
-        values_(draft.problem.task ? values_at_start(draft) : draft.values),
+        values_(elaboration.problem.task ? values_at_start(elaboration) : elaboration.values),
         axis_(axis),
         is_low_(is_low) {}
 
@@ -174,11 +174,14 @@ class Divisions {
 
 class PolePlaces {
  public:
-  PolePlaces(Draft& draft, std::size_t axis, bool is_low)
-      : draft_(draft), placements_(draft.problem), divisions_(draft, placements_, axis, is_low), axis_(axis) {}
+  PolePlaces(Elaboration& elaboration, std::size_t axis, bool is_low)
+      : elaboration_(elaboration),
+        placements_(elaboration.problem),
+        divisions_(elaboration, placements_, axis, is_low),
+        axis_(axis) {}
 
   void check() {
-    for_each_formula(draft_.problem, [&](const Use& use) {
+    for_each_formula(elaboration_.problem, [&](const Use& use) {
       if (!is_of_states(use.kind)) return;  // others hold no differences, of which lengths make divisions
       look_at(use.formula, use.home[axis_] ? inner_face : beside_it, use.origin);
     });
@@ -190,13 +193,13 @@ class PolePlaces {
     if (division == nullptr) return;
     const SourceRange own = (*division)->origin.range, place = own.is_known() ? own : origin.range;
     if (!told_.emplace(place.begin, place.end).second) return;  // a held value stands in a correction too
-    draft_.sink.report(
+    elaboration_.sink.report(
         "on-pole", place, {},
         "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let the axis end "
         "before the pole, or leave out all cells that read it by an `if` of the coordinate and numbers");
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   Placements placements_;
   Divisions divisions_;
   std::size_t axis_;
@@ -205,8 +208,8 @@ class PolePlaces {
 
 }  // namespace
 
-void check_pole_places(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_pole_places(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   // of an axis of symmetry, as that of a cylinder
   const auto has_no_way_around = [&](std::size_t axis, bool is_low) {
     return problem.metric && depends_on_axis(problem.metric->around, static_cast<int>(axis)) &&
@@ -214,7 +217,8 @@ void check_pole_places(Draft& draft) {
   };
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     for (const bool is_low : {true, false}) {
-      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low)) PolePlaces(draft, axis, is_low).check();
+      if (is_pole_at(problem, axis, is_low) || has_no_way_around(axis, is_low))
+        PolePlaces(elaboration, axis, is_low).check();
     }
   }
 }

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
 #include "model/uses.h"
@@ -28,7 +28,7 @@ struct Arguments {
 /// Formulas of coordinates alone: fields and all else that has no formula are some number, the same everywhere.
 class StandIns {
  public:
-  explicit StandIns(const Draft& draft) : draft_(draft) {}
+  explicit StandIns(const Elaboration& elaboration) : elaboration_(elaboration) {}
 
   /// Across the seam of an axis.
   Expr formula_of(const Expr& e, int axis, const Arguments* arguments) {
@@ -66,10 +66,10 @@ class StandIns {
   }
 
   Expr value_of(const std::string& param) {
-    const auto found = draft_.values.find(param);
-    const bool is_known = found != draft_.values.end() && found->second;
-    return is_known && (*found->second != 0 || !draft_.unknowns.contains(param)) ? Expr(*found->second)
-                                                                                 : some_number(param);
+    const auto found = elaboration_.values.find(param);
+    const bool is_known = found != elaboration_.values.end() && found->second;
+    return is_known && (*found->second != 0 || !elaboration_.unknowns.contains(param)) ? Expr(*found->second)
+                                                                                       : some_number(param);
   }
 
   Expr field_of(const std::string& name, int axis, const Arguments* arguments) {
@@ -81,7 +81,7 @@ class StandIns {
                  : formula_of(arguments->apply.arguments[static_cast<std::size_t>(found - names.begin())], axis,
                               arguments->outer);
     }
-    const Coefficient* coefficient = draft_.problem.find_coefficient(name);
+    const Coefficient* coefficient = elaboration_.problem.find_coefficient(name);
     const bool has_formula = coefficient != nullptr && coefficient->value.formula;
     return has_formula ? formula_of(*coefficient->value.formula, axis, nullptr) : some_number(name);
   }
@@ -92,7 +92,7 @@ class StandIns {
     return numbers_.emplace(name, 0.7316 + 0.3717 * next).first->second;
   }
 
-  const Draft& draft_;
+  const Elaboration& elaboration_;
   std::map<std::string, double> numbers_;
   int others_ = 0;
 };
@@ -123,11 +123,11 @@ bool jumps(const Expr& formula, const std::vector<Axis>& axes, std::size_t axis,
 
 class Seams {
  public:
-  explicit Seams(Draft& draft) : draft_(draft), stand_ins_(draft) {}
+  explicit Seams(Elaboration& elaboration) : elaboration_(elaboration), stand_ins_(elaboration) {}
 
   void check() {
-    const Placements placements(draft_.problem);
-    for_each_formula(draft_.problem, [&](const Use& use) {
+    const Placements placements(elaboration_.problem);
+    for_each_formula(elaboration_.problem, [&](const Use& use) {
       if (!is_of_states(use.kind)) return;  // others hold no differences
       origin_ = use.origin;
       walk(use.formula, {placements, nullptr}, use.home);
@@ -181,7 +181,7 @@ class Seams {
     if (is_place) return;  // of the neighbour itself, as inject has it, which knows the seam
     const auto* inference = std::get_if<NetworkCall>(&e->kind);
     const network::Network* network = inference != nullptr ? network_of(inference->network) : nullptr;
-    for (int axis = 0; axis < static_cast<int>(draft_.problem.axes.size()); ++axis) {
+    for (int axis = 0; axis < static_cast<int>(elaboration_.problem.axes.size()); ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       if (advect != nullptr && !is_constant(advect->velocity[a], 0)) look(advect->operand, axis, inside, e->origin);
       if (shift != nullptr && shift->offset[a] != 0) look(shift->operand, axis, inside, e->origin);
@@ -193,23 +193,23 @@ class Seams {
   }
 
   const network::Network* network_of(const std::string& name) const {
-    const DeclaredNetwork* declared = find_network(draft_, name);
+    const DeclaredNetwork* declared = find_network(elaboration_, name);
     return declared != nullptr && declared->network ? &*declared->network : nullptr;
   }
 
   /// Of what is averaged from its own places to those that are wanted.
   void look_between(const Expr& e, const Inside& inside, const Placement& wanted, const Origin& origin) {
     const std::optional<Placement> own = inside.placements.natural(e);
-    for (std::size_t axis = 0; own && axis < draft_.problem.axes.size(); ++axis) {
+    for (std::size_t axis = 0; own && axis < elaboration_.problem.axes.size(); ++axis) {
       if ((*own)[axis] != wanted[axis]) look(e, static_cast<int>(axis), inside, origin);
     }
   }
 
   /// Of what is taken between the last points of an axis and the first.
   void look_beside(const Sample& sample, const Inside& inside, const Origin& origin) {
-    const std::vector<Axis> axes = axes_at(draft_.problem.axes, inside.placements.of(sample.field));
+    const std::vector<Axis> axes = axes_at(elaboration_.problem.axes, inside.placements.of(sample.field));
     for (std::size_t axis = 0; axis < sample.place.size(); ++axis) {
-      const std::optional<double> at = known_value(sample.place[axis], draft_.values);
+      const std::optional<double> at = known_value(sample.place[axis], elaboration_.values);
       const Axis& along = axes[axis];
       const double first = along.centre(0), last = along.centre(along.cells - 1);
       if (at && (*at < std::min(first, last) || *at > std::max(first, last)))
@@ -227,7 +227,7 @@ class Seams {
 
   void look(const Expr& operand, int axis, const Inside& inside, const Origin& read) {
     const Origin& origin = inside.arguments != nullptr ? inside.arguments->use : read;
-    const std::vector<Axis>& axes = draft_.problem.axes;
+    const std::vector<Axis>& axes = elaboration_.problem.axes;
     if (axes[static_cast<std::size_t>(axis)].topology != Topology::periodic) return;
     const SourceRange range = origin.range.is_known() ? origin.range : origin_.range;
     if (told_.contains({range.begin, range.end})) return;
@@ -238,14 +238,15 @@ class Seams {
     });
     if (!does_jump) return;
     told_.insert({range.begin, range.end});
-    const std::string name = written_axis(draft_, static_cast<std::size_t>(axis));
-    draft_.sink.report("jump-at-seam", range, {name},
-                       "write by hand what the derivative of the formula is, as -bracket(psi, q) - beta*dx(psi) for "
-                       "-bracket(psi, q + beta*y), or give " +
-                           name + " walls, or take a formula that is periodic");
+    const std::string name = written_axis(elaboration_, static_cast<std::size_t>(axis));
+    elaboration_.sink.report(
+        "jump-at-seam", range, {name},
+        "write by hand what the derivative of the formula is, as -bracket(psi, q) - beta*dx(psi) for "
+        "-bracket(psi, q + beta*y), or give " +
+            name + " walls, or take a formula that is periodic");
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
   StandIns stand_ins_;
   Origin origin_;
   std::set<std::pair<int, int>> told_;  // where
@@ -253,9 +254,9 @@ class Seams {
 
 }  // namespace
 
-void check_seams(Draft& draft) {
+void check_seams(Elaboration& elaboration) {
   const auto is_periodic = [](const Axis& axis) { return axis.topology == Topology::periodic; };
-  if (std::ranges::any_of(draft.problem.axes, is_periodic)) Seams(draft).check();
+  if (std::ranges::any_of(elaboration.problem.axes, is_periodic)) Seams(elaboration).check();
 }
 
 }  // namespace dpde::model

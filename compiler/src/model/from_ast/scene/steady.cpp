@@ -60,8 +60,8 @@ PlaceInText time_in(const ast::Expr& e) {
   return found;
 }
 
-PlaceInText time_in(const Draft& draft, const ast::RunItem& run) {
-  const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
+PlaceInText time_in(const Elaboration& elaboration, const ast::RunItem& run) {
+  const auto* kernel = find_declaration<ast::Kernel>(elaboration.file, run.kernel.name);
   for (std::size_t i = 0; kernel != nullptr && i < kernel->parameters.size(); ++i) {
     if (kernel->parameters[i].name.name == "t") return Origin{kernel->parameters[i].name.range};
   }
@@ -78,71 +78,74 @@ PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
 }
 
 /// Where the lines of a program, or of a block in it, take the time: kernels that are run, sides and multipliers.
-PlaceInText time_in(const Draft& draft, const std::vector<ast::Item>& items) {
+PlaceInText time_in(const Elaboration& elaboration, const std::vector<ast::Item>& items) {
   return first_place(items, [&](const ast::Item& item) {
     return match(
-        item.kind, [&](const ast::RunItem& run) { return time_in(draft, run); },
+        item.kind, [&](const ast::RunItem& run) { return time_in(elaboration, run); },
         [](const ast::FillItem& fill) {
           return first_place(fill.sides, [](const ast::BoundarySide& side) { return time_in(side.value); });
         },
         [](const ast::TransformItem& transform) {
           return first_place(transform.terms, [](const ast::TransformItem::Term& term) { return time_in(term.by); });
         },
-        [&](const ast::RepeatItem& repeat) { return time_in(draft, repeat.items); },
-        [&](const ast::SolveItem& solve) { return time_in(draft, solve.items); },
+        [&](const ast::RepeatItem& repeat) { return time_in(elaboration, repeat.items); },
+        [&](const ast::SolveItem& solve) { return time_in(elaboration, solve.items); },
         [](const ast::OneOf<ast::ReduceItem, ast::SwapItem, ast::StackItem, ast::KeepItem, ast::AxesItem,
                             ast::ApplyItem> auto&) { return PlaceInText(); },
         [](const ast::OutsidePrograms auto&) { return PlaceInText(); });
   });
 }
 
-void refuse(Draft& draft, const Origin& origin, const std::string& what, const char* hint) {
-  draft.sink.report("not-allowed-here", origin.range, {what, "a task of a scene that runs until steady"}, hint);
+void refuse(Elaboration& elaboration, const Origin& origin, const std::string& what, const char* hint) {
+  elaboration.sink.report("not-allowed-here", origin.range, {what, "a task of a scene that runs until steady"}, hint);
 }
 
-void check_task(Draft& draft, const Task& task) {
-  const Problem& problem = draft.problem;
-  if (task.training) return refuse(draft, problem.time_origin, "learning from trajectories", "leave until steady out");
+void check_task(Elaboration& elaboration, const Task& task) {
+  const Problem& problem = elaboration.problem;
+  if (task.training)
+    return refuse(elaboration, problem.time_origin, "learning from trajectories", "leave until steady out");
   for (const Loss& loss : task.losses) {
     if (loss.when.kind != When::Kind::end)
-      refuse(draft, loss.origin, "a loss at given times", "its loss is one of the steady state: name no time");
+      refuse(elaboration, loss.origin, "a loss at given times", "its loss is one of the steady state: name no time");
   }
   for (const Test& test : task.tests) {
     if (test.when.kind != When::Kind::end)
-      refuse(draft, test.quantity.origin, "a test at given times", "its tests are of the steady state: name no time");
+      refuse(elaboration, test.quantity.origin, "a test at given times",
+             "its tests are of the steady state: name no time");
   }
   for (const Unknown& unknown : task.unknowns) {
     if (unknown.kind == Unknown::Kind::initial)
-      refuse(draft, unknown.origin, "an unknown initial state",
+      refuse(elaboration, unknown.origin, "an unknown initial state",
              "the steady state does not depend on where the run begins; leave until steady out");
   }
   const Origin* change = change_in_time(problem);
-  const PlaceInText in_program = draft.program ? time_in(draft, draft.program->items) : std::nullopt;
+  const PlaceInText in_program = elaboration.program ? time_in(elaboration, elaboration.program->items) : std::nullopt;
   if (change != nullptr || in_program)
-    refuse(draft, change != nullptr ? *change : *in_program, "a step that depends on time",
+    refuse(elaboration, change != nullptr ? *change : *in_program, "a step that depends on time",
            "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
 }
 
 }  // namespace
 
-void check_steady(Draft& draft) {
-  const auto lines = items_of<ast::TimeItem>(draft.scene->items);
+void check_steady(Elaboration& elaboration) {
+  const auto lines = items_of<ast::TimeItem>(elaboration.scene->items);
   if (lines.empty() || !lines.front().kind.steady) return;
   const ast::Expr& written = *lines.front().kind.steady;
-  const auto tolerance = evaluate(draft, written, "the tolerance");
+  const auto tolerance = evaluate(elaboration, written, "the tolerance");
   if (!tolerance) return;
-  if (!(*tolerance > 0)) draft.sink.report("bad-step", written.range(), {"tolerance", fmt::format("{}", *tolerance)});
-  const bool has_control_fields = std::ranges::any_of(draft.problem.coefficients, &Coefficient::is_control);
-  if (!draft.problem.controls.empty() || has_control_fields)
-    draft.sink.report("not-allowed-here", written.range(),
-                      {"until steady", "a scene with controls, which vary in time"},
-                      "make them parameters and coefficients");
-  if (draft.problem.step_control)
-    draft.sink.report("not-allowed-here", written.range(),
-                      {"until steady", "a scene whose steps follow a tolerance, which are not all the same"},
-                      "leave the tolerance out, or run for a given time");
-  draft.problem.steady = *tolerance;
-  if (draft.problem.task) check_task(draft, *draft.problem.task);
+  if (!(*tolerance > 0))
+    elaboration.sink.report("bad-step", written.range(), {"tolerance", fmt::format("{}", *tolerance)});
+  const bool has_control_fields = std::ranges::any_of(elaboration.problem.coefficients, &Coefficient::is_control);
+  if (!elaboration.problem.controls.empty() || has_control_fields)
+    elaboration.sink.report("not-allowed-here", written.range(),
+                            {"until steady", "a scene with controls, which vary in time"},
+                            "make them parameters and coefficients");
+  if (elaboration.problem.step_control)
+    elaboration.sink.report("not-allowed-here", written.range(),
+                            {"until steady", "a scene whose steps follow a tolerance, which are not all the same"},
+                            "leave the tolerance out, or run for a given time");
+  elaboration.problem.steady = *tolerance;
+  if (elaboration.problem.task) check_task(elaboration, *elaboration.problem.task);
 }
 
 }  // namespace dpde::model

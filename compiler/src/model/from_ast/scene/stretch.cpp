@@ -6,8 +6,8 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "model/build.h"
 #include "model/analyse/formula.h"
+#include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
@@ -20,28 +20,29 @@ constexpr double end_tolerance = 1e-9;    // of the extent
 constexpr double slope_tolerance = 1e-6;  // of the slope
 
 struct Checked {
-  Draft& draft;
+  Elaboration& elaboration;
   const Axis& axis;
   SourceRange range;
 
   double start(int i) const { return axis.low + i * axis.spacing(); }
   bool fail(KindRef kind, std::initializer_list<std::string> arguments, const std::string& hint) const {
-    draft.sink.report(kind, range, arguments, hint);
+    elaboration.sink.report(kind, range, arguments, hint);
     return false;
   }
 };
 
-std::optional<Expr> formula_of(Draft& draft, const ast::Expr& e, int axis) {
-  const std::string& name = draft.problem.axes[static_cast<std::size_t>(axis)].name;
-  const std::optional<Expr> written = Expressions(draft, Purpose::stretch, "the stretched axis " + name).number(e);
+std::optional<Expr> formula_of(Elaboration& elaboration, const ast::Expr& e, int axis) {
+  const std::string& name = elaboration.problem.axes[static_cast<std::size_t>(axis)].name;
+  const std::optional<Expr> written =
+      Expressions(elaboration, FormulaContext::stretch, "the stretched axis " + name).number(e);
   if (!written) return std::nullopt;
   const bool holds_others = any_part(*written, [&](const Expr& part) {
     const auto* coordinate = std::get_if<Coordinate>(&part->kind);
     return coordinate && coordinate->axis != axis;
   });
-  if (!holds_others) return with_values(draft, *written);
-  draft.sink.report("not-allowed-here", e.range(), {"another coordinate", "a stretched axis"},
-                    fmt::format("the formula is made of numbers, parameters and {}", name));
+  if (!holds_others) return with_values(elaboration, *written);
+  elaboration.sink.report("not-allowed-here", e.range(), {"another coordinate", "a stretched axis"},
+                          fmt::format("the formula is made of numbers, parameters and {}", name));
   return std::nullopt;
 }
 
@@ -108,23 +109,23 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
 
 }  // namespace
 
-Expr with_values(Draft& draft, const Expr& e) {
-  fix_params(draft, e);
-  KnownValues values = draft.values;
+Expr with_values(Elaboration& elaboration, const Expr& e) {
+  fix_params(elaboration, e);
+  KnownValues values = elaboration.values;
   for (auto& [name, value] : values) value = value.value_or(0);  // reported
   return with_known(e, values);
 }
 
-void bind_stretch(Draft& draft, const ast::Expr& formula, int axis) {
-  if (draft.program) {
-    draft.sink.report("not-allowed-here", formula.range(), {"a stretched axis", "a scene of a program"},
-                      "the kernels of a program say what their spacings are");
+void bind_stretch(Elaboration& elaboration, const ast::Expr& formula, int axis) {
+  if (elaboration.program) {
+    elaboration.sink.report("not-allowed-here", formula.range(), {"a stretched axis", "a scene of a program"},
+                            "the kernels of a program say what their spacings are");
     return;
   }
-  Axis& stretched = draft.problem.axes[static_cast<std::size_t>(axis)];
-  const std::optional<Expr> map = formula_of(draft, formula, axis);
+  Axis& stretched = elaboration.problem.axes[static_cast<std::size_t>(axis)];
+  const std::optional<Expr> map = formula_of(elaboration, formula, axis);
   if (!map) return;
-  const Checked it{draft, stretched, formula.range()};
+  const Checked it{elaboration, stretched, formula.range()};
   const bool is_map =
       is_finite(it, *map) && reaches_ends(it, *map) && increases(it, *map) && is_as_periodic_as(it, *map);
   if (is_map) stretched.stretch = Stretch{*map, stretched.low, stretched.high};

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <set>
 
+#include "model/analyse/solves.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
-#include "model/analyse/solves.h"
 #include "model/uses.h"
 
 namespace dpde::model {
@@ -18,13 +18,13 @@ namespace dpde::model {
 namespace {
 
 /// The range of the scheme's row of this key, else, as of a setting, that of the scene's name.
-SourceRange place_of(const Draft& draft, const std::string& key) {
-  const auto* scheme = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
-  if (scheme == nullptr || draft.selection.overrides.contains(key)) return draft.scene->name.range;
+SourceRange place_of(const Elaboration& elaboration, const std::string& key) {
+  const auto* scheme = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
+  if (scheme == nullptr || elaboration.selection.overrides.contains(key)) return elaboration.scene->name.range;
   for (const auto& [row, range] : items_of<ast::ValueItem>(scheme->items)) {
     if (row.name.name == key) return range;
   }
-  return draft.scene->name.range;
+  return elaboration.scene->name.range;
 }
 
 /// Without guesses that are not among `known`.
@@ -51,31 +51,33 @@ std::string why_nothing_begins(const std::vector<const Solve*>& solves, const Pr
 }
 
 /// The name of a new state that keeps what `of` was a step before.
-std::string keep(Draft& draft, const Solve& solved, const std::string& of, const char* suffix, const Origin& origin) {
+std::string keep(Elaboration& elaboration, const Solve& solved, const std::string& of, const char* suffix,
+                 const Origin& origin) {
   State guess;
-  guess.name = name_of_memory(draft, solved.name, suffix);
+  guess.name = name_of_memory(elaboration, solved.name, suffix);
   guess.history_of = of;
   guess.is_guess = true;
   guess.boundary = solved.boundary;
   guess.initial.formula = 0.0;
   guess.origin = origin;
-  draft.guesses.push_back(guess);
+  elaboration.guesses.push_back(guess);
   return guess.name;
 }
 
 }  // namespace
 
-std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::Expr>& starts,
+std::optional<std::vector<Expr>> starts_of(Elaboration& elaboration, const std::vector<ast::Expr>& starts,
                                            const std::string& name) {
   std::vector<Expr> found;
-  Expressions expressions(draft, Purpose::equation, name);
+  Expressions expressions(elaboration, FormulaContext::equation, name);
   for (const ast::Expr& start : starts) {
     const auto value = expressions.number(start);
     if (!value) return std::nullopt;
-    const bool is_known = draft.problem.find_state(name) != nullptr;  // of a constraint: what it was
+    const bool is_known = elaboration.problem.find_state(name) != nullptr;  // of a constraint: what it was
     if (!is_known && reads(*value, name)) {
-      draft.sink.report("solve-does-not-fit", start.range(), {name, "it begins with itself, which is not known yet"},
-                        "take guess = last in the scheme, which begins with the last solution");
+      elaboration.sink.report("solve-does-not-fit", start.range(),
+                              {name, "it begins with itself, which is not known yet"},
+                              "take guess = last in the scheme, which begins with the last solution");
       return std::nullopt;
     }
     found.push_back(*value);
@@ -83,51 +85,51 @@ std::optional<std::vector<Expr>> starts_of(Draft& draft, const std::vector<ast::
   return found;
 }
 
-void refuse_starts(Draft& draft, const Solve& solved) {
+void refuse_starts(Elaboration& elaboration, const Solve& solved) {
   if (solved.starts.empty()) return;
-  draft.sink.report(
+  elaboration.sink.report(
       "schemes-do-not-fit", solved.starts.front()->origin.range,
-      {print(draft.problem.scheme.time), "from " + print(solved.starts.front())},
-      is_implicit(draft.problem.scheme.time)
+      {print(elaboration.problem.scheme.time), "from " + print(solved.starts.front())},
+      is_implicit(elaboration.problem.scheme.time)
           ? "implicit stages solve for what a step adds to " + solved.name +
                 ": leave it out, or take an explicit scheme as time = rk2"
           : "each step solves for what it adds to " + solved.name + ": leave it out, or write each stage");
 }
 
 /// Whether the solve begins with what the model says; that it has no steps that could is told.
-static bool begins_with_starts(Draft& draft, Solve& solved) {
+static bool begins_with_starts(Elaboration& elaboration, Solve& solved) {
   if (solved.starts.empty()) return false;
-  const Scheme& scheme = draft.problem.scheme;
-  const bool is_by_steps = scheme.solve.method == SolveMethod::automatic || comes_near_by_steps(scheme.solve.method);
+  const Scheme& scheme = elaboration.problem.scheme;
+  const bool is_by_steps = scheme.solve.method == SolveMethod::automatic || is_iterative(scheme.solve.method);
   const bool has_steps = is_by_steps && !is_of_waves(solved, scheme);
   if (scheme.guess == Guess::automatic && has_steps) return true;
   if (!has_steps)
-    draft.sink.report("guess-not-used", solved.starts.front()->origin.range,
-                      {"from " + print(solved.starts.front()),
-                       fmt::format("solve = {} has no steps that could begin there", print(scheme.solve))},
-                      "take cg or multigrid, or leave it out");
+    elaboration.sink.report("guess-not-used", solved.starts.front()->origin.range,
+                            {"from " + print(solved.starts.front()),
+                             fmt::format("solve = {} has no steps that could begin there", print(scheme.solve))},
+                            "take cg or multigrid, or leave it out");
   solved.starts.clear();
   return false;
 }
 
-void add_guesses(Draft& draft, Solve& solved, const Origin& origin) {
-  if (begins_with_starts(draft, solved)) return;
-  const bool is_in_passes = !items_of<ast::SubcycleItem>(draft.scene->items).empty();  // which keep nothing of it
-  if (!begins_with_last(draft.problem) || is_in_passes || is_of_waves(solved, draft.problem.scheme)) return;
-  solved.guesses = {keep(draft, solved, solved.name, "_last", origin)};
-  if (draft.problem.scheme.guess == Guess::extrapolate)
-    solved.guesses.push_back(keep(draft, solved, solved.guesses.front(), "_before", origin));
+void add_guesses(Elaboration& elaboration, Solve& solved, const Origin& origin) {
+  if (begins_with_starts(elaboration, solved)) return;
+  const bool is_in_passes = !items_of<ast::SubcycleItem>(elaboration.scene->items).empty();  // which keep nothing of it
+  if (!uses_warm_start(elaboration.problem) || is_in_passes || is_of_waves(solved, elaboration.problem.scheme)) return;
+  solved.guesses = {keep(elaboration, solved, solved.name, "_last", origin)};
+  if (elaboration.problem.scheme.guess == Guess::extrapolate)
+    solved.guesses.push_back(keep(elaboration, solved, solved.guesses.front(), "_before", origin));
 }
 
-void add_guesses_of_constraint(Draft& draft, Solve& solved, const Origin& origin) {
-  if (begins_with_starts(draft, solved) || !begins_with_last(draft.problem)) return;
+void add_guesses_of_constraint(Elaboration& elaboration, Solve& solved, const Origin& origin) {
+  if (begins_with_starts(elaboration, solved) || !uses_warm_start(elaboration.problem)) return;
   solved.guesses = {solved.name};
-  if (draft.problem.scheme.guess == Guess::extrapolate)
-    solved.guesses.push_back(keep(draft, solved, solved.name, "_before", origin));
+  if (elaboration.problem.scheme.guess == Guess::extrapolate)
+    solved.guesses.push_back(keep(elaboration, solved, solved.name, "_before", origin));
 }
 
-void drop_idle_guesses(Draft& draft) {
-  Problem& problem = draft.problem;
+void drop_idle_guesses(Elaboration& elaboration) {
+  Problem& problem = elaboration.problem;
   std::set<std::string> found;
   for_each_formula(problem, [&](const Use& use) {
     if (!makes_state(use.kind)) return;  // others are made when somebody asks, and store nothing
@@ -143,45 +145,46 @@ void drop_idle_guesses(Draft& draft) {
   rewrite_formulas(problem, [&](const Use& use) { return with_guesses(use.formula, found); });
 }
 
-void check_guess(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_guess(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   if (!is_asked_for(problem.scheme.guess)) return;
   const std::string guess = fmt::format("guess = {}", name_of(problem.scheme.guess));
   const std::vector<const Solve*> solves = solves_of(problem);
   if (std::ranges::any_of(solves, [](const Solve* solve) { return !solve->guesses.empty(); })) return;
-  if (!begins_with_last(problem) && !solves.empty()) {
-    draft.sink.report(
-        "guess-not-used", place_of(draft, "guess"),
+  if (!uses_warm_start(problem) && !solves.empty()) {
+    elaboration.sink.report(
+        "guess-not-used", place_of(elaboration, "guess"),
         {guess, fmt::format("solve = {} has no steps that could begin there", print(problem.scheme.solve))},
         "take cg or multigrid, or leave it out");
     return;
   }
-  const auto subcycles = items_of<ast::SubcycleItem>(draft.scene->items);
+  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.scene->items);
   if (!subcycles.empty() && !solves.empty()) {
-    draft.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with " + guess},
-                      "make all steps shorter, or take guess = none");
+    elaboration.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with " + guess},
+                            "make all steps shorter, or take guess = none");
   } else if (std::ranges::any_of(problem.projections, &Projection::is_each_step)) {
-    draft.sink.report("guess-not-used", place_of(draft, "guess"),
-                      {guess, "a constraint each step solves for what the step adds to it"},
-                      "leave it out: what is known of the last step is in the stages, or write each stage");
+    elaboration.sink.report("guess-not-used", place_of(elaboration, "guess"),
+                            {guess, "a constraint each step solves for what the step adds to it"},
+                            "leave it out: what is known of the last step is in the stages, or write each stage");
   } else if (is_implicit(problem.scheme.time)) {
-    draft.sink.report("schemes-do-not-fit", place_of(draft, "guess"), {print(problem.scheme.time), guess},
-                      "implicit stages solve for what a step adds, which is not like that of the step before: take "
-                      "guess = none, or an explicit scheme as time = rk2");
+    elaboration.sink.report(
+        "schemes-do-not-fit", place_of(elaboration, "guess"), {print(problem.scheme.time), guess},
+        "implicit stages solve for what a step adds, which is not like that of the step before: take "
+        "guess = none, or an explicit scheme as time = rk2");
   } else {
-    draft.sink.report("guess-not-used", place_of(draft, "guess"), {guess, why_nothing_begins(solves, problem)},
-                      "leave it out");
+    elaboration.sink.report("guess-not-used", place_of(elaboration, "guess"),
+                            {guess, why_nothing_begins(solves, problem)}, "leave it out");
   }
 }
 
-void check_solve_keys(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_solve_keys(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   const SolveBy& by = problem.scheme.solve;
   const bool is_solved = is_implicit(problem.scheme.time) || !solves_of(problem).empty();
   const auto check = [&](const char* key, std::string_view value, bool is_used, const char* what, const char* instead) {
     if (is_solved && is_used) return;
-    draft.sink.report(
-        "solve-key-not-used", place_of(draft, key),
+    elaboration.sink.report(
+        "solve-key-not-used", place_of(elaboration, key),
         {fmt::format("{} = {}", key, value),
          is_solved ? fmt::format("solve = {} has no {}", print(by), what) : "no step of this scene solves an equation"},
         is_solved ? fmt::format("take {}, or leave it out", instead) : "leave it out");
@@ -190,10 +193,11 @@ void check_solve_keys(Draft& draft) {
   const std::vector<const Solve*> solves = solves_of(problem);
   const auto is_by_waves = [&](const Solve* solve) { return is_of_waves(*solve, problem.scheme); };
   if (!is_automatic && by.method != SolveMethod::fourier && !solves.empty() && std::ranges::all_of(solves, is_by_waves))
-    draft.sink.report("solve-key-not-used", place_of(draft, "solve"),
-                      {fmt::format("solve = {}", print(by)), "derivatives by Fourier series are solved wave by wave"},
-                      "leave it out, or take lap and dx = central(2)");
-  const bool has_steps = comes_near_by_steps(by.method);
+    elaboration.sink.report(
+        "solve-key-not-used", place_of(elaboration, "solve"),
+        {fmt::format("solve = {}", print(by)), "derivatives by Fourier series are solved wave by wave"},
+        "leave it out, or take lap and dx = central(2)");
+  const bool has_steps = is_iterative(by.method);
   if (by.smoother != Smoother::automatic) {
     const bool has_cycles =
         has_steps && (by.method == SolveMethod::multigrid || by.preconditioner != Preconditioner::none);

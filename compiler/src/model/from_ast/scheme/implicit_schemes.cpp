@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "model/analyse/implicit_part.h"
+#include "model/analyse/split_terms.h"
+#include "model/boundary/metric.h"
 #include "model/build.h"
 #include "model/from_ast/parts.h"
-#include "model/analyse/implicit_part.h"
-#include "model/boundary/metric.h"
 #include "model/print/print_model.h"
-#include "model/analyse/split_terms.h"
 
 namespace dpde::model {
 
@@ -18,7 +18,7 @@ namespace {
 /// What of the scheme stands in the way.
 std::optional<Obstacle> obstacle(const Problem& problem) {
   const Scheme& scheme = problem.scheme;
-  if (scheme.follows_flow() && !scheme.is_split())
+  if (scheme.is_semi_lagrangian() && !scheme.is_split())
     return Obstacle{"advection along the flow in one step with other terms",
                     "write split = lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)"};
   if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral)
@@ -59,7 +59,8 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
     return Obstacle{
         fmt::format("terms that read across a pole in what it solves for in the equation for {}", state.name),
         "with dx = central(2) lap(u) and div(k*grad(u)) of numbers end at poles; leave other terms explicit"};
-  const bool is_carried = problem.scheme.is_split() && follows_flow(problem.scheme.transport_of(state.name).advect);
+  const bool is_carried =
+      problem.scheme.is_split() && is_semi_lagrangian(problem.scheme.transport_of(state.name).advect);
   const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
   if (is_trapezoidal(problem.scheme.time) && holds_state(problem, rest))
     return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
@@ -68,22 +69,22 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
 }
 
 /// A time scheme that solves for nothing has no use for a choice of terms.
-void check_explicit(Draft& draft) {
-  const Problem& problem = draft.problem;
+void check_explicit(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
   if (problem.scheme.implicit == Implicit::linear) return;
-  draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
-                    {print(problem.scheme.time), fmt::format("implicit = {}", name_of(problem.scheme.implicit))},
-                    "take time = ars222, or leave implicit out");
+  elaboration.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
+                          {print(problem.scheme.time), fmt::format("implicit = {}", name_of(problem.scheme.implicit))},
+                          "take time = ars222, or leave implicit out");
 }
 
 }  // namespace
 
-void check_implicit(Draft& draft) {
-  const Problem& problem = draft.problem;
-  if (!draft.model || problem.states.empty()) return;
-  if (!is_implicit(problem.scheme.time)) return check_explicit(draft);
+void check_implicit(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
+  if (!elaboration.model || problem.states.empty()) return;
+  if (!is_implicit(problem.scheme.time)) return check_explicit(elaboration);
   const auto report = [&](SourceRange range, const Obstacle& found) {
-    draft.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);
+    elaboration.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);
   };
   const SourceRange begin = problem.states.front().origin.range;
   if (const auto found = obstacle(problem)) return report(begin, *found);

@@ -153,39 +153,40 @@ constexpr Choice choices[] = {
     {"networks", "f64", {}, set_networks<Precision::f64>},
 };
 
-const ast::Scheme* find_scheme(Draft& draft, const ast::Identifier& name) {
-  const auto* scheme = find_declaration<ast::Scheme>(draft.file, name.name);
+const ast::Scheme* find_scheme(Elaboration& elaboration, const ast::Identifier& name) {
+  const auto* scheme = find_declaration<ast::Scheme>(elaboration.file, name.name);
   if (!scheme) {
-    draft.sink.report("unknown-block", name.range, {"scheme", name.name},
-                      did_you_mean(name.name, names_of<ast::Scheme>(draft.file)));
+    elaboration.sink.report("unknown-block", name.range, {"scheme", name.name},
+                            did_you_mean(name.name, names_of<ast::Scheme>(elaboration.file)));
   }
   return scheme;
 }
 
 /// All that are named must exist; the first of them counts.
-const ast::Scheme* choose(Draft& draft) {
+const ast::Scheme* choose(Elaboration& elaboration) {
   std::vector<ast::Identifier> wishes;
-  if (!draft.selection.scheme.empty()) wishes.push_back({draft.selection.scheme, {}});
-  if (draft.task && draft.task->scheme && draft.selection.beside.empty()) wishes.push_back(*draft.task->scheme);
-  if (draft.scene->scheme) wishes.push_back(*draft.scene->scheme);
+  if (!elaboration.selection.scheme.empty()) wishes.push_back({elaboration.selection.scheme, {}});
+  if (elaboration.task && elaboration.task->scheme && elaboration.selection.beside.empty())
+    wishes.push_back(*elaboration.task->scheme);
+  if (elaboration.scene->scheme) wishes.push_back(*elaboration.scene->scheme);
   if (wishes.empty()) {
-    const std::vector<std::string> names = names_of<ast::Scheme>(draft.file);
-    return names.empty() ? nullptr : find_declaration<ast::Scheme>(draft.file, names.front());
+    const std::vector<std::string> names = names_of<ast::Scheme>(elaboration.file);
+    return names.empty() ? nullptr : find_declaration<ast::Scheme>(elaboration.file, names.front());
   }
   const ast::Scheme* chosen = nullptr;
-  for (auto wish = wishes.rbegin(); wish != wishes.rend(); ++wish) chosen = find_scheme(draft, *wish);
+  for (auto wish = wishes.rbegin(); wish != wishes.rend(); ++wish) chosen = find_scheme(elaboration, *wish);
   return chosen;
 }
 
-void bind_row(Draft& draft, const ast::ValueItem& row, Scheme& scheme) {
+void bind_row(Elaboration& elaboration, const ast::ValueItem& row, Scheme& scheme) {
   const auto refusal = set_scheme_key(scheme, row.name.name, row.value);
   if (!refusal) return;
   const std::string list = fmt::format("choose one of: {}", fmt::join(refusal->choices, ", "));
   if (refusal->unknown_key) {
-    draft.sink.report("unknown-scheme-key", row.name.range, {row.name.name},
-                      did_you_mean(row.name.name, scheme_keys()));
+    elaboration.sink.report("unknown-scheme-key", row.name.range, {row.name.name},
+                            did_you_mean(row.name.name, scheme_keys()));
   } else {
-    draft.sink.report("bad-scheme-value", row.value.range(), {row.name.name, ast::print(row.value)}, list);
+    elaboration.sink.report("bad-scheme-value", row.value.range(), {row.name.name, ast::print(row.value)}, list);
   }
 }
 
@@ -254,38 +255,38 @@ std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& k
   return refusal;
 }
 
-void bind_scheme(Draft& draft) {
-  const ast::Scheme* chosen = choose(draft);
+void bind_scheme(Elaboration& elaboration) {
+  const ast::Scheme* chosen = choose(elaboration);
   if (chosen) {
-    draft.problem.scheme.name = chosen->name.name;
+    elaboration.problem.scheme.name = chosen->name.name;
     std::map<std::string, SourceRange> seen;
     for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
       if (row.of || row.name.name == split_key) continue;
       const auto [first, is_new] = seen.emplace(row.name.name, row.name.range);
-      if (!is_new) report_duplicate(draft, row.name.name, row.name.range, first->second);
-      if (is_new) bind_row(draft, row, draft.problem.scheme);
+      if (!is_new) report_duplicate(elaboration, row.name.name, row.name.range, first->second);
+      if (is_new) bind_row(elaboration, row, elaboration.problem.scheme);
     }
   }
-  apply_scheme_settings(draft);
+  apply_scheme_settings(elaboration);
 }
 
 /// Of the fields that they name, which are known by now.
-void bind_transports(Draft& draft) {
-  const ast::Scheme* chosen = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
+void bind_transports(Elaboration& elaboration) {
+  const ast::Scheme* chosen = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
   if (!chosen) return;
   std::map<std::string, SourceRange> seen;
   for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
     if (!row.of) continue;
     if (row.name.name != "advect") {
-      draft.sink.report("not-allowed-here", row.of->range, {"a field", fmt::format("the row {}", row.name.name)},
-                        fmt::format("leave {} out; only advect is chosen field by field", row.of->name));
+      elaboration.sink.report("not-allowed-here", row.of->range, {"a field", fmt::format("the row {}", row.name.name)},
+                              fmt::format("leave {} out; only advect is chosen field by field", row.of->name));
       continue;
     }
-    const std::vector<State*> states = find_states(draft, *row.of, "an advect of its own");
-    if (states.empty() || !is_first(draft, "the advect", *row.of, states, seen)) continue;
+    const std::vector<State*> states = find_states(elaboration, *row.of, "an advect of its own");
+    if (states.empty() || !is_first(elaboration, "the advect", *row.of, states, seen)) continue;
     Scheme own;
-    bind_row(draft, row, own);
-    for (const State* state : states) draft.problem.scheme.transports[state->name] = own.transport;
+    bind_row(elaboration, row, own);
+    for (const State* state : states) elaboration.problem.scheme.transports[state->name] = own.transport;
   }
 }
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "model/analyse/split_terms.h"
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
-#include "model/analyse/split_terms.h"
 #include "syntax/print/print_ast.h"
 
 namespace dpde::model {
@@ -17,8 +17,8 @@ namespace {
 constexpr Split::Terms all_terms[] = {Split::Terms::advect, Split::Terms::sources, Split::Terms::diffusion};
 constexpr const char* parts_hint = "write split = lie(advect, sources, diffusion), or strang(...), in the order wanted";
 
-const ast::ValueItem* row_of(const Draft& draft) {
-  const ast::Scheme* chosen = find_declaration<ast::Scheme>(draft.file, draft.problem.scheme.name);
+const ast::ValueItem* row_of(const Elaboration& elaboration) {
+  const ast::Scheme* chosen = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
   if (!chosen) return nullptr;
   for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
     if (row.name.name == split_key && !row.of) return &row;
@@ -28,13 +28,13 @@ const ast::ValueItem* row_of(const Draft& draft) {
 
 class SplitReader {
  public:
-  explicit SplitReader(Draft& draft) : draft_(draft) {}
+  explicit SplitReader(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   Split read(const ast::Expr& value) {
     Split split;
     const auto* call = std::get_if<ast::Call>(&value->kind);
     if (!call || (call->callee != "lie" && call->callee != "strang")) {
-      draft_.sink.report("bad-scheme-value", value.range(), {split_key, ast::print(value)}, parts_hint);
+      elaboration_.sink.report("bad-scheme-value", value.range(), {split_key, ast::print(value)}, parts_hint);
       return split;
     }
     split.kind = call->callee == "lie" ? Split::Kind::lie : Split::Kind::strang;
@@ -44,7 +44,7 @@ class SplitReader {
 
  private:
   void refuse(const ast::Expr& part, std::string why, std::string hint) {
-    draft_.sink.report("split-does-not-fit", part.range(), {std::move(why)}, std::move(hint));
+    elaboration_.sink.report("split-does-not-fit", part.range(), {std::move(why)}, std::move(hint));
   }
 
   void add(const ast::Expr& written, Split& split) {
@@ -65,7 +65,7 @@ class SplitReader {
       const auto* field = std::get_if<ast::Name>(&call->arguments[i].value->kind);
       if (!field) return refuse(written, "its parts are of fields", "as in sources(u)");
       const ast::Identifier written_field{field->name, call->arguments[i].value.range()};
-      for (const State* state : find_states(draft_, written_field, "a part of the step"))
+      for (const State* state : find_states(elaboration_, written_field, "a part of the step"))
         part.states.push_back(state->name);
     }
     for (const Split::Part& other : split.parts) {
@@ -82,7 +82,7 @@ class SplitReader {
            std::ranges::any_of(a.states, [&](const std::string& state) { return b.has(state); });
   }
 
-  Draft& draft_;
+  Elaboration& elaboration_;
 };
 
 std::optional<Obstacle> obstacle_to_parts(const Problem& problem) {
@@ -97,17 +97,18 @@ std::optional<Obstacle> obstacle_to_parts(const Problem& problem) {
 
 }  // namespace
 
-void bind_split(Draft& draft) {
-  if (const ast::ValueItem* row = row_of(draft)) draft.problem.scheme.split = SplitReader(draft).read(row->value);
+void bind_split(Elaboration& elaboration) {
+  if (const ast::ValueItem* row = row_of(elaboration))
+    elaboration.problem.scheme.split = SplitReader(elaboration).read(row->value);
 }
 
-void check_split(Draft& draft) {
-  const Problem& problem = draft.problem;
-  const ast::ValueItem* row = row_of(draft);
-  if (!row || !problem.scheme.is_split() || draft.sink.has_errors()) return;
+void check_split(Elaboration& elaboration) {
+  const Problem& problem = elaboration.problem;
+  const ast::ValueItem* row = row_of(elaboration);
+  if (!row || !problem.scheme.is_split() || elaboration.sink.has_errors()) return;
   const SourceRange range = row->value.range();
   if (const std::optional<Obstacle> found = obstacle_to_parts(problem)) {
-    draft.sink.report("split-does-not-fit", range, {found->what}, found->hint);
+    elaboration.sink.report("split-does-not-fit", range, {found->what}, found->hint);
     return;
   }
   for (const State& state : problem.states) {
@@ -117,10 +118,11 @@ void check_split(Draft& draft) {
         return part.terms == terms && part.is_of(state.name);
       });
       if (!is_there || is_taken) continue;
-      draft.sink.report("split-does-not-fit", range,
-                        {fmt::format("the equation of {} has {}, which no part takes", written_name(draft, state.name),
-                                     terms == Split::Terms::advect ? "terms with advect" : name_of(terms))},
-                        fmt::format("add {0}, or {0}({1})", name_of(terms), state.name));
+      elaboration.sink.report(
+          "split-does-not-fit", range,
+          {fmt::format("the equation of {} has {}, which no part takes", written_name(elaboration, state.name),
+                       terms == Split::Terms::advect ? "terms with advect" : name_of(terms))},
+          fmt::format("add {0}, or {0}({1})", name_of(terms), state.name));
     }
   }
 }

@@ -11,14 +11,14 @@
 
 namespace dpde::model {
 
-Typed Expressions::average(const ast::Call& e, SourceRange range) {
+TypedExpr Expressions::average(const ast::Call& e, SourceRange range) {
   const auto refuse_here = [&](const std::string& where, const std::string& hint) {
-    draft_.sink.report("not-allowed-here", e.callee_range, {"average", where}, hint);
-    return Typed{};
+    elaboration_.sink.report("not-allowed-here", e.callee_range, {"average", where}, hint);
+    return TypedExpr{};
   };
   if (!takes(e, 1)) return {};
-  if (purpose_ != Purpose::quantity || !draft_.takes_averages)
-    return refuse_here(purpose_ == Purpose::quantity ? subject_ : std::string(place_of(purpose_)),
+  if (purpose_ != FormulaContext::quantity || !elaboration_.takes_averages)
+    return refuse_here(purpose_ == FormulaContext::quantity ? subject_ : std::string(place_of(purpose_)),
                        "it is the mean over the states of a loss, as in minimise (average(mean(u^2)) - 1)^2 over 8 "
                        "steps; the mean over the grid is mean(u)");
   if (is_in_average_) return refuse_here("an average", "average(mean(u^2)) is the mean over space and over the states");
@@ -26,31 +26,31 @@ Typed Expressions::average(const ast::Call& e, SourceRange range) {
   const auto value = number(e.arguments[0].value);
   is_in_average_ = false;
   const std::optional<Expr> quantity =
-      value ? quantity_of(draft_, *value, "an average", e.arguments[0].value.range()) : std::nullopt;
+      value ? quantity_of(elaboration_, *value, "an average", e.arguments[0].value.range()) : std::nullopt;
   if (!quantity) return {};
-  for (const Draft::Average& known : draft_.averages) {
+  for (const Elaboration::Average& known : elaboration_.averages) {
     if (known.value == *quantity) return number_of(model::param(known.name, {range}));
   }
   std::string name;
   do {
-    name = fmt::format("average_{}", ++draft_.averages_named);
-  } while (draft_.scope.find(name) != nullptr);
-  draft_.averages.push_back({name, *quantity, {range}});
+    name = fmt::format("average_{}", ++elaboration_.averages_named);
+  } while (elaboration_.scope.find(name) != nullptr);
+  elaboration_.averages.push_back({name, *quantity, {range}});
   return number_of(model::param(name, {range}));
 }
 
 namespace {
 
 /// What a formula of numbers cannot hold: anything that a state has; null where it is one.
-const Expr* no_number(const Draft& draft, const Expr& e) {
+const Expr* no_number(const Elaboration& elaboration, const Expr& e) {
   const Param* param = std::get_if<Param>(&e->kind);
-  const auto is_average = [&](const Draft::Average& average) {
+  const auto is_average = [&](const Elaboration::Average& average) {
     return param != nullptr && average.name == param->name;
   };
   if (param != nullptr) {
-    const bool is_known =
-        std::ranges::any_of(draft.averages, is_average) ||
-        (draft.problem.find_param(param->name) != nullptr && draft.problem.find_control(param->name) == nullptr);
+    const bool is_known = std::ranges::any_of(elaboration.averages, is_average) ||
+                          (elaboration.problem.find_param(param->name) != nullptr &&
+                           elaboration.problem.find_control(param->name) == nullptr);
     return is_known ? nullptr : &e;
   }
   const bool is_of_numbers = std::holds_alternative<Number>(e->kind) || std::holds_alternative<Neg>(e->kind) ||
@@ -58,18 +58,18 @@ const Expr* no_number(const Draft& draft, const Expr& e) {
                              std::holds_alternative<Select>(e->kind);
   const Expr* found = is_of_numbers ? nullptr : &e;
   for_each_part(e, [&](const Expr& part) {
-    if (found == nullptr) found = no_number(draft, part);
+    if (found == nullptr) found = no_number(elaboration, part);
   });
   return found;
 }
 
 }  // namespace
 
-void add_loss_of_averages(Draft& draft, const Expr& value, const When& when, SourceRange range) {
+void add_loss_of_averages(Elaboration& elaboration, const Expr& value, const When& when, SourceRange range) {
   const auto refuse = [&](SourceRange where, const std::string& what, const std::string& hint) {
-    draft.sink.report("not-allowed-here", where.is_known() ? where : range, {what, "a loss of averages"}, hint);
+    elaboration.sink.report("not-allowed-here", where.is_known() ? where : range, {what, "a loss of averages"}, hint);
   };
-  if (const Expr* mistake = no_number(draft, value))
+  if (const Expr* mistake = no_number(elaboration, value))
     return refuse((*mistake)->origin.range, "what the states have each for themselves",
                   "a loss of averages is a formula of them, of numbers and of parameters, once a run; write a line of "
                   "its own for the rest: minimise mean((u - v)^2) over 8 steps");
@@ -78,8 +78,8 @@ void add_loss_of_averages(Draft& draft, const Expr& value, const When& when, Sou
   if (when.counted) return refuse(range, "mean, sum or integral over them", "it is one number a run: leave that out");
   When of_average = when;
   of_average.counted = Reduce::Kind::mean;
-  std::vector<Loss>& losses = draft.problem.task->losses;
-  for (const Draft::Average& average : draft.averages)
+  std::vector<Loss>& losses = elaboration.problem.task->losses;
+  for (const Elaboration::Average& average : elaboration.averages)
     losses.push_back({average.value, of_average, average.origin, average.name});
   losses.push_back({value, when, {range}, "", true});
 }

@@ -22,7 +22,7 @@ constexpr double most_cells = 1e9;
 
 class ChartReader {
  public:
-  ChartReader(const ast::Chart& source, Draft& draft) : source_(source), draft_(draft) {}
+  ChartReader(const ast::Chart& source, Elaboration& elaboration) : source_(source), elaboration_(elaboration) {}
 
   Chart read() {
     chart_.name = source_.name.name;
@@ -52,29 +52,29 @@ class ChartReader {
 
  private:
   void fail(SourceRange where, const std::string& option, const std::string& what, std::string hint = {}) {
-    draft_.sink.report("bad-optimiser-option", where, {option, "chart " + chart_.name, what}, std::move(hint));
+    elaboration_.sink.report("bad-optimiser-option", where, {option, "chart " + chart_.name, what}, std::move(hint));
   }
 
   void refuse_second(const std::string& what, SourceRange range) {
     const auto [first, is_new] = seen_.emplace(what, range);
-    if (!is_new) report_duplicate(draft_, what, range, first->second);
+    if (!is_new) report_duplicate(elaboration_, what, range, first->second);
   }
 
   template <class Kind>
   void require(const char* what, const ast::Identifier& name) {
-    if (find_declaration<Kind>(draft_.file, name.name) != nullptr) return;
-    draft_.sink.report("unknown-block", name.range, {what, name.name},
-                       did_you_mean(name.name, names_of<Kind>(draft_.file)));
+    if (find_declaration<Kind>(elaboration_.file, name.name) != nullptr) return;
+    elaboration_.sink.report("unknown-block", name.range, {what, name.name},
+                             did_you_mean(name.name, names_of<Kind>(elaboration_.file)));
   }
 
   double positive(const ast::Expr& e, const std::string& what) {
-    const double value = evaluate(draft_, e, "a number of a chart").value_or(1);
+    const double value = evaluate(elaboration_, e, "a number of a chart").value_or(1);
     if (!(value > 0)) fail(e.range(), what, fmt::format("must be positive, not {}", value));
     return value;
   }
 
   int cells(const ast::Expr& e, const std::string& what, int least) {
-    const double value = evaluate(draft_, e, "a number of a chart").value_or(least);
+    const double value = evaluate(elaboration_, e, "a number of a chart").value_or(least);
     if (value >= least && value <= most_cells && value == std::floor(value)) return static_cast<int>(value);
     fail(e.range(), what, fmt::format("is a whole number from {} on, not {}", least, value));
     return least;
@@ -109,8 +109,8 @@ class ChartReader {
     Scheme scheme;
     const auto refusal = set_scheme_key(scheme, key, e);
     if (refusal)
-      draft_.sink.report("bad-scheme-value", e.range(), {key, text},
-                         fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
+      elaboration_.sink.report("bad-scheme-value", e.range(), {key, text},
+                               fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
     return text;
   }
 
@@ -120,7 +120,7 @@ class ChartReader {
     std::vector<std::string> keys{"scheme", "cells", "step", "fraction"};
     keys.insert(keys.end(), scheme_keys().begin(), scheme_keys().end());
     if (std::ranges::find(keys, key) == keys.end()) {
-      draft_.sink.report("unknown-scheme-key", item.key.range, {key}, did_you_mean(key, keys));
+      elaboration_.sink.report("unknown-scheme-key", item.key.range, {key}, did_you_mean(key, keys));
       return;
     }
     Chart::Choices choices{key, {}};
@@ -141,12 +141,12 @@ class ChartReader {
       }
       if (!is_norm) fail(e.range(), "error", "is made of l1(field), l2(field) and linf(field)");
     }
-    if (item.at) chart_.end = evaluate(draft_, *item.at, "a time");
+    if (item.at) chart_.end = evaluate(elaboration_, *item.at, "a time");
   }
 
   void read_gradient(const ast::Expr& e) {
     const auto* name = std::get_if<ast::Name>(&e->kind);
-    const auto* task = name ? find_declaration<ast::Task>(draft_.file, name->name) : nullptr;
+    const auto* task = name ? find_declaration<ast::Task>(elaboration_.file, name->name) : nullptr;
     if (!name) return fail(e.range(), "gradient", "is the name of a task");
     chart_.gradient = name->name;
     require<ast::Task>("task", {name->name, e.range()});
@@ -155,7 +155,7 @@ class ChartReader {
   }
 
   const ast::Chart& source_;
-  Draft& draft_;
+  Elaboration& elaboration_;
   Chart chart_;
   std::map<std::string, SourceRange> seen_;
 };
@@ -167,8 +167,8 @@ std::optional<Chart> chart_from_ast(const ast::File& file, const std::string& na
   if (!written) return std::nullopt;
   const ast::Chart* source = find_declaration<ast::Chart>(*written, name);
   const Selection nothing;
-  Draft draft(*written, nothing, sink);
-  Chart chart = ChartReader(*source, draft).read();
+  Elaboration elaboration(*written, nothing, sink);
+  Chart chart = ChartReader(*source, elaboration).read();
   return sink.has_errors() ? std::nullopt : std::optional(std::move(chart));
 }
 

@@ -21,16 +21,16 @@ constexpr double most_of_an_option = 1e9, most_runs = 1e5;  // runs are files of
 
 class DataSetReader {
  public:
-  DataSetReader(const ast::DataSet& source, Draft& draft) : source_(source), draft_(draft) {}
+  DataSetReader(const ast::DataSet& source, Elaboration& elaboration) : source_(source), elaboration_(elaboration) {}
 
   DataSet read() {
     set_.name = source_.name.name;
     set_.range = source_.name.range;
     set_.scene = source_.of.name;
     if (source_.scheme) set_.scheme = source_.scheme->name;
-    if (find_declaration<ast::Scene>(draft_.file, set_.scene) == nullptr) {
-      draft_.sink.report("unknown-block", source_.of.range, {"scene", set_.scene},
-                         did_you_mean(set_.scene, names_of<ast::Scene>(draft_.file)));
+    if (find_declaration<ast::Scene>(elaboration_.file, set_.scene) == nullptr) {
+      elaboration_.sink.report("unknown-block", source_.of.range, {"scene", set_.scene},
+                               did_you_mean(set_.scene, names_of<ast::Scene>(elaboration_.file)));
     }
     for (const auto& [item, range] : items_of<ast::OptionItem>(source_.items)) read_option(item, range);
     for (const auto& [item, range] : items_of<ast::FramesItem>(source_.items)) {
@@ -49,9 +49,9 @@ class DataSetReader {
 
  private:
   void fail(SourceRange where, const std::string& option, const std::string& what) {
-    draft_.sink.report("bad-optimiser-option", where, {option, "dataset " + set_.name, what});
+    elaboration_.sink.report("bad-optimiser-option", where, {option, "dataset " + set_.name, what});
   }
-  double number(const ast::Expr& e) { return evaluate(draft_, e, "a number of a data set").value_or(1); }
+  double number(const ast::Expr& e) { return evaluate(elaboration_, e, "a number of a data set").value_or(1); }
 
   int whole(const ast::Expr& e, const std::string& option, double least, double largest = most_of_an_option) {
     const double value = number(e);
@@ -64,7 +64,7 @@ class DataSetReader {
 
   void refuse_second(const std::string& what, SourceRange range) {
     const auto [first, is_new] = seen_.emplace(what, range);
-    if (!is_new) report_duplicate(draft_, what, range, first->second);
+    if (!is_new) report_duplicate(elaboration_, what, range, first->second);
   }
 
   void read_option(const ast::OptionItem& item, SourceRange range) {
@@ -120,7 +120,7 @@ class DataSetReader {
   }
 
   const ast::DataSet& source_;
-  Draft& draft_;
+  Elaboration& elaboration_;
   DataSet set_;
   int coarsen_ = 1;
   std::string file_;
@@ -150,8 +150,8 @@ std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::strin
   if (!written) return std::nullopt;
   const ast::DataSet* source = find_declaration<ast::DataSet>(*written, name);
   const Selection nothing;
-  Draft draft(*written, nothing, sink);
-  DataSet set = DataSetReader(*source, draft).read();
+  Elaboration elaboration(*written, nothing, sink);
+  DataSet set = DataSetReader(*source, elaboration).read();
   return sink.has_errors() ? std::nullopt : std::optional(std::move(set));
 }
 

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 
+#include "model/analyse/placement.h"
 #include "model/build.h"
 #include "model/from_ast/formulas/expressions.h"
-#include "model/from_ast/parts.h"
 #include "model/from_ast/network_from_ast.h"
-#include "model/analyse/placement.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
@@ -60,43 +60,43 @@ std::optional<std::vector<Expr>> Expressions::counted_channels(const network::Ne
 }
 
 bool Expressions::may_call_network(const DeclaredNetwork& declared, const ast::Call& e) {
-  if (!declared.network && draft_.program) {
-    draft_.sink.report("bad-network", e.callee_range,
-                       {"the network " + e.callee + " is not for a program on these axes"},
-                       "below the model inputs and outputs are numbers: network n(3) -> 2");
+  if (!declared.network && elaboration_.program) {
+    elaboration_.sink.report("bad-network", e.callee_range,
+                             {"the network " + e.callee + " is not for a program on these axes"},
+                             "below the model inputs and outputs are numbers: network n(3) -> 2");
     return false;
   }
-  const auto falls = std::ranges::find_if(draft_.problem.axes, &Axis::runs_down);
-  if (falls != draft_.problem.axes.end()) {
-    draft_.sink.report("not-allowed-here", e.callee_range,
-                       {"the network " + e.callee, fmt::format("a scene whose {} runs down", falls->name)},
-                       "its weights know neighbours by the order of the cells, which is turned round here");
+  const auto falls = std::ranges::find_if(elaboration_.problem.axes, &Axis::runs_down);
+  if (falls != elaboration_.problem.axes.end()) {
+    elaboration_.sink.report("not-allowed-here", e.callee_range,
+                             {"the network " + e.callee, fmt::format("a scene whose {} runs down", falls->name)},
+                             "its weights know neighbours by the order of the cells, which is turned round here");
     return false;
   }
-  const bool is_formula = purpose_ == Purpose::initial || purpose_ == Purpose::coefficient;
+  const bool is_formula = purpose_ == FormulaContext::initial || purpose_ == FormulaContext::coefficient;
   if (is_formula && !declared.relative.empty()) {
-    draft_.sink.report("not-allowed-here", e.callee_range,
-                       {"the mean that galilean takes", std::string(place_of(purpose_))},
-                       "use a network without it: what goes in here is known beforehand");
+    elaboration_.sink.report("not-allowed-here", e.callee_range,
+                             {"the mean that galilean takes", std::string(place_of(purpose_))},
+                             "use a network without it: what goes in here is known beforehand");
     return false;
   }
-  if (is_formula || is_of_step() || purpose_ == Purpose::quantity) return true;
-  const bool is_boundary = purpose_ == Purpose::boundary || purpose_ == Purpose::boundary_weight;
+  if (is_formula || is_of_step() || purpose_ == FormulaContext::quantity) return true;
+  const bool is_boundary = purpose_ == FormulaContext::boundary || purpose_ == FormulaContext::boundary_weight;
   const std::string hint =
       is_boundary
           ? "write c = " + e.callee +
                 "(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value"
-      : purpose_ == Purpose::control || purpose_ == Purpose::control_field
+      : purpose_ == FormulaContext::control || purpose_ == FormulaContext::control_field
           ? "write the network where the control stands: in the equation or the event"
           : "networks stand in equations, events, initial states, coefficients, observables, losses and tests";
-  draft_.sink.report("not-allowed-here", e.callee_range, {"the network " + e.callee, std::string(place_of(purpose_))},
-                     hint);
+  elaboration_.sink.report("not-allowed-here", e.callee_range,
+                           {"the network " + e.callee, std::string(place_of(purpose_))}, hint);
   return false;
 }
 
 /// Only vectors have their components at places of their own: the call takes them cell by cell.
 bool Expressions::may_mix_places(const DeclaredNetwork& declared, const NetworkCall& call, SourceRange range) {
-  const Placements placements(draft_.problem);
+  const Placements placements(elaboration_.problem);
   const Placements::OfCall places = placements.places_of(call, {});
   if (!places.is_cell_by_cell) return true;
   std::size_t first = 0;
@@ -109,7 +109,7 @@ bool Expressions::may_mix_places(const DeclaredNetwork& declared, const NetworkC
     for (std::size_t i = 0; !is_whole && i < count; ++i) {
       const auto mistake = placements.find_mistake(call.arguments[first + i], {});
       if (!mistake) continue;
-      report_misplaced(draft_, *mistake, range);
+      report_misplaced(elaboration_, *mistake, range);
       return false;
     }
     first += count;
@@ -117,36 +117,37 @@ bool Expressions::may_mix_places(const DeclaredNetwork& declared, const NetworkC
   return true;
 }
 
-Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
-                             SourceRange range) {
+TypedExpr Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
+                                 SourceRange range) {
   if (!may_call_network(declared, e)) return {};
   const std::string& network = declared.source->name.name;
-  const bool is_first_call = draft_.called_networks.insert(network).second;
+  const bool is_first_call = elaboration_.called_networks.insert(network).second;
   for (std::size_t i = 0; is_first_call && i < declared.misfits.size(); ++i) {
-    draft_.sink.report("bad-network", declared.misfits[i].range, {declared.misfits[i].text}, declared.misfits[i].hint);
+    elaboration_.sink.report("bad-network", declared.misfits[i].range, {declared.misfits[i].text},
+                             declared.misfits[i].hint);
   }
   const auto arguments = channels(declared, e);
-  if (!declared.network || !arguments || is_too_large({Typed::Type::vector, *arguments}, range)) return {};
+  if (!declared.network || !arguments || is_too_large({TypedExpr::Type::vector, *arguments}, range)) return {};
   const auto value = [&](int number, const std::string& name) {
     return network_call({network, *arguments, number, declared.network->outputs, name}, {range});
   };
   const std::string first_name = declared.vector ? axis_name(0) : declared.outputs.empty() ? "" : declared.outputs[0];
   if (!may_mix_places(declared, {network, *arguments, 0, declared.network->outputs, first_name}, range)) return {};
   if (declared.vector) {
-    Typed result{axis_count() == 1 ? Typed::Type::number : Typed::Type::vector, {}};
+    TypedExpr result{axis_count() == 1 ? TypedExpr::Type::number : TypedExpr::Type::vector, {}};
     for (int axis = 0; axis < axis_count(); ++axis)
       result.parts.push_back(value(axis, axis_count() == 1 ? "" : axis_name(axis)));
     return result;
   }
   const std::vector<std::string>& names = declared.outputs;
-  if (names.empty()) return {Typed::Type::number, {value(0, "")}};
+  if (names.empty()) return {TypedExpr::Type::number, {value(0, "")}};
   const auto found = output ? std::ranges::find(names, output->name) : names.end();
   if (found != names.end())
-    return {Typed::Type::number, {value(static_cast<int>(found - names.begin()), names.size() == 1 ? "" : *found)}};
-  if (names.size() == 1 && !output) return {Typed::Type::number, {value(0, "")}};
-  draft_.sink.report("no-such-output", output ? output->range : e.callee_range,
-                     {e.callee, output ? output->name : "without a name"},
-                     output ? did_you_mean(output->name, names) : "write " + e.callee + "(...)." + names.front());
+    return {TypedExpr::Type::number, {value(static_cast<int>(found - names.begin()), names.size() == 1 ? "" : *found)}};
+  if (names.size() == 1 && !output) return {TypedExpr::Type::number, {value(0, "")}};
+  elaboration_.sink.report("no-such-output", output ? output->range : e.callee_range,
+                           {e.callee, output ? output->name : "without a name"},
+                           output ? did_you_mean(output->name, names) : "write " + e.callee + "(...)." + names.front());
   return {};
 }
 

@@ -25,15 +25,15 @@ const Expr* scaled_reduction(const Binary& b) {
 
 /// The part of `e` that is no number: what varies in space outside of all reductions; nullptr where there is none.
 /// Data that stand outside are one number a state, where they can be.
-const Expr* varying_part(const Draft& draft, const Expr& e) {
+const Expr* varying_part(const Elaboration& elaboration, const Expr& e) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
-  if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(draft, field->name) ? nullptr : &e;
+  if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(elaboration, field->name) ? nullptr : &e;
   if (is_uniform(e)) return nullptr;
   const Expr* found = nullptr;
   bool has_parts = false;
   for_each_part(e, [&](const Expr& part) {
     has_parts = true;
-    if (found == nullptr) found = varying_part(draft, part);
+    if (found == nullptr) found = varying_part(elaboration, part);
   });
   const bool is_made_of_parts = std::holds_alternative<Neg>(e->kind) || std::holds_alternative<Binary>(e->kind) ||
                                 std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind);
@@ -41,11 +41,11 @@ const Expr* varying_part(const Draft& draft, const Expr& e) {
 }
 
 /// What to write for it.
-std::string reduced(const Draft& draft, const Expr& varying) {
+std::string reduced(const Elaboration& elaboration, const Expr& varying) {
   const auto* field = std::get_if<Field>(&varying->kind);
-  if (field != nullptr && draft.problem.task) {
-    const auto datum = std::ranges::find(draft.problem.task->data, field->name, &Datum::name);
-    if (datum != draft.problem.task->data.end() && !datum->scene.empty())
+  if (field != nullptr && elaboration.problem.task) {
+    const auto datum = std::ranges::find(elaboration.problem.task->data, field->name, &Datum::name);
+    if (datum != elaboration.problem.task->data.end() && !datum->scene.empty())
       return fmt::format(
           "write mean((u - {0})^2) or another mean, or let {0} be a number: observe seen = mean({1}) in "
           "scene {2}, and here data {0} = seen from scene {2}",
@@ -55,10 +55,10 @@ std::string reduced(const Draft& draft, const Expr& varying) {
 }
 
 /// The data that stand outside of reductions.
-void mark_series(Draft& draft, const Expr& e) {
+void mark_series(Elaboration& elaboration, const Expr& e) {
   if (std::holds_alternative<Reduce>(e->kind)) return;
-  if (const auto* field = std::get_if<Field>(&e->kind)) mark_as_series(draft, field->name);
-  for_each_part(e, [&](const Expr& part) { mark_series(draft, part); });
+  if (const auto* field = std::get_if<Field>(&e->kind)) mark_as_series(elaboration, field->name);
+  for_each_part(e, [&](const Expr& part) { mark_series(elaboration, part); });
 }
 
 /// Of a number: a sum of reductions with factors. A max or min over the grid is the mean of itself, too.
@@ -94,55 +94,60 @@ const Expr* uncounted_part(const Expr& e) {
 }
 
 /// False after a diagnostic.
-bool is_counted(Draft& draft, const Expr& value, const When& when, SourceRange whole) {
+bool is_counted(Elaboration& elaboration, const Expr& value, const When& when, SourceRange whole) {
   const bool is_of_many = when.kind == When::Kind::over || (when.kind == When::Kind::steps && !when.is_last);
   const Expr* term = is_of_many && !when.counted ? uncounted_part(value) : nullptr;
   if (term == nullptr) return true;
   const SourceRange range = (*term)->origin.range;
   const std::string over = when.kind == When::Kind::over ? "time" : fmt::format("{} steps", when.count);
-  draft.sink.report("not-counted", range.is_known() ? range : whole, {"over " + over},
-                    fmt::format("write , mean over {0} or , sum over {0}, which hold for the whole line", over));
+  elaboration.sink.report("not-counted", range.is_known() ? range : whole, {"over " + over},
+                          fmt::format("write , mean over {0} or , sum over {0}, which hold for the whole line", over));
   return false;
 }
 
 }  // namespace
 
-std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what, const When& when) {
-  const auto value = Expressions(draft, Purpose::quantity, what).number(e);
-  const bool counts_once = draft.takes_averages && !draft.averages.empty();
-  if (!value || (!counts_once && !is_counted(draft, *value, when, e.range()))) return std::nullopt;
-  return quantity_of(draft, *value, what, e.range());
+std::optional<Expr> quantity_of(Elaboration& elaboration, const ast::Expr& e, const std::string& what,
+                                const When& when) {
+  const auto value = Expressions(elaboration, FormulaContext::quantity, what).number(e);
+  const bool counts_once = elaboration.takes_averages && !elaboration.averages.empty();
+  if (!value || (!counts_once && !is_counted(elaboration, *value, when, e.range()))) return std::nullopt;
+  return quantity_of(elaboration, *value, what, e.range());
 }
 
-std::optional<Expr> quantity_of(Draft& draft, const Expr& value, const std::string& what, SourceRange whole) {
-  const Expr number = over_one_cell(draft, value);
-  const Expr* mistake = draft.problem.has_grid ? varying_part(draft, number) : nullptr;  // of one cell: a number
+std::optional<Expr> quantity_of(Elaboration& elaboration, const Expr& value, const std::string& what,
+                                SourceRange whole) {
+  const Expr number = over_one_cell(elaboration, value);
+  const Expr* mistake =
+      elaboration.problem.has_grid ? varying_part(elaboration, number) : nullptr;  // of one cell: a number
   if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
-    draft.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(draft, *mistake));
+    elaboration.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(elaboration, *mistake));
     return std::nullopt;
   }
-  mark_series(draft, number);
+  mark_series(elaboration, number);
   return as_reductions(number);
 }
 
-bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen) {
+bool can_name_a_quantity(Elaboration& elaboration, const ast::Identifier& name,
+                         std::map<std::string, SourceRange>& seen) {
   if (is_reserved(name.name)) {
-    draft.sink.report("reserved-name", name.range, {name.name, "number"}, "choose another name");
+    elaboration.sink.report("reserved-name", name.range, {name.name, "number"}, "choose another name");
     return false;
   }
-  const Meaning* meaning = draft.scope.find(name.name);
+  const Symbol* meaning = elaboration.scope.find(name.name);
   const auto [first, is_new] = seen.emplace(name.name, name.range);
-  if (meaning || !is_new) report_duplicate(draft, name.name, name.range, meaning ? meaning->declared : first->second);
+  if (meaning || !is_new)
+    report_duplicate(elaboration, name.name, name.range, meaning ? meaning->declared : first->second);
   return !meaning && is_new;
 }
 
-void bind_observables(Draft& draft) {
+void bind_observables(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ObserveItem>(draft.scene->items)) {
-    const bool fine = can_name_a_quantity(draft, item.name, seen);
-    const auto value = quantity_of(draft, item.value, "the observable");
-    if (fine && value) draft.problem.observables.push_back({item.name.name, *value, {range}});
+  for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration.scene->items)) {
+    const bool fine = can_name_a_quantity(elaboration, item.name, seen);
+    const auto value = quantity_of(elaboration, item.value, "the observable");
+    if (fine && value) elaboration.problem.observables.push_back({item.name.name, *value, {range}});
   }
 }
 

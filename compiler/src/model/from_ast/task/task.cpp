@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/names/constants.h"
 #include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/names/constants.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -22,9 +22,9 @@ struct OtherField {
   Placement placement{};
 };
 
-std::vector<OtherField> fields_of(const Draft& draft, const ast::Scene& scene) {
+std::vector<OtherField> fields_of(const Elaboration& elaboration, const ast::Scene& scene) {
   std::vector<OtherField> fields;
-  if (const auto model = coupled_model(draft.file, scene)) {
+  if (const auto model = coupled_model(elaboration.file, scene)) {
     const int axes = static_cast<int>(items_of<ast::GridItem>(scene.items).size());
     for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
       const auto placed = [&](int component) {
@@ -43,30 +43,31 @@ std::vector<OtherField> fields_of(const Draft& draft, const ast::Scene& scene) {
       if (!moved.empty())
         fields.push_back({state_name(item.field.name), found == fields.end() ? Placement{} : found->placement});
     }
-  } else if (const auto* program = find_declaration<ast::Program>(draft.file, scene.of.name)) {
+  } else if (const auto* program = find_declaration<ast::Program>(elaboration.file, scene.of.name)) {
     for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back({swap.state.name});
   }
   return fields;
 }
 
 /// The fields of a scene that `name` means, of a vector its components; none after a diagnostic.
-std::vector<OtherField> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name,
+std::vector<OtherField> fields_called(Elaboration& elaboration, const ast::Scene& scene, const std::string& name,
                                       SourceRange range) {
   std::vector<OtherField> found;
   std::vector<std::string> known;
-  for (const OtherField& field : fields_of(draft, scene)) {
+  for (const OtherField& field : fields_of(elaboration, scene)) {
     known.push_back(field.name);
     if (field.name == name || vector_of(field.name) == name) found.push_back(field);
   }
   if (found.empty()) {
-    draft.sink.report("no-such-field", range, {scene.name.name, name}, did_you_mean(name, known));
+    elaboration.sink.report("no-such-field", range, {scene.name.name, name}, did_you_mean(name, known));
     return {};
   }
   const bool is_vector = found.front().name != name;
-  if (!is_vector || found.size() == draft.problem.axes.size()) return found;
-  draft.sink.report("wrong-length", range,
-                    {counted(static_cast<int>(draft.problem.axes.size()), "component"), std::to_string(found.size())},
-                    "the two scenes must have the same axes");
+  if (!is_vector || found.size() == elaboration.problem.axes.size()) return found;
+  elaboration.sink.report(
+      "wrong-length", range,
+      {counted(static_cast<int>(elaboration.problem.axes.size()), "component"), std::to_string(found.size())},
+      "the two scenes must have the same axes");
   return {};
 }
 
@@ -76,14 +77,14 @@ bool is_observable(const ast::Scene& scene, const std::string& name) {
 }
 
 /// Data that are the field of a scene's run, or its observable.
-std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
+std::vector<Datum> data_of_run(Elaboration& elaboration, const ast::DataItem& item) {
   const auto* field = std::get_if<ast::Name>(&item.value->kind);
-  const auto* scene = find_declaration<ast::Scene>(draft.file, item.scene->name);
+  const auto* scene = find_declaration<ast::Scene>(elaboration.file, item.scene->name);
   if (!field) {
-    draft.sink.report("bad-data", item.value.range(), {}, data_hint);
+    elaboration.sink.report("bad-data", item.value.range(), {}, data_hint);
   } else if (!scene) {
-    draft.sink.report("unknown-block", item.scene->range, {"scene", item.scene->name},
-                      did_you_mean(item.scene->name, names_of<ast::Scene>(draft.file)));
+    elaboration.sink.report("unknown-block", item.scene->range, {"scene", item.scene->name},
+                            did_you_mean(item.scene->name, names_of<ast::Scene>(elaboration.file)));
   }
   std::vector<Datum> data;
   if (!field || !scene) return data;
@@ -94,36 +95,37 @@ std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
     datum.series = true;
     return data;
   }
-  for (const OtherField& other : fields_called(draft, *scene, field->name, item.value.range())) {
+  for (const OtherField& other : fields_called(elaboration, *scene, field->name, item.value.range())) {
     Datum& datum = data.emplace_back();
     datum.scene = scene->name.name;
     datum.field = other.name;
     datum.placement = other.placement;
   }
   if (item.on) {
-    draft.sink.report("not-allowed-here", item.on->range, {"a placement", "data of a scene"},
-                      "data are placed as the field that they come from");
+    elaboration.sink.report("not-allowed-here", item.on->range, {"a placement", "data of a scene"},
+                            "data are placed as the field that they come from");
   }
   return data;
 }
 
 /// Data of a file, or of a file for each component: (load("u.npy"), load("v.npy")).
-std::vector<Datum> data_of_files(Draft& draft, const ast::DataItem& item) {
+std::vector<Datum> data_of_files(Elaboration& elaboration, const ast::DataItem& item) {
   const auto* tuple = std::get_if<ast::Tuple>(&item.value->kind);
   std::vector<Datum> data;
   for (const ast::Expr& e : tuple ? tuple->elements : std::vector<ast::Expr>{item.value}) {
-    const auto file = file_of(draft, e);
+    const auto file = file_of(elaboration, e);
     if (!file) {
-      draft.sink.report("bad-data", e.range(), {}, data_hint);
+      elaboration.sink.report("bad-data", e.range(), {}, data_hint);
       return {};
     }
     data.emplace_back().file = file->file;
     data.back().variable = file->variable;
-    data.back().placement = placement_of(draft, item.on, tuple ? static_cast<int>(data.size()) - 1 : -1);
+    data.back().placement = placement_of(elaboration, item.on, tuple ? static_cast<int>(data.size()) - 1 : -1);
   }
-  if (!tuple || data.size() == draft.problem.axes.size()) return data;
-  draft.sink.report("wrong-length", item.value.range(),
-                    {counted(static_cast<int>(draft.problem.axes.size()), "component"), std::to_string(data.size())});
+  if (!tuple || data.size() == elaboration.problem.axes.size()) return data;
+  elaboration.sink.report(
+      "wrong-length", item.value.range(),
+      {counted(static_cast<int>(elaboration.problem.axes.size()), "component"), std::to_string(data.size())});
   return {};
 }
 
@@ -132,33 +134,34 @@ bool is_component(const ast::DataItem& item, const Datum& datum) {
   return datum.field != std::get<ast::Name>(item.value->kind).name;
 }
 
-void bind_datum(Draft& draft, const ast::DataItem& item, SourceRange range) {
-  const std::optional<std::vector<Datum>> trajectories = item.scene ? std::nullopt : data_of_trajectories(draft, item);
+void bind_datum(Elaboration& elaboration, const ast::DataItem& item, SourceRange range) {
+  const std::optional<std::vector<Datum>> trajectories =
+      item.scene ? std::nullopt : data_of_trajectories(elaboration, item);
   std::vector<Datum> data = trajectories ? *trajectories
-                            : item.scene ? data_of_run(draft, item)
-                                         : data_of_files(draft, item);
+                            : item.scene ? data_of_run(elaboration, item)
+                                         : data_of_files(elaboration, item);
   const bool is_vector = data.size() > 1 || (!data.empty() && !data[0].field.empty() && is_component(item, data[0]));
-  const When when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
-  if (!declare(draft, item.name, Role::datum, is_vector)) return;
-  const std::vector<std::string> names = declare_components(draft, item.name.name);
+  const When when = when_of(elaboration, item.when, item.scene && item.scene->name == elaboration.problem.scene);
+  if (!declare(elaboration, item.name, Role::datum, is_vector)) return;
+  const std::vector<std::string> names = declare_components(elaboration, item.name.name);
   if (names.size() != std::max<std::size_t>(1, data.size())) {
-    draft.sink.report("bad-data", item.value.range(), {},
-                      fmt::format("{} has {} components here, one for each axis", item.name.name, names.size()));
+    elaboration.sink.report("bad-data", item.value.range(), {},
+                            fmt::format("{} has {} components here, one for each axis", item.name.name, names.size()));
     return;
   }
   for (std::size_t i = 0; i < data.size(); ++i) {
     data[i].name = names[i];
     data[i].when = when;
     data[i].origin = {range};
-    draft.problem.task->data.push_back(std::move(data[i]));
+    elaboration.problem.task->data.push_back(std::move(data[i]));
   }
 }
 
 /// One unknown a component.
-void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unknown& common) {
-  const std::vector<State*> states = find_states(draft, item.name, "an initial state");
+void bind_unknown_states(Elaboration& elaboration, const ast::UnknownItem& item, const Unknown& common) {
+  const std::vector<State*> states = find_states(elaboration, item.name, "an initial state");
   std::vector<Source> from;
-  if (item.from && !states.empty()) from = sources_of(draft, *item.from, Purpose::initial, item.name.name);
+  if (item.from && !states.empty()) from = sources_of(elaboration, *item.from, FormulaContext::initial, item.name.name);
   for (std::size_t i = 0; i < states.size(); ++i) {
     Unknown unknown = common;
     unknown.kind = Unknown::Kind::initial;
@@ -166,18 +169,19 @@ void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unkno
     unknown.from = item.from ? from[i] : states[i]->initial;
     const bool has_initial = states[i]->initial.formula || !states[i]->initial.file.empty();
     if (!has_initial) states[i]->initial = unknown.from;
-    draft.problem.task->unknowns.push_back(std::move(unknown));
+    elaboration.problem.task->unknowns.push_back(std::move(unknown));
   }
 }
 
-void bind_unknown_coefficients(Draft& draft, const ast::UnknownItem& item, const Unknown& common) {
-  const std::vector<std::string> names = components_of(draft, item.name.name);
-  const Coefficient* first = draft.problem.find_coefficient(names.front());
-  const Purpose purpose = first && first->is_control() ? Purpose::control_field : Purpose::coefficient;
+void bind_unknown_coefficients(Elaboration& elaboration, const ast::UnknownItem& item, const Unknown& common) {
+  const std::vector<std::string> names = components_of(elaboration, item.name.name);
+  const Coefficient* first = elaboration.problem.find_coefficient(names.front());
+  const FormulaContext purpose =
+      first && first->is_control() ? FormulaContext::control_field : FormulaContext::coefficient;
   std::vector<Source> from;
-  if (item.from) from = sources_of(draft, *item.from, purpose, item.name.name);
+  if (item.from) from = sources_of(elaboration, *item.from, purpose, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    for (Coefficient& coefficient : draft.problem.coefficients) {
+    for (Coefficient& coefficient : elaboration.problem.coefficients) {
       if (coefficient.name != names[i]) continue;
       Unknown unknown = common;
       unknown.kind = Unknown::Kind::coefficient;
@@ -185,78 +189,79 @@ void bind_unknown_coefficients(Draft& draft, const ast::UnknownItem& item, const
       unknown.from = item.from ? from[i] : coefficient.value;
       const bool has_value = coefficient.value.formula || !coefficient.value.file.empty();
       if (!has_value) coefficient.value = unknown.from;
-      draft.problem.task->unknowns.push_back(std::move(unknown));
+      elaboration.problem.task->unknowns.push_back(std::move(unknown));
     }
   }
 }
 
 /// `unknown NAME`: a parameter or a coefficient.
-void bind_unknown_values(Draft& draft, const ast::UnknownItem& item, Unknown unknown) {
-  const Meaning* meaning = draft.scope.find(item.name.name);
-  if (draft.scope.is_refused(item.name.name)) return;
+void bind_unknown_values(Elaboration& elaboration, const ast::UnknownItem& item, Unknown unknown) {
+  const Symbol* meaning = elaboration.scope.find(item.name.name);
+  if (elaboration.scope.is_refused(item.name.name)) return;
   if (!meaning) {
-    std::vector<std::string> known = draft.scope.names(Role::parameter);
-    for (const std::string& coefficient : draft.scope.names(Role::coefficient)) known.push_back(coefficient);
-    draft.sink.report("unknown-name", item.name.range, {item.name.name}, did_you_mean(item.name.name, known));
+    std::vector<std::string> known = elaboration.scope.names(Role::parameter);
+    for (const std::string& coefficient : elaboration.scope.names(Role::coefficient)) known.push_back(coefficient);
+    elaboration.sink.report("unknown-name", item.name.range, {item.name.name}, did_you_mean(item.name.name, known));
     return;
   }
-  if (meaning->role == Role::coefficient) return bind_unknown_coefficients(draft, item, unknown);
+  if (meaning->role == Role::coefficient) return bind_unknown_coefficients(elaboration, item, unknown);
   if (meaning->role != Role::parameter) {
-    draft.sink.report("not-an-unknown", item.name.range, {item.name.name, std::string(word_for(meaning->role))},
-                      meaning->role == Role::state ? fmt::format("write unknown initial {}", item.name.name)
-                                                   : "unknowns are parameters, coefficients and initial states");
+    elaboration.sink.report("not-an-unknown", item.name.range, {item.name.name, std::string(word_for(meaning->role))},
+                            meaning->role == Role::state ? fmt::format("write unknown initial {}", item.name.name)
+                                                         : "unknowns are parameters, coefficients and initial states");
     return;
   }
-  if (const Control* control = draft.problem.find_control(item.name.name)) {
+  if (const Control* control = elaboration.problem.find_control(item.name.name)) {
     unknown.kind = Unknown::Kind::control;
     unknown.from.formula = control->start_formula;
     unknown.from.origin = {item.from ? item.from->range() : item.name.range};
-    draft.problem.task->unknowns.push_back(std::move(unknown));
+    elaboration.problem.task->unknowns.push_back(std::move(unknown));
     return;
   }
-  for (Parameter& parameter : draft.problem.params) {
+  for (Parameter& parameter : elaboration.problem.params) {
     if (parameter.name != item.name.name) continue;
-    const bool is_set = draft.selection.overrides.contains(parameter.name);  // settings stand above everything
-    const auto start = item.from && !is_set ? evaluate(draft, *item.from, "the start of an unknown") : parameter.value;
+    const bool is_set = elaboration.selection.overrides.contains(parameter.name);  // settings stand above everything
+    const auto start =
+        item.from && !is_set ? evaluate(elaboration, *item.from, "the start of an unknown") : parameter.value;
     unknown.from.formula = model::number(start.value_or(0), {item.from ? item.from->range() : item.name.range});
     unknown.from.origin = (*unknown.from.formula)->origin;
-    if (!draft.values.contains(parameter.name)) parameter.value = start.value_or(0);
+    if (!elaboration.values.contains(parameter.name)) parameter.value = start.value_or(0);
   }
-  draft.problem.task->unknowns.push_back(std::move(unknown));
+  elaboration.problem.task->unknowns.push_back(std::move(unknown));
 }
 
-void bind_bounds(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
+void bind_bounds(Elaboration& elaboration, const ast::UnknownItem& item, Unknown& unknown) {
   if (!item.low || !item.high) return;
-  const auto low = evaluate(draft, *item.low, "a bound"), high = evaluate(draft, *item.high, "a bound");
+  const auto low = evaluate(elaboration, *item.low, "a bound"), high = evaluate(elaboration, *item.high, "a bound");
   if (!low || !high) return;
   unknown.low = *low;
   unknown.high = *high;
   if (*low < *high) return;
-  draft.sink.report("bad-bounds", item.low->range(), {fmt::format("{}", *low), fmt::format("{}", *high)},
-                    "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
+  elaboration.sink.report("bad-bounds", item.low->range(), {fmt::format("{}", *low), fmt::format("{}", *high)},
+                          "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
 }
 
 /// The values that an unknown begins with, as far as they are known here: fields that vary in space are looked at when
 /// they are computed.
-std::vector<double> starts_of(const Draft& draft, const Unknown& unknown) {
-  if (unknown.kind == Unknown::Kind::control) return draft.problem.find_control(unknown.name)->start;
+std::vector<double> starts_of(const Elaboration& elaboration, const Unknown& unknown) {
+  if (unknown.kind == Unknown::Kind::control) return elaboration.problem.find_control(unknown.name)->start;
   const auto is_open = [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
-    const auto value = draft.values.find(param->name);  // empty where it is known to be missing
-    return value == draft.values.end() || !value->second;
+    const auto value = elaboration.values.find(param->name);  // empty where it is known to be missing
+    return value == elaboration.values.end() || !value->second;
   };
   if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open))
     return {};
-  const Value value = value_of(*unknown.from.formula, draft.values);
+  const Value value = value_of(*unknown.from.formula, elaboration.values);
   return value.mistake.empty() ? std::vector<double>{value.number} : std::vector<double>{};
 }
 
-void check_start(Draft& draft, const ast::UnknownItem& item, const Unknown& unknown) {
+void check_start(Elaboration& elaboration, const ast::UnknownItem& item, const Unknown& unknown) {
   if (!(unknown.low < unknown.high)) return;  // reported
-  for (const double start : starts_of(draft, unknown)) {
+  for (const double start : starts_of(elaboration, unknown)) {
     if (start >= unknown.low && start <= unknown.high) continue;
-    draft.sink.report(
+    elaboration.sink.report(
         "start-out-of-bounds", item.from ? item.from->range() : item.name.range,
         {unknown.name, fmt::format("at {}", start), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
         item.from ? "begin within the bounds, or widen them"
@@ -266,166 +271,167 @@ void check_start(Draft& draft, const ast::UnknownItem& item, const Unknown& unkn
   }
 }
 
-void bind_unknowns(Draft& draft) {
+void bind_unknowns(Elaboration& elaboration) {
   std::map<std::pair<bool, std::string>, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::UnknownItem>(draft.task->items)) {
+  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
     bool is_new = true;
-    for (const std::string& name : components_of(draft, item.name.name)) {
+    for (const std::string& name : components_of(elaboration, item.name.name)) {
       const auto [first, was_new] = seen.emplace(std::pair(item.initial, name), item.name.range);
-      if (!was_new && is_new) report_duplicate(draft, "unknown " + item.name.name, item.name.range, first->second);
+      if (!was_new && is_new)
+        report_duplicate(elaboration, "unknown " + item.name.name, item.name.range, first->second);
       is_new = is_new && was_new;
     }
     if (!is_new) continue;
     Unknown unknown;
     unknown.name = state_name(item.name.name);
     unknown.origin = {range};
-    bind_bounds(draft, item, unknown);
-    const std::size_t before = draft.problem.task->unknowns.size(), mistakes = draft.sink.all().size();
+    bind_bounds(elaboration, item, unknown);
+    const std::size_t before = elaboration.problem.task->unknowns.size(), mistakes = elaboration.sink.all().size();
     if (item.initial) {
-      bind_unknown_states(draft, item, unknown);
+      bind_unknown_states(elaboration, item, unknown);
     } else {
-      bind_unknown_values(draft, item, unknown);
+      bind_unknown_values(elaboration, item, unknown);
     }
-    const std::vector<Unknown>& bound = draft.problem.task->unknowns;
-    for (std::size_t i = before; i < bound.size() && draft.sink.all().size() == mistakes; ++i)
-      check_start(draft, item, bound[i]);
+    const std::vector<Unknown>& bound = elaboration.problem.task->unknowns;
+    for (std::size_t i = before; i < bound.size() && elaboration.sink.all().size() == mistakes; ++i)
+      check_start(elaboration, item, bound[i]);
   }
-  if (!seen.empty() || !items_of<ast::LearnItem>(draft.task->items).empty()) return;
-  draft.sink.report(
-      "incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},
+  if (!seen.empty() || !items_of<ast::LearnItem>(elaboration.task->items).empty()) return;
+  elaboration.sink.report(
+      "incomplete-task", elaboration.task->name.range, {elaboration.task->name.name, "find"},
       "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
 }
 
 /// A loss of which nothing varies has no derivative that anybody wants: a factor of 0, or a number alone.
-bool check_loss(Draft& draft, const ast::MinimiseItem& item, const Expr& value) {
+bool check_loss(Elaboration& elaboration, const ast::MinimiseItem& item, const Expr& value) {
   const bool varies = any_part(value, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind);
   });
   if (varies) return true;
-  draft.sink.report("constant-loss", item.loss.range(), {is_constant(value, 0) ? "0" : "the same"},
-                    "leave the line out, or write a loss of the state, as mean((u - u_ref)^2)");
+  elaboration.sink.report("constant-loss", item.loss.range(), {is_constant(value, 0) ? "0" : "the same"},
+                          "leave the line out, or write a loss of the state, as mean((u - u_ref)^2)");
   return false;
 }
 
-void bind_losses(Draft& draft) {
-  const auto lines = items_of<ast::MinimiseItem>(draft.task->items);
+void bind_losses(Elaboration& elaboration) {
+  const auto lines = items_of<ast::MinimiseItem>(elaboration.task->items);
   for (const auto& [item, range] : lines) {
-    const When when = when_of(draft, item.when, true);
-    draft.takes_averages = true;
-    draft.averages.clear();
-    const auto value = quantity_of(draft, item.loss, "the loss", when);
-    draft.takes_averages = false;
-    if (!value || !check_loss(draft, item, *value)) continue;
-    if (draft.averages.empty()) {
-      draft.problem.task->losses.push_back({*value, when, {range}});
+    const When when = when_of(elaboration, item.when, true);
+    elaboration.takes_averages = true;
+    elaboration.averages.clear();
+    const auto value = quantity_of(elaboration, item.loss, "the loss", when);
+    elaboration.takes_averages = false;
+    if (!value || !check_loss(elaboration, item, *value)) continue;
+    if (elaboration.averages.empty()) {
+      elaboration.problem.task->losses.push_back({*value, when, {range}});
     } else {
-      add_loss_of_averages(draft, *value, when, range);
+      add_loss_of_averages(elaboration, *value, when, range);
     }
   }
   if (!lines.empty()) return;
-  draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "minimise"},
-                    "write minimise mean((u - u_ref)^2) at t = 1");
+  elaboration.sink.report("incomplete-task", elaboration.task->name.range, {elaboration.task->name.name, "minimise"},
+                          "write minimise mean((u - u_ref)^2) at t = 1");
 }
 
 /// Of the task as another scene meets it, only what names that scene.
-bool is_asked_here(const Draft& draft, const ast::TestItem& item) {
-  const std::string& scene = draft.selection.beside;
-  return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Beside& beside) {
+bool is_asked_here(const Elaboration& elaboration, const ast::TestItem& item) {
+  const std::string& scene = elaboration.selection.beside;
+  return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Baseline& beside) {
            return beside.scene.name == scene;
          });
 }
 
 /// A number, or the components of a field. False after a diagnostic.
-bool bind_value(Draft& draft, const ast::TestItem& item, Test& test) {
+bool bind_value(Elaboration& elaboration, const ast::TestItem& item, Test& test) {
   if (item.kind == ast::TestItem::Kind::test || item.kind == ast::TestItem::Kind::statistic) {
-    const auto value = quantity_of(draft, item.value, "the test", test.when);
+    const auto value = quantity_of(elaboration, item.value, "the test", test.when);
     if (value) test.quantity.value = *value;
     return value.has_value();
   }
-  return bind_fields(draft, item, test);
+  return bind_fields(elaboration, item, test);
 }
 
-void bind_tests(Draft& draft, const std::vector<ast::Item>& items) {
+void bind_tests(Elaboration& elaboration, const std::vector<ast::Item>& items) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::TestItem>(items)) {
-    if (!is_asked_here(draft, item)) continue;
-    const bool fine = can_name_a_quantity(draft, item.name, seen);
+    if (!is_asked_here(elaboration, item)) continue;
+    const bool fine = can_name_a_quantity(elaboration, item.name, seen);
     if (item.kind == ast::TestItem::Kind::growth) {
       Test growth{{item.name.name, 0.0, {range}}, {}, "", {}};
-      bind_test_on(draft, item, growth);
-      if (fine) draft.problem.task->growths.push_back(std::move(growth));
+      bind_test_on(elaboration, item, growth);
+      if (fine) elaboration.problem.task->growths.push_back(std::move(growth));
       continue;
     }
-    Test test{{item.name.name, 0.0, {range}}, when_of(draft, item.when, true), "", {}};
+    Test test{{item.name.name, 0.0, {range}}, when_of(elaboration, item.when, true), "", {}};
     if (item.kind == ast::TestItem::Kind::statistic) test.kind = Test::Kind::statistic;
     if (item.kind == ast::TestItem::Kind::spectrum) test.kind = Test::Kind::spectrum;
     if (item.kind == ast::TestItem::Kind::correlation) test.kind = Test::Kind::correlation;
-    if (!bind_value(draft, item, test) || !fine) continue;
-    bind_test_on(draft, item, test);
-    draft.problem.task->tests.push_back(std::move(test));
+    if (!bind_value(elaboration, item, test) || !fine) continue;
+    bind_test_on(elaboration, item, test);
+    elaboration.problem.task->tests.push_back(std::move(test));
   }
 }
 
 }  // namespace
 
-void mark_unknowns(Draft& draft) {
-  if (!draft.task) return;
-  draft.problem.task.emplace().name = draft.task->name.name;
-  if (!draft.selection.beside.empty()) return;
-  for (const auto& [item, range] : items_of<ast::UnknownItem>(draft.task->items)) {
-    for (Parameter& parameter : draft.problem.params) {
+void mark_unknowns(Elaboration& elaboration) {
+  if (!elaboration.task) return;
+  elaboration.problem.task.emplace().name = elaboration.task->name.name;
+  if (!elaboration.selection.beside.empty()) return;
+  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+    for (Parameter& parameter : elaboration.problem.params) {
       if (item.initial || parameter.name != item.name.name) continue;
       parameter.unknown = true;
-      draft.unknowns.insert(parameter.name);
+      elaboration.unknowns.insert(parameter.name);
     }
   }
 }
 
 /// The weights of networks; those must be called somewhere, be it in the loss.
-void bind_learned(Draft& draft) {
+void bind_learned(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::LearnItem>(draft.task->items)) {
+  for (const auto& [item, range] : items_of<ast::LearnItem>(elaboration.task->items)) {
     const std::string& name = item.network.name;
     const auto [first, is_new] = seen.emplace(name, item.network.range);
-    if (!find_declaration<ast::Network>(draft.file, name)) {
-      draft.sink.report("unknown-block", item.network.range, {"network", name},
-                        did_you_mean(name, names_of<ast::Network>(draft.file)));
+    if (!find_declaration<ast::Network>(elaboration.file, name)) {
+      elaboration.sink.report("unknown-block", item.network.range, {"network", name},
+                              did_you_mean(name, names_of<ast::Network>(elaboration.file)));
     } else if (!is_new) {
-      report_duplicate(draft, name, item.network.range, first->second);
-    } else if (!draft.called_networks.contains(name)) {
-      draft.sink.report("network-not-called", item.network.range, {draft.task->name.name, name},
-                        "write after step: u += " + name + "(...), or call it in an equation");
+      report_duplicate(elaboration, name, item.network.range, first->second);
+    } else if (!elaboration.called_networks.contains(name)) {
+      elaboration.sink.report("network-not-called", item.network.range, {elaboration.task->name.name, name},
+                              "write after step: u += " + name + "(...), or call it in an equation");
     } else {
       Unknown unknown;
       unknown.kind = Unknown::Kind::network;
       unknown.name = name;
       unknown.origin = {item.network.range};
-      const auto given = std::ranges::find(draft.problem.weights, name, &GivenWeights::network);
-      if (given != draft.problem.weights.end()) unknown.from = given->from;
+      const auto given = std::ranges::find(elaboration.problem.weights, name, &GivenWeights::network);
+      if (given != elaboration.problem.weights.end()) unknown.from = given->from;
       if (item.from) unknown.from.origin = {item.from->range()};
       if (item.from) unknown.from.file = std::get<ast::Text>((*item.from)->kind).value;
-      draft.problem.task->unknowns.push_back(std::move(unknown));
+      elaboration.problem.task->unknowns.push_back(std::move(unknown));
     }
   }
 }
 
-void bind_task(Draft& draft) {
-  if (!draft.task) return;
-  const std::vector<ast::Item> items = items_of_task(draft);
-  for (const auto& [item, range] : items_of<ast::DataItem>(items)) bind_datum(draft, item, range);
-  if (!draft.selection.beside.empty()) return bind_tests(draft, items);
-  bind_unknowns(draft);
-  bind_losses(draft);
-  bind_tests(draft, items);
-  bind_learned(draft);
-  const auto lines = items_of<ast::UsingItem>(draft.task->items);
+void bind_task(Elaboration& elaboration) {
+  if (!elaboration.task) return;
+  const std::vector<ast::Item> items = items_of_task(elaboration);
+  for (const auto& [item, range] : items_of<ast::DataItem>(items)) bind_datum(elaboration, item, range);
+  if (!elaboration.selection.beside.empty()) return bind_tests(elaboration, items);
+  bind_unknowns(elaboration);
+  bind_losses(elaboration);
+  bind_tests(elaboration, items);
+  bind_learned(elaboration);
+  const auto lines = items_of<ast::UsingItem>(elaboration.task->items);
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    report_duplicate(draft, "the optimiser", lines[i].range, lines[0].range);
+    report_duplicate(elaboration, "the optimiser", lines[i].range, lines[0].range);
   }
-  if (!lines.empty()) draft.problem.task->optimiser = optimiser_of(draft, lines[0].kind);
-  if (draft.problem.task->optimiser) draft.problem.task->optimiser->origin = {lines[0].range};
-  bind_training(draft);
-  check_written_files(draft);
+  if (!lines.empty()) elaboration.problem.task->optimiser = optimiser_of(elaboration, lines[0].kind);
+  if (elaboration.problem.task->optimiser) elaboration.problem.task->optimiser->origin = {lines[0].range};
+  bind_training(elaboration);
+  check_written_files(elaboration);
 }
 
 }  // namespace dpde::model

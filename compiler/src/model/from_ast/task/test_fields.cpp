@@ -15,39 +15,40 @@ namespace {
 constexpr double usual_threshold = 0.8;
 
 /// Waves fit on what is periodic and uniform alone.
-bool has_waves(Draft& draft, SourceRange range) {
-  for (const Axis& axis : draft.problem.axes) {
+bool has_waves(Elaboration& elaboration, SourceRange range) {
+  for (const Axis& axis : elaboration.problem.axes) {
     if (axis.topology == Topology::periodic && !axis.stretch) continue;
-    draft.sink.report("not-allowed-here", range,
-                      {"a spectrum", fmt::format("a scene whose axis {} is {}", axis.name,
-                                                 axis.stretch ? "stretched" : "not periodic")},
-                      "its waves need periodic axes with cells of one width; statistic and correlation do without");
+    elaboration.sink.report(
+        "not-allowed-here", range,
+        {"a spectrum",
+         fmt::format("a scene whose axis {} is {}", axis.name, axis.stretch ? "stretched" : "not periodic")},
+        "its waves need periodic axes with cells of one width; statistic and correlation do without");
     return false;
   }
   return true;
 }
 
-double threshold_of(Draft& draft, const ast::TestItem& item) {
+double threshold_of(Elaboration& elaboration, const ast::TestItem& item) {
   if (!item.above) return usual_threshold;
-  const auto value = evaluate(draft, *item.above, "the threshold");
+  const auto value = evaluate(elaboration, *item.above, "the threshold");
   if (!value || (*value > 0 && *value < 1)) return value.value_or(usual_threshold);
-  draft.sink.report("bad-optimiser-option", item.above->range(),
-                    {"the threshold", item.name.name, fmt::format("lies between 0 and 1: {} does not", *value)});
+  elaboration.sink.report("bad-optimiser-option", item.above->range(),
+                          {"the threshold", item.name.name, fmt::format("lies between 0 and 1: {} does not", *value)});
   return usual_threshold;
 }
 
 }  // namespace
 
 /// Its number is the mean energy, of which a spectrum is the parts: that tells what is read, and where it lies.
-bool bind_fields(Draft& draft, const ast::TestItem& item, Test& test) {
+bool bind_fields(Elaboration& elaboration, const ast::TestItem& item, Test& test) {
   const bool is_spectrum = item.kind == ast::TestItem::Kind::spectrum;
   const char* what = is_spectrum ? "the field of a spectrum" : "the field of a correlation";
   const SourceRange range = item.value.range();
-  const Typed value = Expressions(draft, Purpose::quantity, what).numeric(item.value);
-  if (value.type == Typed::Type::none || (is_spectrum && !has_waves(draft, range))) return false;
+  const TypedExpr value = Expressions(elaboration, FormulaContext::quantity, what).numeric(item.value);
+  if (value.type == TypedExpr::Type::none || (is_spectrum && !has_waves(elaboration, range))) return false;
   const auto is_sample = [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); };
   if (std::ranges::any_of(value.parts, [&](const Expr& each) { return any_part(each, is_sample); })) {
-    draft.sink.report("not-allowed-here", range, {"the point value sample", what});
+    elaboration.sink.report("not-allowed-here", range, {"the point value sample", what});
     return false;
   }
   Expr energy = 0.0;
@@ -58,7 +59,7 @@ bool bind_fields(Draft& draft, const ast::TestItem& item, Test& test) {
   }
   test.quantity.value = energy;
   test.fields = value.parts;
-  if (!is_spectrum) test.threshold = threshold_of(draft, item);
+  if (!is_spectrum) test.threshold = threshold_of(elaboration, item);
   return true;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stencil/lower/idle_walls.h"
+#include "stencil/lower/unread_boundaries.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@
 #include "model/uses.h"
 #include "stencil/build.h"
 #include "stencil/space/quantities.h"
-#include "support/maths/evaluate.h"
 #include "support/match.h"
+#include "support/maths/evaluate.h"
 
 namespace dpde::stencil {
 
@@ -145,7 +145,7 @@ class Readers {
     const auto note_reads = [&](const Kernel& kernel) {
       for (const Signature::Read& read : signature(kernel).reads) note_all(read.field, sides);
     };
-    for (const Preparation& preparation : at_point.preparations()) {
+    for (const Prerequisite& preparation : at_point.preparations()) {
       match(
           preparation, note_reads, [](const Reduce&) {},  // of points inside
           [&](const NetworkCall& call) {
@@ -300,10 +300,11 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
 }
 
 /// All that ask for something and are not read.
-std::vector<Idle> idle_walls(const Lowering& lowering) {
+std::vector<Idle> unread_boundaries(const Lowering& lowering) {
   std::vector<Idle> found;
   const model::Problem& problem = lowering.problem();
-  if (!problem.program.empty() || problem.scheme.follows_flow()) return found;  // departure points may lie anywhere
+  if (!problem.program.empty() || problem.scheme.is_semi_lagrangian())
+    return found;  // departure points may lie anywhere
   const Readers readers(lowering);
   for (const model::State& state : problem.states) {
     const bool is_stated = state.velocity_of.empty() && problem.find_projection(state.name) == nullptr;
@@ -327,7 +328,7 @@ std::vector<Idle> idle_walls(const Lowering& lowering) {
 
 void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
   std::map<std::string, std::vector<SourceRange>> told;  // by state
-  for (const Idle& idle : idle_walls(lowering)) {
+  for (const Idle& idle : unread_boundaries(lowering)) {
     std::vector<SourceRange>& of_state = told[idle.state.name];
     const SourceRange range = range_of(idle.state, idle.of(idle.state));
     if (std::ranges::count(of_state, range) > 0) continue;
@@ -338,7 +339,7 @@ void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
 
 model::Problem without_idle_walls(const model::Problem& problem) {
   model::Problem result = problem;
-  for (const Idle& idle : idle_walls(Lowering(problem))) {
+  for (const Idle& idle : unread_boundaries(Lowering(problem))) {
     const auto state = std::ranges::find(result.states, idle.state.name, &model::State::name);
     model::AxisSides& sides = state->boundary[static_cast<std::size_t>(idle.axis)];
     (idle.is_high ? sides.high : sides.low) = {.kind = SideKind::zero_gradient};

@@ -26,7 +26,7 @@ struct Look {
   }
 };
 
-struct Verdict {
+struct StabilityReport {
   std::string why;  // not analysed, and why; "" where it is
   StepLimit limit;
   bool is_exact = false;     // holds for all places, states and times; else an estimate
@@ -48,7 +48,8 @@ struct Verdict {
   double growth_rate = 0;  // largest of the equations' own, 1/time
   StateGroup group;        // that it is of, see state_groups.h
   double group_growth_rate = 0, group_growth_by_events = 0;
-  std::vector<Verdict> worse;   // at most one: of a group with a higher limit that grows more in the scene's step
+  std::vector<StabilityReport>
+      worse;                    // at most one: of a group with a higher limit that grows more in the scene's step
   double growth_by_events = 0;  // ln of what those that end each step multiply at most
   std::optional<ShortWaves> short_waves;  // that grow however short steps are
   double end_growth = 0;                  // ln of the growth beyond the equations' over the run
@@ -60,7 +61,7 @@ struct Verdict {
   double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none
 
   bool is_analysed() const { return why.empty(); }
-  const Verdict& grown_most() const { return worse.empty() ? *this : worse.front(); }
+  const StabilityReport& dominant() const { return worse.empty() ? *this : worse.front(); }
   bool is_of_runs() const { return runs == Runs::made; }
   bool leaves_out_folding() const { return runs == Runs::left_out; }
   bool is_above() const;
@@ -75,20 +76,21 @@ struct Verdict {
 };
 
 /// Of what is kept by a verdict that looks at all cells, too.
-Verdict verdict_of(driver::Session& session, const Look& look = {});
+StabilityReport verdict_of(driver::Session& session, const Look& look = {});
 
 /// Whether nothing grows in the scene's step: much quicker than a verdict, which says no more then than that all is
 /// well. False where something may.
 bool grows_nothing(driver::Session& session, const Look& look = {});
 /// The verdict where that is false.
-std::optional<Verdict> verdict_where_it_grows(driver::Session& session, const Look& look = {});
+std::optional<StabilityReport> verdict_where_it_grows(driver::Session& session, const Look& look = {});
 
 /// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst; of
 /// what walls do where they limit.
-std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps);
+std::vector<double> growths_at(driver::Session& session, const StabilityReport& verdict,
+                               const std::vector<double>& steps);
 
 /// The term of an equation, as a person wrote it, without which the largest stable step is largest: lap(u) is one term.
-std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict);
+std::optional<SourceRange> limiting_term(const model::Problem& problem, const StabilityReport& verdict);
 
 /// Another time scheme that has a limit, and its largest step, for scenes without one: "ssp_rk3".
 struct OtherScheme {
@@ -98,13 +100,13 @@ struct OtherScheme {
 std::optional<OtherScheme> stable_scheme(driver::Session& session);
 
 /// What the narrow cells around a pole have to do with the limit, and what helps; "": nothing.
-std::string pole_text(const model::Problem& problem, const Verdict& verdict);
+std::string pole_text(const model::Problem& problem, const StabilityReport& verdict);
 
 /// Of waves of a few cells that grow however short steps are; "": of none.
-std::string short_waves_text(const Verdict& verdict);
+std::string short_waves_text(const StabilityReport& verdict);
 
 /// "the wave of 2 cells along x and of 8 along y", "what walls do".
-std::string wave_text(const Verdict& verdict, const model::Problem& problem);
+std::string wave_text(const StabilityReport& verdict, const model::Problem& problem);
 
 /// The verdict for who asks why a run blew up; "" where it says nothing.
 std::string advice_on_blow_up(driver::Session& session);

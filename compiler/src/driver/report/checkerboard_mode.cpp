@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "driver/report/chessboard.h"
+#include "driver/report/checkerboard_mode.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "dpde/runtime/field.h"
-#include "model/build.h"
 #include "model/boundary/metric.h"
+#include "model/build.h"
 #include "model/uses.h"
 
 namespace dpde::driver {

@@ -9,11 +9,11 @@
 
 namespace dpde::stability {
 
-struct Survey {
+struct StepCapabilities {
   std::string why;  // what it cannot hold, or ""
-  bool follows_flow = false, reduces = false, solves = false, has_networks = false;
+  bool is_semi_lagrangian = false, reduces = false, solves = false, has_networks = false;
 };
-void survey(const stencil::Module& module, const std::vector<stencil::Statement>& body, Survey& result);
+void survey(const stencil::Module& module, const std::vector<stencil::Statement>& body, StepCapabilities& result);
 /// The same with solves that begin with 0: what they begin with has no part in what a step does.
 stencil::Module without_guesses(stencil::Module module);
 

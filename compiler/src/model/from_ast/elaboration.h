@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "model/boundary/wall_image.h"
 #include "model/from_ast.h"
 #include "model/from_ast/names/names.h"
 #include "model/model.h"
-#include "model/boundary/wall_image.h"
 #include "network/network.h"
 #include "source/diagnostic.h"
 #include "syntax/ast.h"
@@ -21,14 +21,14 @@
 namespace dpde::model {
 
 /// An expression with its type. A `none` was reported already: whoever meets it stays silent.
-struct Typed {
+struct TypedExpr {
   enum class Type { none, number, vector, tensor, condition } type = Type::none;
   std::vector<Expr> parts;  // of a vector one an axis, of a tensor one for two axes, row by row, otherwise one
 };
-inline Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
+inline TypedExpr number_of(Expr e) { return {TypedExpr::Type::number, {std::move(e)}}; }
 /// `f` of each component.
 template <class F>
-Typed map_parts(Typed value, const F& f) {
+TypedExpr map_parts(TypedExpr value, const F& f) {
   for (Expr& part : value.parts) part = f(part);
   return value;
 }
@@ -56,7 +56,7 @@ class Settings {
 /// The arguments of the function of the file that is being put in, and of which functions it is part.
 struct FunctionScope {
   const ast::Function& function;
-  std::map<std::string, Typed> arguments;
+  std::map<std::string, TypedExpr> arguments;
   const FunctionScope* outer;
 };
 
@@ -87,8 +87,8 @@ struct MaskForce {
   Expr rate;
 };
 
-struct Draft {
-  Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
+struct Elaboration {
+  Elaboration(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
 
   const ast::File& file;
@@ -104,7 +104,7 @@ struct Draft {
 
   Problem problem;
   Scope scope;
-  std::map<std::string, Typed> lets;
+  std::map<std::string, TypedExpr> lets;
   std::map<std::string, const ast::Expr*> scene_lets;
   bool names_are_too_deep = false;                      // too many formulas of the scene name one another: reported
   std::map<std::string, int> axis_names;                // of coordinates, beside x, y and z: r, theta, lon, lat
@@ -134,29 +134,29 @@ struct Draft {
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.
-bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector = false);
+bool declare(Elaboration& elaboration, const ast::Identifier& name, Role role, bool is_vector = false);
 /// Declares the components of a vector, one an axis of the scene, and gives their names; of other names just the name.
-std::vector<std::string> declare_components(Draft& draft, const std::string& name);
+std::vector<std::string> declare_components(Elaboration& elaboration, const std::string& name);
 /// u.x, u.y of a vector u; of other names just the name.
-std::vector<std::string> components_of(const Draft& draft, const std::string& written);
+std::vector<std::string> components_of(const Elaboration& elaboration, const std::string& written);
 /// Reports a name that means nothing, the component of something that has none, or one along an axis there is not.
-void report_unknown(Draft& draft, const ast::Identifier& name,
+void report_unknown(Elaboration& elaboration, const ast::Identifier& name,
                     const std::function<std::vector<std::string>()>& candidates);
 /// Reports that `name` was given before, at `first`.
-void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first);
+void report_duplicate(Elaboration& elaboration, const std::string& what, SourceRange range, SourceRange first);
 /// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something
 /// else: "only a field has `thing`".
-std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing,
+std::vector<State*> find_states(Elaboration& elaboration, const ast::Identifier& name, const std::string& thing,
                                 const std::string& hint = "");
 /// "dt(u)" of a velocity u_t; other names as they are.
-std::string written_name(const Draft& draft, const std::string& name);
+std::string written_name(const Elaboration& elaboration, const std::string& name);
 /// The fields that are not among `seen`, of a vector with no component among them the vector.
-std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen);
+std::vector<std::string> states_not_in(const Elaboration& elaboration, const std::map<std::string, SourceRange>& seen);
 
 /// The axis that is called so; -1: none.
-int axis_of(const Draft& draft, const std::string& name);
+int axis_of(const Elaboration& elaboration, const std::string& name);
 /// As the scene's coordinates call it: lat; else x, y, z.
-std::string written_axis(const Draft& draft, std::size_t axis);
+std::string written_axis(const Elaboration& elaboration, std::size_t axis);
 
 /// The items of one kind, in order.
 template <class Kind>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stencil/space/decisions.h"
+#include "stencil/space/comparisons.h"
 
 #include "stencil/build.h"
 

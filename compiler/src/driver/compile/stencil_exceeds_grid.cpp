@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "driver/compile/wide_formulas.h"
+#include "driver/compile/stencil_exceeds_grid.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <map>
 
 #include "model/boundary/metric.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "stencil/passes/displaced_values.h"
 #include "support/match.h"
 

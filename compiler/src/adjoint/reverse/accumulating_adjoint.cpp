@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "adjoint/reverse/totals.h"
+#include "adjoint/reverse/accumulating_adjoint.h"
 
 #include <algorithm>
 #include <set>
@@ -22,8 +22,8 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
   for (const stencil::Statement& statement : program.body) {
     const stencil::Effects e = stencil::effects(module, statement);
     const bool writes = contains(e.writes, field);
-    const bool uses =
-        contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) || contains(e.spoils, field);
+    const bool uses = contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) ||
+                      contains(e.invalidates_halo, field);
     if (!writes && !uses && !contains(e.updates, field)) continue;
     const bool is_row_wise = match(
         statement,
@@ -67,7 +67,7 @@ std::string add_kernel(Module& module, stencil::Kernel kernel, const std::string
   return module.kernels.back().name;
 }
 
-bool add_program_of(const Totals& totals, Module& module) {
+bool add_program_of(const AccumulatingAdjoint& totals, Module& module) {
   const Program* program = module.find_program(totals.program);
   if (program == nullptr || module.find_program(totals.name()) != nullptr) return false;
   Program added = *program;
@@ -77,7 +77,7 @@ bool add_program_of(const Totals& totals, Module& module) {
   return true;
 }
 
-void make_totals(const Totals& totals, Module& module) {
+void make_totals(const AccumulatingAdjoint& totals, Module& module) {
   const auto program = std::ranges::find(module.programs, totals.program, &Program::name);
   if (program != module.programs.end()) add_to_totals(*program, totals.results, module);
 }

@@ -14,7 +14,7 @@ namespace dpde::adjoint {
 std::string add_kernel(stencil::Module& module, stencil::Kernel kernel, const std::string& suffix);
 
 /// The results of a program that may be totals. No program: there are none.
-struct Totals {
+struct AccumulatingAdjoint {
   std::string program;
   std::vector<std::string> results;
   std::string name() const { return program + "_total"; }
@@ -23,8 +23,8 @@ struct Totals {
 /// Adds the program totals.name() to the module: the program with those of the results that it stores to once, and then
 /// adds to, as inputs that it adds to. False, and nothing is added, where that is so of none. The other results stay
 /// what they are.
-bool add_program_of(const Totals& totals, stencil::Module& module);
+bool add_program_of(const AccumulatingAdjoint& totals, stencil::Module& module);
 /// The same of the program itself, of which there is no other use.
-void make_totals(const Totals& totals, stencil::Module& module);
+void make_totals(const AccumulatingAdjoint& totals, stencil::Module& module);
 
 }  // namespace dpde::adjoint

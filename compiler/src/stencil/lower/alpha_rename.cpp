@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stencil/lower/own_names.h"
+#include "stencil/lower/alpha_rename.h"
 
 #include <utility>
 
@@ -29,7 +29,7 @@ class OwnNames {
     }
   }
 
-  void rename(Preparation& preparation) {
+  void rename(Prerequisite& preparation) {
     match(
         preparation, [&](Kernel& kernel) { rename_stored(kernel); }, [&](Reduce& reduce) { rename_result(reduce); },
         [&](NetworkCall& call) { rename_results(call); }, [&](Transform& transform) { rename_result(transform); },
@@ -108,7 +108,7 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
   for (Stage& stage : stages) {
     if (stage.before.empty()) continue;
     OwnNames names(stage.kernel.name, taken, state_of);
-    for (Preparation& preparation : stage.before) names.rename(preparation);
+    for (Prerequisite& preparation : stage.before) names.rename(preparation);
     names.rename(stage.kernel);
   }
   return stages;

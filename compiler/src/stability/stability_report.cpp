@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability/verdict.h"
+#include "stability/stability_report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,17 +11,17 @@
 
 #include "dpde/runtime/error.h"
 #include "model/boundary/metric.h"
-#include "stability/frozen/consistent_start.h"
-#include "stability/waves/courant_number.h"
 #include "stability/equations.h"
 #include "stability/examination.h"
-#include "stability/step/folded_products.h"
-#include "stability/report/local_character.h"
-#include "stability/step/own_grid.h"
-#include "stability/report/verdict_cache.h"
-#include "stability/waves/wall_spectrum.h"
-#include "stability/step/whole_fields.h"
+#include "stability/frozen/consistent_start.h"
 #include "stability/frozen/zero_step.h"
+#include "stability/report/local_character.h"
+#include "stability/report/verdict_cache.h"
+#include "stability/step/folded_products.h"
+#include "stability/step/own_grid.h"
+#include "stability/step/whole_fields.h"
+#include "stability/waves/courant_number.h"
+#include "stability/waves/wall_spectrum.h"
 
 namespace dpde::stability {
 
@@ -38,8 +38,8 @@ double whole_step(const model::Problem& problem, double limit) {
   return length / std::max(1.0, steps);
 }
 
-Verdict verdict_on_networks(driver::Session& session, const StateGroup& group, double most, std::string why) {
-  Verdict verdict;
+StabilityReport verdict_on_networks(driver::Session& session, const StateGroup& group, double most, std::string why) {
+  StabilityReport verdict;
   verdict.why = std::move(why);
   verdict.group = group;
   examine_networks(session, group, most, verdict);
@@ -67,10 +67,10 @@ std::vector<GroupStep> steps_of_groups(driver::Session& session) {
 }
 
 /// The verdict on a group alone; of what takes long no limit above `most`.
-Verdict verdict_on(driver::Session& session, const GroupStep& step, double most, const Look& look) {
+StabilityReport verdict_on(driver::Session& session, const GroupStep& step, double most, const Look& look) {
   const auto& [group, why, linear] = step;
   if (!linear) return verdict_on_networks(session, group, most, why);
-  Verdict verdict;
+  StabilityReport verdict;
   verdict.group = group;
   bool is_finite = false;
   try {
@@ -100,13 +100,15 @@ Verdict verdict_on(driver::Session& session, const GroupStep& step, double most,
 }
 
 /// 0 where every step is unstable.
-double size_of_limit(const Verdict& v) { return v.limit.kind == StepLimit::Kind::none ? no_limit : v.limit.step; }
+double size_of_limit(const StabilityReport& v) {
+  return v.limit.kind == StepLimit::Kind::none ? no_limit : v.limit.step;
+}
 
 /// Of all groups together: the one with the lowest limit, and beside it what grows most in the scene's step.
-Verdict merged(const Verdict& a, const Verdict& b) {
+StabilityReport merged(const StabilityReport& a, const StabilityReport& b) {
   const bool is_first = size_of_limit(a) <= size_of_limit(b);
-  Verdict lower = is_first ? a : b;
-  const Verdict& other = is_first ? b : a;
+  StabilityReport lower = is_first ? a : b;
+  const StabilityReport& other = is_first ? b : a;
   lower.is_exact = lower.is_exact && other.is_exact;
   lower.places = std::max(lower.places, other.places);
   lower.growth_rate = std::max(lower.growth_rate, other.growth_rate);
@@ -114,7 +116,7 @@ Verdict merged(const Verdict& a, const Verdict& b) {
   lower.growth_by_events = std::max(lower.growth_by_events, other.growth_by_events);
   if (other.short_waves && (!lower.short_waves || other.short_waves->rate > lower.short_waves->rate))
     lower.short_waves = other.short_waves;
-  Verdict most = lower.grown_most(), candidate = other.grown_most();
+  StabilityReport most = lower.dominant(), candidate = other.dominant();
   if (candidate.is_above() && (!most.is_above() || candidate.end_growth > most.end_growth)) {
     candidate.worse.clear();
     lower.worse = {std::move(candidate)};
@@ -133,7 +135,7 @@ bool look_for_growth(driver::Session& session, const Look& look) try {
   return false;  // the verdict says it
 }
 
-bool Verdict::is_above() const {
+bool StabilityReport::is_above() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;
   if (limit.kind == StepLimit::Kind::never) return beyond > 1e-9;
   return step > limit.step * (is_of_networks ? 1 + 2e-2 : is_of_walls || is_of_grid ? 1 + 2e-3 : 1 + 1e-4);
@@ -142,7 +144,7 @@ bool Verdict::is_above() const {
 /// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
 /// vortices stay bounded up to 1.4 times the limit. Between walls a place is frozen as if all was there what it is
 /// nowhere near them: runs were bounded up to 1.6 times the limit.
-bool Verdict::ruins_run() const {
+bool StabilityReport::ruins_run() const {
   const bool has_wind =
       std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });
   const double sure = is_of_walls && !is_of_grid ? 2 : has_wind ? 1.5 : 1;
@@ -151,25 +153,25 @@ bool Verdict::ruins_run() const {
   return is_above() && is_sure && end_growth > hundred && !is_held_by_limiter() && !is_of_networks;
 }
 
-double Verdict::bounded_step() const {
+double StabilityReport::bounded_step() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return std::numeric_limits<double>::infinity();
   return limit.kind == StepLimit::Kind::limit ? limit.step : limiter_step;
 }
 
-double Verdict::hundredfold() const {
+double StabilityReport::hundredfold() const {
   return is_above() && beyond > 0 ? hundred / (beyond * parts) : std::numeric_limits<double>::infinity();
 }
 
-Verdict examine(driver::Session& session, const Look& look) {
-  Verdict verdict;
+StabilityReport examine(driver::Session& session, const Look& look) {
+  StabilityReport verdict;
   if (session.problem().step_control) {
     verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
     return verdict;
   }
   const ConsistentStart start(session);
-  std::optional<Verdict> all, unknown;
+  std::optional<StabilityReport> all, unknown;
   for (const GroupStep& step : steps_of_groups(session)) {
-    const Verdict found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit, look);
+    const StabilityReport found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit, look);
     if (!found.is_analysed())
       unknown = found;
     else
@@ -182,7 +184,8 @@ Verdict examine(driver::Session& session, const Look& look) {
   return verdict;
 }
 
-std::vector<double> growths_at(driver::Session& session, const Verdict& verdict, const std::vector<double>& steps) {
+std::vector<double> growths_at(driver::Session& session, const StabilityReport& verdict,
+                               const std::vector<double>& steps) {
   std::vector<double> growths(steps.size(), std::numeric_limits<double>::quiet_NaN());
   std::string why;
   const std::optional<LinearStep> linear = linear_step(session, why, verdict.group);
@@ -206,7 +209,7 @@ std::vector<double> growths_at(driver::Session& session, const Verdict& verdict,
   return growths;
 }
 
-std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
+std::string wave_text(const StabilityReport& verdict, const model::Problem& problem) {
   if (verdict.is_of_networks) return "a disturbance";
   if (verdict.is_of_walls) return "what walls do";
   if (verdict.is_of_means && problem.metric) return "what the cells of the whole grid do";

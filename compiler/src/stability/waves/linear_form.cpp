@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability/waves/form.h"
+#include "stability/waves/linear_form.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,16 +15,16 @@ constexpr std::int64_t span = 2 * farthest_offset + 1;
 
 }  // namespace
 
-std::int64_t Form::key_of(const Offset& offset) {
+std::int64_t LinearForm::key_of(const Offset& offset) {
   return ((offset[2] * span + offset[1]) * span + offset[0]) * most_components;
 }
 
-int Form::component_of(std::int64_t key) {
+int LinearForm::component_of(std::int64_t key) {
   const auto rest = static_cast<int>(key % most_components);
   return rest < 0 ? rest + most_components : rest;
 }
 
-Offset Form::offset_of(std::int64_t key) {
+Offset LinearForm::offset_of(std::int64_t key) {
   std::int64_t rest = (key - component_of(key)) / most_components;
   Offset offset{};
   for (int axis = 0; axis < 2; ++axis) {
@@ -38,28 +38,28 @@ Offset Form::offset_of(std::int64_t key) {
   return offset;
 }
 
-Form Form::shifted(const Offset& offset) const {
-  Form result = *this;
+LinearForm LinearForm::shifted(const Offset& offset) const {
+  LinearForm result = *this;
   const std::int64_t way = key_of(offset);
   for (Term& term : result.terms_) term.key += way;
   return result;
 }
 
-bool Form::is_finite() const {
+bool LinearForm::is_finite() const {
   return std::ranges::all_of(terms_, [](const Term& term) { return std::isfinite(term.coefficient); });
 }
 
-Form Form::times(double factor) const {
+LinearForm LinearForm::times(double factor) const {
   if (factor == 0) return {};
-  Form result = *this;
+  LinearForm result = *this;
   for (Term& term : result.terms_) term.coefficient *= factor;
   return result;
 }
 
-Form Form::plus(const Form& other) const {
+LinearForm LinearForm::plus(const LinearForm& other) const {
   if (is_zero()) return other;
   if (other.is_zero()) return *this;
-  Form result;
+  LinearForm result;
   result.terms_.reserve(terms_.size() + other.terms_.size());
   auto a = terms_.begin(), b = other.terms_.begin();
   while (a != terms_.end() || b != other.terms_.end()) {
@@ -75,8 +75,8 @@ Form Form::plus(const Form& other) const {
   return result;
 }
 
-Form Form::renumbered(int by) const {
-  Form result;
+LinearForm LinearForm::renumbered(int by) const {
+  LinearForm result;
   for (const Term& term : terms_) {
     const bool is_wave = component_of(term.key) >= most_states;
     result.terms_.push_back({term.key + (is_wave ? by : 0), term.coefficient});
@@ -104,9 +104,9 @@ void FormSum::grow() {
   }
 }
 
-void FormSum::add(const Form& form, const stencil::Offset& offset, double factor) {
-  const std::int64_t way = Form::key_of(offset);
-  for (const Form::Term& term : form.terms_) {
+void FormSum::add(const LinearForm& form, const stencil::Offset& offset, double factor) {
+  const std::int64_t way = LinearForm::key_of(offset);
+  for (const LinearForm::Term& term : form.terms_) {
     if (2 * terms_.size() >= places_.size()) grow();
     const std::size_t place = place_of(term.key + way);
     std::uint32_t& known = places_[place];
@@ -120,11 +120,11 @@ void FormSum::add(const Form& form, const stencil::Offset& offset, double factor
   }
 }
 
-Form FormSum::take() {
+LinearForm FormSum::take() {
   for (const std::size_t place : taken_) places_[place] = 0;
-  Form result;
+  LinearForm result;
   result.terms_.assign(terms_.begin(), terms_.end());
-  std::ranges::sort(result.terms_, {}, &Form::Term::key);
+  std::ranges::sort(result.terms_, {}, &LinearForm::Term::key);
   terms_.clear();
   taken_.clear();
   return result;

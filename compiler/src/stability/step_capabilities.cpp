@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability/survey.h"
+#include "stability/step_capabilities.h"
 
 #include <algorithm>
 
 #include "stability/waves/coupled_waves.h"
-#include "stencil/build.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/build.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -37,7 +37,7 @@ Module without_guesses(Module module) {
   return module;
 }
 
-void survey(const Module& module, const std::vector<Statement>& body, Survey& result) {
+void survey(const Module& module, const std::vector<Statement>& body, StepCapabilities& result) {
   for (const Statement& statement : body) {
     match(
         statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
@@ -51,8 +51,10 @@ void survey(const Module& module, const std::vector<Statement>& body, Survey& re
         [&](const Run& run) {
           const Kernel& kernel = kernel_of(module, run);
           if (!kernel.scatters.empty()) result.why = "it scatters";
-          for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
-          for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
+          for (const Let& let : kernel.lets)
+            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_interp(let.value);
+          for (const Store& s : kernel.stores)
+            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_interp(s.value);
         },
         [&](const Solve& solve) {
           result.solves = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "driver/compile/over_time.h"
+#include "driver/compile/time_averages.h"
 
 #include "model/build.h"
 

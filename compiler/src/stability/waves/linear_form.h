@@ -15,24 +15,24 @@ constexpr int most_components = 1024;  // from most_states on they are sums of w
 constexpr int farthest_offset = 4000;  // along each axis
 
 /// A sum of perturbations: coefficients of component c at the point displaced by `offset`, sorted by key().
-class Form {
+class LinearForm {
  public:
   struct Term {
     std::int64_t key;
     double coefficient;
   };
-  Form() = default;
+  LinearForm() = default;
   /// One perturbation of component c.
-  explicit Form(int component) : terms_{{component, 1.0}} {}
+  explicit LinearForm(int component) : terms_{{component, 1.0}} {}
 
   const std::vector<Term>& terms() const { return terms_; }
   bool is_zero() const { return terms_.empty(); }
   bool is_finite() const;
-  Form shifted(const stencil::Offset& offset) const;
-  Form times(double factor) const;
-  Form plus(const Form& other) const;
+  LinearForm shifted(const stencil::Offset& offset) const;
+  LinearForm times(double factor) const;
+  LinearForm plus(const LinearForm& other) const;
   /// With `by` added to the numbers of components that are sums of waves.
-  Form renumbered(int by) const;
+  LinearForm renumbered(int by) const;
 
   static std::int64_t key_of(const stencil::Offset& offset);
   static stencil::Offset offset_of(std::int64_t key);
@@ -48,17 +48,17 @@ class Form {
 class FormSum {
  public:
   /// The form displaced by `offset`, times the factor.
-  void add(const Form& form, const stencil::Offset& offset, double factor);
+  void add(const LinearForm& form, const stencil::Offset& offset, double factor);
   /// What was added since it was last taken.
-  Form take();
+  LinearForm take();
 
  private:
   void grow();
   std::size_t place_of(std::int64_t key) const;
 
-  std::vector<Form::Term> terms_;      // in the order in which their keys came
-  std::vector<std::uint32_t> places_;  // of keys, by hashing: 0, or one more than the number of the term
-  std::vector<std::size_t> taken_;     // places of the terms
+  std::vector<LinearForm::Term> terms_;  // in the order in which their keys came
+  std::vector<std::uint32_t> places_;    // of keys, by hashing: 0, or one more than the number of the term
+  std::vector<std::size_t> taken_;       // places of the terms
 };
 
 }  // namespace dpde::stability
