@@ -78,7 +78,7 @@ TEST(LlvmPlaces, SlopesCellsAndCubicsAlongEveryAxis) {
     for (int kind = 1; kind < along_count; ++kind) {
       for (std::size_t axis = 0; axis < axes.size(); ++axis) {
         ModuleBuilder b(axes);
-        std::array<Along, loop::max_rank> along{};
+        std::array<InterpolationBasis, loop::max_rank> along{};
         for (std::size_t a = 0; a < axes.size(); ++a)
           along[a] = static_cast<InterpolationBasis>((kind + a - axis + along_count) % along_count);
         b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 2.5), {}, along)));
@@ -180,7 +180,7 @@ void expect_any_displacement_stays_inside(InterpolationBasis along) {
 }
 
 TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
-  for (const Along along :
+  for (const InterpolationBasis along :
        {InterpolationBasis::linear, InterpolationBasis::lower, InterpolationBasis::upper, InterpolationBasis::cubic})
     expect_any_displacement_stays_inside(along);
 }
@@ -203,7 +203,7 @@ TEST(LlvmPlaces, ScatterOnAllRanks) {
   for (const std::vector<Topology>& axes : all_axes) {
     for (const double reach : {0.75, 40.0}) {
       ModuleBuilder b(axes);
-      std::array<Along, loop::max_rank> slope{}, cubic{};
+      std::array<InterpolationBasis, loop::max_rank> slope{}, cubic{};
       slope[axes.size() - 1] = InterpolationBasis::slope;
       cubic[0] = InterpolationBasis::cubic;
       cubic[axes.size() - 1] = reach < 1 ? InterpolationBasis::cubic_slope : InterpolationBasis::cubic;
@@ -264,7 +264,8 @@ void expect_any_scatter_stays_inside(InterpolationBasis along) {
 }
 
 TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
-  for (const Along along : {InterpolationBasis::linear, InterpolationBasis::lower, InterpolationBasis::cubic})
+  for (const InterpolationBasis along :
+       {InterpolationBasis::linear, InterpolationBasis::lower, InterpolationBasis::cubic})
     expect_any_scatter_stays_inside(along);
 }
 

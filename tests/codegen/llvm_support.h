@@ -67,7 +67,7 @@ class ModuleBuilder {
   }
   void sum(const std::string& name, Expr value) { row().sums.push_back({name, value}); }
   loop::Interp place(const std::string& field, std::vector<Expr> displacement, Offset offset = {},
-                     std::array<Along, loop::max_rank> along = {}) {
+                     std::array<InterpolationBasis, loop::max_rank> along = {}) {
     std::vector<std::string>& grids = row().grids;
     const auto found = std::find(grids.begin(), grids.end(), field);
     const int index = static_cast<int>(found - grids.begin());

@@ -87,7 +87,7 @@ bool write_out(const RandomProgram& p, const Try& accept) {
   const Repeat* repeat = program.body.size() == 1 ? std::get_if<Repeat>(&program.body[0]) : nullptr;
   if (repeat == nullptr || !repeat->counter.name.empty()) return false;
   for (Swap& swap : program.swaps) {
-    const auto carry = std::ranges::find(repeat->carries, swap.next, &Carry::result);
+    const auto carry = std::ranges::find(repeat->carries, swap.next, &LoopCarried::result);
     if (carry != repeat->carries.end()) swap.next = carry->next;
   }
   program.body = std::vector(repeat->body);

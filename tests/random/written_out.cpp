@@ -67,12 +67,12 @@ class Writer {
     Renamed names;
     for (int pass = 1; pass <= repeat.count; ++pass) {
       Renamed states;
-      for (const Carry& carry : repeat.carries)
+      for (const LoopCarried& carry : repeat.carries)
         states[carry.state] = name_in(names, pass > 1 ? carry.next : carry.state);
       names = states;
       for (const std::string& field : known.inner) names[field] = fmt::format("{}_pass{}", field, pass);
       if (pass == repeat.count) {
-        for (const Carry& carry : repeat.carries) names[carry.next] = carry.result;
+        for (const LoopCarried& carry : repeat.carries) names[carry.next] = carry.result;
       }
       const double number = repeat.counter.is_backwards ? repeat.count - pass : pass - 1;
       for (const Statement& statement : repeat.body)

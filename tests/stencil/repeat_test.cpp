@@ -112,10 +112,10 @@ TEST(Repeat, KeepsItsRules) {
     Module module = module_of(stacks);
     Repeat& first = std::get<Repeat>(module.programs[0].body[0]);
     Repeat& second = std::get<Repeat>(module.programs[0].body[1]);
-    for (Carry* carry : {&first.carries[0], &second.carries[0]}) {
+    for (LoopCarried* carry : {&first.carries[0], &second.carries[0]}) {
       for (std::string* name : {&carry->state, &carry->next, &carry->result}) *name = *name == from ? to : *name;
     }
-    for (Stacked* stacked : {&first.saves[0], &second.loads[0]}) {
+    for (TapeEntry* stacked : {&first.saves[0], &second.loads[0]}) {
       if (stacked->stack == from) stacked->stack = to;
       break;
     }

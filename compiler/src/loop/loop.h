@@ -77,7 +77,7 @@ struct Interp {  // `grid` is an index into Row::grids: fields read or scattered
   int grid;
   Offset offset;
   std::vector<Expr> displacement;
-  std::array<Along, max_rank> along;
+  std::array<InterpolationBasis, max_rank> along;
   bool operator==(const Interp&) const = default;
 };
 struct Neg {

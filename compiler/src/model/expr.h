@@ -111,7 +111,7 @@ struct BandPass {
 struct Sample {
   std::string field;
   std::vector<Expr> place;
-  std::array<Along, 3> along{};
+  std::array<InterpolationBasis, 3> along{};
   bool operator==(const Sample&) const = default;
 };
 /// mean, sum, ... over space: the same at all points along the axes it goes over

@@ -28,29 +28,29 @@ std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& s
 }
 
 /// What needs all of the problem.
-void check(Draft& draft) {
-  check_projected_starts(draft);
-  check_steady(draft);
-  check_wall_weights(draft);
-  check_boundary_values(draft);
-  check_radiating(draft);
-  if (draft.model) check_wall_formulas(draft);
-  check_open_places(draft);
-  check_data_times(draft);
-  check_wall_derivatives(draft);
-  check_settings(draft);
-  check_histories(draft);
-  check_waves(draft);
-  if (draft.model) check_split(draft);
-  check_implicit(draft);
-  if (draft.model && !draft.sink.has_errors()) {  // of solves that could be read
-    check_guess(draft);
-    check_solve_keys(draft);
+void check(Elaboration& elaboration) {
+  check_projected_starts(elaboration);
+  check_steady(elaboration);
+  check_wall_weights(elaboration);
+  check_boundary_values(elaboration);
+  check_radiating(elaboration);
+  if (elaboration.model) check_wall_formulas(elaboration);
+  check_open_places(elaboration);
+  check_data_times(elaboration);
+  check_wall_derivatives(elaboration);
+  check_settings(elaboration);
+  check_histories(elaboration);
+  check_waves(elaboration);
+  if (elaboration.model) check_split(elaboration);
+  check_implicit(elaboration);
+  if (elaboration.model && !elaboration.sink.has_errors()) {  // of solves that could be read
+    check_guess(elaboration);
+    check_solve_keys(elaboration);
   }
-  check_placements(draft);
-  check_scene_lets(draft);
-  check_gridless(draft);
-  check_units(draft);
+  check_placements(elaboration);
+  check_scene_lets(elaboration);
+  check_gridless(elaboration);
+  check_units(elaboration);
 }
 
 }  // namespace
@@ -58,47 +58,47 @@ void check(Draft& draft) {
 std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
   const std::optional<ast::File> whole = written_out(written, sink);
   if (!whole) return std::nullopt;
-  Draft draft(*whole, selection, sink);
-  if (!select(draft)) return std::nullopt;
-  if (draft.model) declare_model(draft);
-  if (draft.program) declare_program(draft);
-  if (draft.scope.names(Role::state).empty()) return std::nullopt;
-  declare_scene_lets(draft);
-  mark_unknowns(draft);
-  bind_parameters(draft);
-  bind_scheme(draft);
-  bind_grid(draft);
-  bind_networks(draft);
-  if (draft.model) bind_fields(draft);
-  if (draft.model) bind_transports(draft);
-  if (draft.model) bind_split(draft);
-  bind_time(draft);
-  bind_controls(draft);
-  if (draft.model) bind_masks(draft);
-  if (draft.model) bind_equations(draft);
-  if (draft.model) bind_boundaries(draft);
-  if (draft.model) bind_projections(draft);
-  if (draft.program) bind_fills(draft);
-  bind_states(draft);
-  if (draft.model) add_histories(draft);
-  bind_coefficients(draft);
-  bind_subcycles(draft);
-  bind_courant(draft);
-  bind_step_control(draft);
-  bind_observables(draft);
-  bind_accuracy(draft);
-  bind_outputs(draft);
-  bind_shown(draft);
-  bind_events(draft);
-  bind_task(draft);
-  if (draft.model) drop_idle_guesses(draft);
-  check(draft);
+  Elaboration elaboration(*whole, selection, sink);
+  if (!select(elaboration)) return std::nullopt;
+  if (elaboration.model) declare_model(elaboration);
+  if (elaboration.program) declare_program(elaboration);
+  if (elaboration.scope.names(Role::state).empty()) return std::nullopt;
+  declare_scene_lets(elaboration);
+  mark_unknowns(elaboration);
+  bind_parameters(elaboration);
+  bind_scheme(elaboration);
+  bind_grid(elaboration);
+  bind_networks(elaboration);
+  if (elaboration.model) bind_fields(elaboration);
+  if (elaboration.model) bind_transports(elaboration);
+  if (elaboration.model) bind_split(elaboration);
+  bind_time(elaboration);
+  bind_controls(elaboration);
+  if (elaboration.model) bind_masks(elaboration);
+  if (elaboration.model) bind_equations(elaboration);
+  if (elaboration.model) bind_boundaries(elaboration);
+  if (elaboration.model) bind_projections(elaboration);
+  if (elaboration.program) bind_fills(elaboration);
+  bind_states(elaboration);
+  if (elaboration.model) add_histories(elaboration);
+  bind_coefficients(elaboration);
+  bind_subcycles(elaboration);
+  bind_courant(elaboration);
+  bind_step_control(elaboration);
+  bind_observables(elaboration);
+  bind_accuracy(elaboration);
+  bind_outputs(elaboration);
+  bind_shown(elaboration);
+  bind_events(elaboration);
+  bind_task(elaboration);
+  if (elaboration.model) drop_idle_guesses(elaboration);
+  check(elaboration);
   if (sink.has_errors()) return std::nullopt;
-  if (draft.model) check_seams(draft);
-  draft.problem = in_rising_coordinates(in_uniform_coordinates(std::move(draft.problem)));
-  drop_unused(draft);
-  keep_called_networks(draft);
-  return std::move(draft.problem);
+  if (elaboration.model) check_seams(elaboration);
+  elaboration.problem = in_rising_coordinates(in_uniform_coordinates(std::move(elaboration.problem)));
+  drop_unused(elaboration);
+  keep_called_networks(elaboration);
+  return std::move(elaboration.problem);
 }
 
 std::vector<std::string> scene_names(const ast::File& file) { return names_of<ast::Scene>(file); }

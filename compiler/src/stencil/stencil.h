@@ -158,7 +158,7 @@ struct Interp {
   std::string field;
   Offset offset{};
   std::vector<Expr> displacement;  // one an axis
-  std::array<Along, max_rank> along{};
+  std::array<InterpolationBasis, max_rank> along{};
   bool operator==(const Interp&) const = default;
 };
 struct Inside {

@@ -48,7 +48,7 @@ std::optional<InterpolationBasis> derivative_of(InterpolationBasis along) {
   unreachable("what is taken along an axis");
 }
 
-std::string interp_name(const std::array<Along, 3>& along) {
+std::string interp_name(const std::array<InterpolationBasis, 3>& along) {
   std::string name = "interp";
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
     if (along[axis] == InterpolationBasis::linear) continue;
@@ -58,8 +58,8 @@ std::string interp_name(const std::array<Along, 3>& along) {
   return name;
 }
 
-std::optional<std::array<Along, 3>> find_interp(std::string_view name) {
-  std::array<Along, 3> along{};
+std::optional<std::array<InterpolationBasis, 3>> find_interp(std::string_view name) {
+  std::array<InterpolationBasis, 3> along{};
   std::size_t at = std::string_view("interp_").size();
   for (std::size_t axis = 0; axis < along.size() && at < name.size(); ++axis) {
     const std::size_t end = name.find("xyz"[axis], at);

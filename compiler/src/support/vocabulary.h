@@ -88,8 +88,8 @@ int reach_of(InterpolationBasis along);
 /// The derivative by the place; nothing where that is 0.
 std::optional<InterpolationBasis> derivative_of(InterpolationBasis along);
 /// interp, interp_dx, interp_lxuy, interp_cxcdy ...: for each axis that is not linear what is taken along it.
-std::string interp_name(const std::array<Along, 3>& along);
-std::optional<std::array<Along, 3>> find_interp(std::string_view name);
+std::string interp_name(const std::array<InterpolationBasis, 3>& along);
+std::optional<std::array<InterpolationBasis, 3>> find_interp(std::string_view name);
 
 /// As written: "+", "<=", "and", ...
 std::string_view spelling(BinaryOp op);

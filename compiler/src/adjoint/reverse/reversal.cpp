@@ -299,7 +299,7 @@ void Reversal::reverse_repeat(const Repeat& repeat, int index) {
     reversed.loads.push_back({field, names_.fresh(field + "_passes")});
     saves[static_cast<std::size_t>(index)].push_back(reversed.loads.back());
     // The first pass has a carried state from outside, and its stack only the place where it lies.
-    const bool is_carried = std::ranges::find(repeat.carries, field, &Carry::state) != repeat.carries.end();
+    const bool is_carried = std::ranges::find(repeat.carries, field, &LoopCarried::state) != repeat.carries.end();
     if (is_carried && is_updated_behind(module_, program_, field, index)) needed[field] = index;
   }
   body.push_back(std::move(reversed));

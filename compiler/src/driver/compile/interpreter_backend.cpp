@@ -24,7 +24,7 @@ struct Context {
   Precision real;
 };
 
-using CellIndex = std::array<int, stencil::max_rank>;
+using stencil::CellIndex;
 
 /// Calls `f(cell, element)` for the cells of the layout's interior grown by `grow` along each axis of the grid.
 template <class F>

@@ -84,9 +84,9 @@ std::vector<stencil::Kernel> kernels_of(const stencil::Module& module, const ste
 }
 
 /// What a hand-written step reads. Of a parameter that no kernel's values have a derivative by, only switches do.
-model::Reading names_read(const stencil::Module& module, const stencil::Program& program) {
+model::NamesRead names_read(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Interface interface = stencil::interface_of(module, program);
-  model::Reading reading;
+  model::NamesRead reading;
   reading.smooth.insert(interface.inputs.begin(), interface.inputs.end());
   reading.smooth.insert(interface.networks.begin(), interface.networks.end());
   reading.any = reading.smooth;
@@ -163,7 +163,7 @@ stencil::Module without_guesses(const stencil::Module& module, const stencil::Pr
 /// What only guesses of solves of a hand-written step read.
 std::set<std::string> names_in_guesses(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Module alone = without_guesses(module, program);
-  const model::Reading all = names_read(module, program), rest = names_read(alone, alone.programs.front());
+  const model::NamesRead all = names_read(module, program), rest = names_read(alone, alone.programs.front());
   std::set<std::string> names;
   std::ranges::set_difference(all.any, rest.any, std::inserter(names, names.end()));
   return names;
@@ -243,7 +243,7 @@ void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink) {
 void check_guesses(const Compiled& compiled, const model::Influence& influence, DiagnosticSink& sink) {
   const model::Task& task = *compiled.problem->task;
   model::Influence::Unknowns begun_with;
-  const auto add = [&](const model::Reading& reading) {
+  const auto add = [&](const model::NamesRead& reading) {
     const model::Influence::Unknowns reached = influence.on(reading).any;
     begun_with.insert(reached.begin(), reached.end());
   };

@@ -35,7 +35,7 @@ class FrozenKernels {
     Id field;
     stencil::Offset offset;
     std::vector<Id> displacement;
-    std::array<Along, stencil::max_rank> along;
+    std::array<InterpolationBasis, stencil::max_rank> along;
   };
   struct Inside {};
   struct Neg {

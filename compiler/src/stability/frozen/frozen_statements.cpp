@@ -167,7 +167,9 @@ Value Evaluation::solved(const std::string& field, const std::string& unknown) c
 
 /// Nothing in it is a stage of the states.
 void Evaluation::run_block(const Solve& solve) {
-  const auto no = [](const auto&) { unreachable("a statement that step_capabilities.h refuses in the block of a solve"); };
+  const auto no = [](const auto&) {
+    unreachable("a statement that step_capabilities.h refuses in the block of a solve");
+  };
   for (const Statement& statement : solve.body) {
     match(
         statement, [](const Fill&) {},

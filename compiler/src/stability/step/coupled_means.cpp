@@ -56,7 +56,8 @@ void take_out(Module& module, const Program& program, std::vector<Statement>& bo
         [&](const Reduce& reduce) {
           if (is_out(reduce)) out = &reduce;
         },
-        [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {}, [](Solve&) {},  // of kernels alone: see step_capabilities.h
+        [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {},
+        [](Solve&) {},  // of kernels alone: see step_capabilities.h
         [&](Repeat& repeat) { take_out(module, program, repeat.body, is_out); });
     if (out == nullptr) continue;
     Kernel nothing{"no_" + out->result, static_cast<int>(program.axes.size())};

@@ -37,7 +37,7 @@ class ArbitraryInputs {
 /// The operator on a grid of its own, with arbitrary coefficients.
 class SmallOperator {
  public:
-  SmallOperator(const Module& module, const Program& operation, std::string unknown, const Cell& cells,
+  SmallOperator(const Module& module, const Program& operation, std::string unknown, const CellIndex& cells,
                 const Params& known)
       : module_(module),
         operation_(operation),
@@ -113,8 +113,8 @@ Seen traits_on(SmallOperator a, double size = 0) {
 }
 
 /// Where cells are of two different neighbours along each axis, whatever the reach.
-Cell cells_for(const std::array<int, max_rank>& reach, std::size_t rank) {
-  Cell cells{1, 1, 1};
+CellIndex cells_for(const std::array<int, max_rank>& reach, std::size_t rank) {
+  CellIndex cells{1, 1, 1};
   for (std::size_t axis = 0; axis < rank; ++axis) {
     const int least = reach[axis] < 0 ? 3 : 2 * reach[axis] + 1;
     cells[axis] = least + static_cast<int>(rank - axis);  // of different lengths
@@ -180,7 +180,7 @@ OperatorTraits both(const OperatorTraits& a, const OperatorTraits& b) {
 OperatorTraits traits_of(const Module& module, const Program& program, const Solve& solve, const Params& known) {
   require(solve.is_linear && solve.unknowns.size() == 1, "a linear solve for one field");
   const Module small = operator_module(module, program, solve);
-  const Cell cells = cells_for(reach_of_operator(module, solve, program.axes.size()), program.axes.size());
+  const CellIndex cells = cells_for(reach_of_operator(module, solve, program.axes.size()), program.axes.size());
   return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, known}).traits;
 }
 
@@ -189,14 +189,14 @@ OperatorTraits certain_traits_of(const Module& module, const Program& program, c
   if (!solve.is_linear || solve.unknowns.size() != 1 || !is_plain(module, solve)) return {};
   const Module small = operator_module(module, program, solve);
   const std::size_t rank = program.axes.size();
-  const auto on = [&](const Cell& cells, double size) {
+  const auto on = [&](const CellIndex& cells, double size) {
     return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, {}}, size);
   };
   const Seen many = on(cells_for(reach_of_operator(module, solve, rank), rank), 0);
   OperatorTraits found = many.traits;
   for (const int least : {1, 2}) {
     if (found == OperatorTraits{}) break;
-    Cell cells{1, 1, 1};
+    CellIndex cells{1, 1, 1};
     for (std::size_t axis = 0; axis < rank; ++axis) cells[axis] = least + static_cast<int>(axis % 2);
     found = both(found, on(cells, many.size).traits);
   }

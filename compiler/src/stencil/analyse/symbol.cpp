@@ -25,7 +25,7 @@ void add(Terms& sum, const Monomial& term) {
   }
 }
 
-std::optional<Terms> product(const Terms& a, const Terms& b) {
+std::optional<Terms> product_of_sums(const Terms& a, const Terms& b) {
   Terms result;
   for (const Monomial& left : a) {
     for (const Monomial& right : b) {
@@ -52,7 +52,7 @@ std::optional<Terms> power_of(const Terms& base, const Expr& exponent) {
       number->value > highest_power)
     return std::nullopt;
   std::optional<Terms> result = base;
-  for (int i = 1; i < static_cast<int>(number->value) && result; ++i) result = product(*result, base);
+  for (int i = 1; i < static_cast<int>(number->value) && result; ++i) result = product_of_sums(*result, base);
   return result;
 }
 
@@ -62,7 +62,7 @@ std::optional<Terms> of_binary(const Binary& b) {
   if (b.op == BinaryOp::power) return power_of(*left, b.right);
   const std::optional<Terms> right = polynomial_of(b.right);
   if (!right) return std::nullopt;
-  if (b.op == BinaryOp::multiply) return product(*left, *right);
+  if (b.op == BinaryOp::multiply) return product_of_sums(*left, *right);
   if (b.op == BinaryOp::divide) {
     if (holds_wave_number(b.right)) return std::nullopt;
     return times(*left, [&](const Expr& c) { return c / b.right; });

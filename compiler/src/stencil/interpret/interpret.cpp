@@ -22,7 +22,7 @@ int modulo(int i, int n) { return (i % n + n) % n; }
 
 /// A halo cell, the cells it is filled from, and how; `side` is nullptr along periodic axes.
 struct HaloCell {
-  Cell place, image, behind;
+  CellIndex place, image, behind;
   const Side* side;
   GhostWeights ghost;
 };
@@ -48,7 +48,7 @@ Layer bounded_layer(const Side& side, bool low_side, int k, int n, double h, con
 
 /// The halo cells of both sides of an axis in layer k, over the halo of the axes before.
 std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boundary, int axis, int k,
-                                    const Cell& width, const Params& params) {
+                                    const CellIndex& width, const Params& params) {
   const int n = state.grid().cells[axis];
   const bool periodic = boundary.topology == Topology::periodic;
   const bool is_wall = is_on_walls(boundary) && k == 0;
@@ -63,20 +63,20 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
     const int around = low_side ? -1 - k : n + k;
     const Layer layer =
         periodic ? Layer{around, modulo(around, n)} : bounded_layer(side, low_side, k, n, h, state, params);
-    Cell low{}, high = state.grid().cells;
+    CellIndex low{}, high = state.grid().cells;
     for (int before = 0; before < axis; ++before) {
       low[before] -= width[before];
       high[before] += width[before];
     }
     low[axis] = layer.place;
     high[axis] = layer.place + 1;
-    for_each_cell(low, high, [&](const Cell& cell) {
+    for_each_cell(low, high, [&](const CellIndex& cell) {
       cells.push_back({cell, cell, cell, periodic ? nullptr : &side, layer.ghost});
       cells.back().image[axis] = layer.image;
       cells.back().behind[axis] = layer.image + (low_side ? 1 : -1);
       if (periodic || !rule_of(side).turns) return;
       const int around_pole = axis == 0 ? 1 : 0, turn = state.grid().cells[around_pole] / 2;
-      for (Cell* turned : {&cells.back().image, &cells.back().behind})
+      for (CellIndex* turned : {&cells.back().image, &cells.back().behind})
         (*turned)[around_pole] = modulo(cell[around_pole] + turn, state.grid().cells[around_pole]);
     });
   }
@@ -86,7 +86,7 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
 double wall_value(const HaloCell& cell, const std::vector<AxisBoundary>& axes, const State& state,
                   const Params& params) {
   if (!cell.side) return 0;
-  Cell place = cell.place;
+  CellIndex place = cell.place;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     if (axes[axis].topology == Topology::periodic) place[axis] = modulo(place[axis], state.grid().cells[axis]);
   }
@@ -97,7 +97,7 @@ double wall_value(const HaloCell& cell, const std::vector<AxisBoundary>& axes, c
 }  // namespace
 
 void apply(State& state, const Fill& fill, const Params& params) {
-  const Cell width{state.halo(0), state.halo(1), state.halo(2)};
+  const CellIndex width{state.halo(0), state.halo(1), state.halo(2)};
   for (int axis = 0; axis < state.grid().rank; ++axis) {
     const int layers = width[axis] + (is_on_walls(fill.axes[axis]) ? 1 : 0);
     for (int k = 0; k < layers; ++k) {
@@ -112,7 +112,7 @@ void apply(State& state, const Fill& fill, const Params& params) {
 }
 
 void apply(State& state, const Fold& fold, const Params& params) {
-  Cell width{};
+  CellIndex width{};
   for (int axis = 0; axis < state.grid().rank; ++axis) {
     if (fold.axes[axis].topology == Topology::bounded) width[axis] = fold.grow;
   }

@@ -24,13 +24,13 @@ struct Grid {
 
 using Params = std::map<std::string, double>;
 
-using Cell = std::array<int, max_rank>;
+using CellIndex = std::array<int, max_rank>;
 /// Calls f for every cell of the box [low, high), x fastest.
 template <class F>
-void for_each_cell(const Cell& low, const Cell& high, const F& f) {
+void for_each_cell(const CellIndex& low, const CellIndex& high, const F& f) {
   for (int k = low[2]; k < high[2]; ++k) {
     for (int j = low[1]; j < high[1]; ++j) {
-      for (int i = low[0]; i < high[0]; ++i) f(Cell{i, j, k});
+      for (int i = low[0]; i < high[0]; ++i) f(CellIndex{i, j, k});
     }
   }
 }

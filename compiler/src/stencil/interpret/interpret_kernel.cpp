@@ -159,7 +159,7 @@ Operand bind(const Expr& e, const Scope& scope) {
       });
 }
 
-Cell displaced(Cell cell, const Offset& offset) {
+CellIndex displaced(CellIndex cell, const Offset& offset) {
   for (int axis = 0; axis < max_rank; ++axis) cell[axis] += offset[axis];
   return cell;
 }
@@ -170,7 +170,7 @@ using Values = std::vector<double>;
 /// What expressions are worth at the points of a box.
 class Evaluation {
  public:
-  Evaluation(const Scope& scope, const Cell& low, const Cell& high)
+  Evaluation(const Scope& scope, const CellIndex& low, const CellIndex& high)
       : state_(scope.state), axes_(scope.axes), low_(low), high_(high) {
     for (int axis = 0; axis < max_rank; ++axis) count_ *= static_cast<std::size_t>(std::max(high[axis] - low[axis], 0));
   }
@@ -215,19 +215,19 @@ class Evaluation {
 
   /// Calls f(cell, weight) for each cell the interpolation takes at point `p`, which is `at`.
   template <class F>
-  void for_each_tap(const Interp& interp, const std::vector<Values>& displacement, std::size_t p, const Cell& at,
+  void for_each_tap(const Interp& interp, const std::vector<Values>& displacement, std::size_t p, const CellIndex& at,
                     const F& f) const {
     std::array<Taps, max_rank> taps;
     for (Taps& along : taps) along.add(0, 1);
-    Cell counts{1, 1, 1};
+    CellIndex counts{1, 1, 1};
     for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
       taps[axis] = taps_along(axes_[axis], state_.grid().cells[axis], at[axis] + interp.offset[axis],
                               displacement[axis][p], interp.along[axis]);
       counts[axis] = taps[axis].count;
     }
-    for_each_cell({}, counts, [&](const Cell& c) {
+    for_each_cell({}, counts, [&](const CellIndex& c) {
       const WeightedCell &x = taps[0].cells[c[0]], &y = taps[1].cells[c[1]], &z = taps[2].cells[c[2]];
-      f(Cell{x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
+      f(CellIndex{x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
     });
   }
 
@@ -236,7 +236,7 @@ class Evaluation {
     if (access.cells == nullptr) return Values(count_, std::numeric_limits<double>::signaling_NaN());
     Values result;
     result.reserve(count_);
-    for_each_cell(low_, high_, [&](const Cell& at) {
+    for_each_cell(low_, high_, [&](const CellIndex& at) {
       result.push_back((*access.cells)[state_.index(displaced(at, access.offset))]);
     });
     return result;
@@ -245,9 +245,9 @@ class Evaluation {
   Values interpolated(const BoundInterp& bound) const {
     const std::vector<Values> displacement = values_of_all(bound.displacement);
     Values result;
-    for_each_cell(low_, high_, [&](const Cell& at) {
+    for_each_cell(low_, high_, [&](const CellIndex& at) {
       double sum = 0;
-      for_each_tap(*bound.interp, displacement, result.size(), at, [&](const Cell& c, double weight) {
+      for_each_tap(*bound.interp, displacement, result.size(), at, [&](const CellIndex& c, double weight) {
         const double value =
             bound.cells == nullptr ? std::numeric_limits<double>::signaling_NaN() : (*bound.cells)[state_.index(c)];
         sum += weight * value;
@@ -259,12 +259,12 @@ class Evaluation {
 
   Values where_inside(const Inside& inside) const {
     Values result;
-    for_each_cell(low_, high_, [&](const Cell& at) { result.push_back(is_inside(inside, at) ? 1.0 : 0.0); });
+    for_each_cell(low_, high_, [&](const CellIndex& at) { result.push_back(is_inside(inside, at) ? 1.0 : 0.0); });
     return result;
   }
 
-  bool is_inside(const Inside& inside, const Cell& at) const {
-    const Cell place = displaced(at, inside.offset);
+  bool is_inside(const Inside& inside, const CellIndex& at) const {
+    const CellIndex place = displaced(at, inside.offset);
     for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
       const int n = state_.grid().cells[axis];
       if (axes_[axis] == Topology::periodic) continue;
@@ -275,7 +275,7 @@ class Evaluation {
 
   const State& state_;
   const std::vector<Topology>& axes_;
-  const Cell low_, high_;
+  const CellIndex low_, high_;
   std::size_t count_ = 1;
   std::vector<Values> locals_;
 };
@@ -314,7 +314,7 @@ double uniform_value(const Expr& e, const State& state, const Params& params) {
 
 void apply(State& state, const Kernel& kernel, int grow, const std::vector<Topology>& axes, const Params& params,
            std::map<std::string, double>& sums) {
-  Cell low{}, high = state.grid().cells;
+  CellIndex low{}, high = state.grid().cells;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     if (axes[axis] == Topology::periodic) continue;
     low[axis] -= grow;
@@ -340,14 +340,14 @@ void apply(State& state, const Kernel& kernel, int grow, const std::vector<Topol
     std::vector<double>& cells = state.cells_to_write(kernel.stores[s].field);
     auto value = stores[s].begin();
     for_each_cell(low, high,
-                  [&](const Cell& at) { write(cells[state.index(at)], *value++, kernel.stores[s].accumulate); });
+                  [&](const CellIndex& at) { write(cells[state.index(at)], *value++, kernel.stores[s].accumulate); });
   }
   if (scatters.empty()) return;
   std::size_t point = 0;
-  for_each_cell(low, high, [&](const Cell& at) {
+  for_each_cell(low, high, [&](const CellIndex& at) {
     for (std::size_t s = 0; s < scatters.size(); ++s) {
       const Interp& target = kernel.scatters[s].target;
-      evaluation.for_each_tap(target, displacements[s], point, at, [&](const Cell& cell, double weight) {
+      evaluation.for_each_tap(target, displacements[s], point, at, [&](const CellIndex& cell, double weight) {
         write(state.at(target.field, cell), weight * scatters[s][point], true);
       });
     }

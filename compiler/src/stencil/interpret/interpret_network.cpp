@@ -15,7 +15,7 @@ network::Tensor tensor_of(const State& state, const std::vector<std::string>& fi
   network::Tensor tensor{static_cast<int>(fields.size()), state.grid().cells, {}};
   for (const std::string& field : fields) {
     for_each_cell({}, tensor.cells,
-                  [&](const Cell& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
+                  [&](const CellIndex& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
   }
   return tensor;
 }
@@ -46,7 +46,7 @@ void store(State& state, std::span<const std::string> fields, const network::Ten
   auto next = from.values.begin();
   for (const std::string& field : fields) {
     if (!field.empty() && !state.has(field)) state.poison(field);
-    for_each_cell({}, state.grid().cells, [&](const Cell& cell) {
+    for_each_cell({}, state.grid().cells, [&](const CellIndex& cell) {
       const double value = *next++;
       if (!field.empty()) state.at(field, cell) = state.stored(value);
     });

@@ -22,9 +22,9 @@ std::vector<double>& State::cells_to_write(const std::string& field) {
   return found->second;
 }
 
-double& State::at(const std::string& field, Cell cell) { return cells_to_write(field)[index(cell)]; }
+double& State::at(const std::string& field, CellIndex cell) { return cells_to_write(field)[index(cell)]; }
 
-double State::at(const std::string& field, Cell cell) const {
+double State::at(const std::string& field, CellIndex cell) const {
   const std::vector<double>* cells = find_cells(field);
   return cells == nullptr ? garbage : (*cells)[index(cell)];
 }
@@ -45,7 +45,7 @@ void State::set(const std::string& field, const std::vector<double>& interior) {
   require(interior.size() == cell_count(), "one value a cell");
   auto next = interior.begin();
   std::vector<double>& cells = fields_.at(field);
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { cells[index(cell)] = stored(*next++); });
+  for_each_cell({}, grid_.cells, [&](const CellIndex& cell) { cells[index(cell)] = stored(*next++); });
 }
 
 std::vector<double> State::get(const std::string& field) const {
@@ -53,7 +53,7 @@ std::vector<double> State::get(const std::string& field) const {
   if (cells == nullptr) return std::vector<double>(cell_count(), garbage);
   std::vector<double> values;
   values.reserve(cell_count());
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { values.push_back((*cells)[index(cell)]); });
+  for_each_cell({}, grid_.cells, [&](const CellIndex& cell) { values.push_back((*cells)[index(cell)]); });
   return values;
 }
 
@@ -64,13 +64,13 @@ std::size_t State::cell_count() const {
 }
 
 void State::set_coordinate(int axis, Topology topology, double low, double spacing) {
-  Cell first{}, last = grid_.cells;
+  CellIndex first{}, last = grid_.cells;
   for (int a = 0; a < max_rank; ++a) {
     first[a] -= halo(a);
     last[a] += halo(a);
   }
   std::vector<double>& cells = cells_to_write(std::string(1, "xyz"[axis]));
-  for_each_cell(first, last, [&](const Cell& cell) {
+  for_each_cell(first, last, [&](const CellIndex& cell) {
     const int n = grid_.cells[axis];
     const int i = topology == Topology::periodic ? (cell[axis] % n + n) % n : cell[axis];
     cells[index(cell)] = stored(low + (i + 0.5) * spacing);

@@ -124,8 +124,8 @@ class Factor {
         axes_(axes),
         has_numbers_(holds_wave_number(by.factor) || (by.function && holds_wave_number(by.argument))) {}
 
-  Complex at(const Cell& mode) const {
-    const Cell& n = state_.grid().cells;
+  Complex at(const CellIndex& mode) const {
+    const CellIndex& n = state_.grid().cells;
     for (std::size_t axis = 0; axis < max_rank; ++axis) {
       const int m = std::abs(signed_mode(mode[axis], n[axis]));
       const bool is_short = axes_[axis] && m != 0 && 3 * m >= n[axis];
@@ -136,7 +136,7 @@ class Factor {
 
  private:
   /// Over k and -k along axes where the wave has two cells, which are the same wave there.
-  Complex mean(const Cell& mode) const {
+  Complex mean(const CellIndex& mode) const {
     Complex sum = 0;
     int count = 0;
     for (int signs = 0; signs < 8; ++signs) {
@@ -197,7 +197,7 @@ void apply(State& state, const Transform& transform, const Params& params) {
     const std::vector<Complex> waves = spectrum.forward(state.get(term.field));
     sum.resize(waves.size());
     std::size_t i = 0;
-    for_each_cell({}, state.grid().cells, [&](const Cell& mode) {
+    for_each_cell({}, state.grid().cells, [&](const CellIndex& mode) {
       sum[i] += factor.at(mode) * waves[i];
       ++i;
     });

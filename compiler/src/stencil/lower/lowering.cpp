@@ -386,7 +386,7 @@ HaloRule Lowering::rule_for(const std::string& field, std::vector<AxisBoundary> 
 }
 
 /// A program that is being made.
-struct Lowering::Draft {
+struct Lowering::KernelDraft {
   Module& module;
   Program& program;
   Walls& walls;
@@ -397,7 +397,7 @@ struct Lowering::Draft {
 
 /// A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
 void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& time, int grow,
-                         const FieldsOfStates& at, Draft& draft) const {
+                         const FieldsOfStates& at, KernelDraft& draft) const {
   for (Signature::Read read : reads) {
     if (grow > 0) read.halo[0] += grow;
     const bool is_outside = draft.scope.is_from_outside(read.field);
@@ -411,7 +411,8 @@ void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& 
   }
 }
 
-void Lowering::add_preparation(const Prerequisite& preparation, const Stage& stage, int grow, Draft& draft) const {
+void Lowering::add_preparation(const Prerequisite& preparation, const Stage& stage, int grow,
+                               KernelDraft& draft) const {
   Program& program = draft.program;
   add_halos(reads_of(preparation), stage.time, grow, stage.at, draft);
   match(
@@ -459,7 +460,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   Walls walls(problem_, names_, widest_read(stages, program.axes), beyond);
   std::set<std::string> grown;
   BlockScope scope(stages, program, grown, walls);
-  Draft draft{module, program, walls, scope, grown, {}};
+  KernelDraft draft{module, program, walls, scope, grown, {}};
   for (const Stage& stage : stages) {
     scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, program.axes);

@@ -78,10 +78,10 @@ class Lowering {
 
  private:
   using StateHalos = std::function<void(const std::vector<Signature::Read>&)>;
-  struct Draft;
+  struct KernelDraft;
   void add_halos(const std::vector<Signature::Read>& reads, const Expr& time, int grow, const FieldsOfStates& at,
-                 Draft& draft) const;
-  void add_preparation(const Prerequisite& preparation, const Stage& stage, int grow, Draft& draft) const;
+                 KernelDraft& draft) const;
+  void add_preparation(const Prerequisite& preparation, const Stage& stage, int grow, KernelDraft& draft) const;
   void add_solve(PreparedSolve solve, const Expr& time, const StateHalos& state_halos, Walls& walls, Module& module,
                  Program& program) const;
   std::string keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const;

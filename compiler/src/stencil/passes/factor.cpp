@@ -25,7 +25,7 @@ int cost(const Polynomial& p) {
 }
 
 /// divisor * atom (or minus that) occurs in a sum.
-struct Place {
+struct Occurrence {
   Polynomial* sum;
   int number;  // of the sum, in the order in which sums are gone through
   int atom;
@@ -36,7 +36,7 @@ struct Place {
 };
 
 /// The terms at a place that make up divisor * atom; none if one of them is not there (any more).
-Polynomial terms_at(const Place& place, const Polynomial& divisor) {
+Polynomial terms_at(const Occurrence& place, const Polynomial& divisor) {
   Polynomial terms;
   for (const auto& [monomial, c] : divisor) {
     const auto term = place.sum->find(product(monomial, {{place.atom, 1}}));
@@ -48,7 +48,7 @@ Polynomial terms_at(const Place& place, const Polynomial& divisor) {
 
 struct FactorCandidate {
   Polynomial divisor;
-  std::vector<Place> places;  // none: the divisor is a product of two atoms, wherever it occurs
+  std::vector<Occurrence> places;  // none: the divisor is a product of two atoms, wherever it occurs
   int saved = 0;
 };
 
@@ -58,14 +58,14 @@ class Candidates {
   void add(Polynomial& sum, int number) {
     for (const auto& [atom, quotient] : quotients_of(sum)) {
       const auto [divisor, negative] = divisor_of(quotient);
-      Place place{&sum, number, atom, negative};
+      Occurrence place{&sum, number, atom, negative};
       for (const auto& [monomial, c] : terms_at(place, divisor)) place.saved += cost(monomial, c);
       place.saved -= 1;
       const auto [entry, is_new] = divisors_.try_emplace(divisor);
       if (is_new) entry->second.saved = -cost(divisor);
       entry->second.saved += place.saved;
-      std::vector<Place>& places = entry->second.places;
-      places.insert(std::ranges::lower_bound(places, place.order(), {}, &Place::order), place);
+      std::vector<Occurrence>& places = entry->second.places;
+      places.insert(std::ranges::lower_bound(places, place.order(), {}, &Occurrence::order), place);
     }
     for_each_pair(sum, [&](const Powers& pair, int saved) { pairs_[pair] += saved; });
   }
@@ -74,8 +74,8 @@ class Candidates {
   void remove(const Polynomial& sum, int number) {
     for (const auto& [atom, quotient] : quotients_of(sum)) {
       const auto entry = divisors_.find(divisor_of(quotient).first);
-      std::vector<Place>& places = entry->second.places;
-      const auto place = std::ranges::lower_bound(places, std::pair(number, atom), {}, &Place::order);
+      std::vector<Occurrence>& places = entry->second.places;
+      const auto place = std::ranges::lower_bound(places, std::pair(number, atom), {}, &Occurrence::order);
       entry->second.saved -= place->saved;
       places.erase(place);
       if (places.empty()) divisors_.erase(entry);
@@ -108,7 +108,7 @@ class Candidates {
 
  private:
   struct Found {
-    std::vector<Place> places;
+    std::vector<Occurrence> places;
     int saved = 0;
   };
 
@@ -186,7 +186,7 @@ class Factoring {
   void take_out(const FactorCandidate& candidate) {
     const int atom = atoms_.of(candidate.divisor);
     if (candidate.places.empty()) take_out_pair(candidate.divisor.begin()->first, atom);
-    for (const Place& place : candidate.places) {
+    for (const Occurrence& place : candidate.places) {
       const Polynomial terms = terms_at(place, candidate.divisor);
       if (terms.empty()) continue;
       Polynomial rest = *place.sum;

@@ -117,7 +117,7 @@ struct Moved {
   std::string mid = {}, ahead = {};  // behind the other terms; behind the prediction
   bool is_done = false;              // the prediction is the result
 
-  Along along() const {
+  InterpolationBasis along() const {
     return way.advect == model::Advection::semi_lagrangian && way.order == 3 ? InterpolationBasis::cubic
                                                                              : InterpolationBasis::linear;
   }
