@@ -112,7 +112,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
 }
 
 Eigen::Index OwnGrid::cells() const {
-  const stencil::Cell& cells = memory_.grid().cells;
+  const stencil::CellIndex& cells = memory_.grid().cells;
   return static_cast<Eigen::Index>(cells[0]) * cells[1] * cells[2];
 }
 
@@ -247,10 +247,10 @@ Eigen::VectorXd OwnGrid::applied(const Eigen::VectorXd& perturbations, double st
   return result;
 }
 
-stencil::Cell OwnGrid::reach(double step) const {
+stencil::CellIndex OwnGrid::reach(double step) const {
   const std::optional<LinearisedStep> response = linear_.response(point_, step);
   if (!response || !response->waves.empty() || linear_.couples_means()) return memory_.grid().cells;
-  stencil::Cell reach{};
+  stencil::CellIndex reach{};
   for (const LinearForm& row : response->rows) {
     for (const LinearForm::Term& term : row.terms()) {
       const stencil::Offset offset = LinearForm::offset_of(term.key);
@@ -262,7 +262,7 @@ stencil::Cell OwnGrid::reach(double step) const {
 }
 
 std::optional<Eigen::MatrixXd> OwnGrid::tangent_by_colours(double step) const {
-  const stencil::Cell farthest = reach(step);
+  const stencil::CellIndex farthest = reach(step);
   std::array<std::int64_t, 3> counts{}, reached{};
   std::array<bool, 3> periodic{};
   for (std::size_t axis = 0; axis < counts.size(); ++axis) {

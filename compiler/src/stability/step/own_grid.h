@@ -58,7 +58,7 @@ class OwnGrid {
   /// One run for all cells of a group. nullopt where two of them reach one cell all the same.
   std::optional<Eigen::MatrixXd> tangent_by_colours(double step) const;
   /// How far a perturbation reaches in a step along each axis; all of the grid where that is not known.
-  stencil::Cell reach(double step) const;
+  stencil::CellIndex reach(double step) const;
   /// The step of perturbations, all states one behind the other.
   Eigen::VectorXd applied(const Eigen::VectorXd& perturbations, double step) const;
   Eigen::Index cells() const;

@@ -13,14 +13,14 @@ namespace {
 
 /// Halo included.
 void copy_all_cells(const stencil::State& from, const std::string& name, Field& to) {
-  stencil::Cell low{}, high = from.grid().cells;
+  stencil::CellIndex low{}, high = from.grid().cells;
   for (std::size_t axis = 0; axis < low.size(); ++axis) {
     const int halo = std::min(from.halo(static_cast<int>(axis)), static_cast<int>(to.layout().halo[axis]));
     low[axis] -= halo;
     high[axis] += halo;
   }
-  stencil::for_each_cell(low, high,
-                         [&](const stencil::Cell& cell) { to.set(from.at(name, cell), cell[0], cell[1], cell[2]); });
+  stencil::for_each_cell(
+      low, high, [&](const stencil::CellIndex& cell) { to.set(from.at(name, cell), cell[0], cell[1], cell[2]); });
 }
 
 dpde_layout layout_of(const CompiledTangent& tangent, const stencil::Grid& grid) {

@@ -93,7 +93,7 @@ class SmallGrid {
   }
   /// The tangent, without what is known of the point.
   const stencil::Program& program() const { return program_; }
-  const stencil::Cell& cells() const { return grid_.cells; }
+  const stencil::CellIndex& cells() const { return grid_.cells; }
   /// By machine code, where there is some.
   Eigen::MatrixXd tangent(const CompiledTangent* compiled) const {
     if (compiled != nullptr) return compiled->matrix(inputs(), params_);
@@ -168,12 +168,12 @@ class SmallGrid {
 
   /// In the halo, too: a wind as it is at the point is so at the walls.
   void set_line(stencil::State& memory, const std::string& field, const FrozenValue& value) const {
-    stencil::Cell low{}, high = grid_.cells;
+    stencil::CellIndex low{}, high = grid_.cells;
     for (std::size_t axis = 0; axis < low.size(); ++axis) {
       low[axis] -= memory.halo(static_cast<int>(axis));
       high[axis] += memory.halo(static_cast<int>(axis));
     }
-    stencil::for_each_cell(low, high, [&](const stencil::Cell& cell) {
+    stencil::for_each_cell(low, high, [&](const stencil::CellIndex& cell) {
       double& at = memory.at(field, cell) = value.value;
       for (std::size_t axis = 0; axis < low.size(); ++axis) at += value.slope[axis] * cell[axis];
     });
