@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The order that an operator states against the one it has. References: orders of published formulas.
-#include "stencil/analyse/operator_order.h"
+#include "stencil/space/operator_order.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

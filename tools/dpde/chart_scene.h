@@ -10,7 +10,7 @@
 
 #include "chart/sweep.h"
 #include "command.h"
-#include "model/chart.h"
+#include "model/chart_from_ast.h"
 #include "progress.h"
 
 namespace dpde::tools {

@@ -10,7 +10,7 @@
 #include "driver/compile/switches.h"
 #include "driver/memory/cost.h"
 #include "driver/scene/data.h"
-#include "model/chart.h"
+#include "model/chart_from_ast.h"
 #include "preparing.h"
 #include "progress.h"
 #include "report/scene/scene.h"

@@ -9,10 +9,10 @@
 
 #include "loop/expressions.h"
 #include "loop/overwrites.h"
-#include "loop/rows.h"
+#include "loop/from_stencil/rows.h"
 #include "loop/schedule.h"
 #include "loop/share_rows.h"
-#include "loop/uniforms.h"
+#include "loop/from_stencil/uniforms.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_reach.h"
 #include "stencil/analyse/operator_traits.h"

@@ -12,7 +12,7 @@
 #include "model/boundary/wall_coefficient.h"
 #include "model/build.h"
 #include "model/uses.h"
-#include "stencil/analyse/operator_order.h"
+#include "stencil/space/operator_order.h"
 #include "stencil/space/waves.h"
 #include "support/assert.h"
 

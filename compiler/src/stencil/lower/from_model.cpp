@@ -9,7 +9,7 @@
 
 #include "model/build.h"
 #include "model/uses.h"
-#include "stencil/analyse/operator_order.h"
+#include "stencil/space/operator_order.h"
 #include "stencil/build.h"
 #include "stencil/lower/custom_adjoint.h"
 #include "stencil/lower/events.h"

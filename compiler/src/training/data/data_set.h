@@ -10,7 +10,7 @@
 #include "analysis/certificate/residual.h"
 #include "analysis/run/conservation.h"
 #include "driver/scene/session.h"
-#include "model/data_set.h"
+#include "model/data_set_from_ast.h"
 
 namespace dpde::training {
 

@@ -8,7 +8,8 @@
 #include "model/boundary/metric.h"
 #include "model/boundary/wall_formula.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -68,7 +69,7 @@ std::optional<Side> condition_side(Elaboration& elaboration, const SideCondition
   bool good = true;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const FormulaContext purpose = parts[i] == &side.value ? FormulaContext::boundary : FormulaContext::boundary_weight;
-    const auto part = Expressions(elaboration, purpose, field).number(call.arguments[i].value);
+    const auto part = formulas::number({elaboration, purpose, field}, call.arguments[i].value);
     if (part) *parts[i] = *part;
     good = good && part;
   }
@@ -99,7 +100,7 @@ std::optional<Side> side_of(Elaboration& elaboration, const ast::Expr& value, co
                             "zero_gradient, gradient(g), mixed(a, b, c) or linear");
     return std::nullopt;
   }
-  const auto number = Expressions(elaboration, FormulaContext::boundary, field).number(value);
+  const auto number = formulas::number({elaboration, FormulaContext::boundary, field}, value);
   return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
 }
 
@@ -303,7 +304,7 @@ ast::BoundarySide part_of(Elaboration& elaboration, const ast::BoundarySide& sid
   const auto* number = std::get_if<ast::Number>(&side.value->kind);
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const auto* call = std::get_if<ast::Call>(&side.value->kind);
-  const std::vector<std::string> functions = Expressions::function_names();
+  const std::vector<std::string> functions = formulas::function_names();
   const bool is_kind = (word && !elaboration.scope.find(word->name)) ||
                        (call && std::find(functions.begin(), functions.end(), call->callee) == functions.end());
   if (count == 1 || is_kind || (number && number->value == 0)) return side;

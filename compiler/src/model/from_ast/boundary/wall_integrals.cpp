@@ -13,7 +13,7 @@
 
 #include "model/boundary/stretch.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 #include "support/match.h"
 
@@ -203,7 +203,9 @@ void add_terms(const Expr& e, const Expr& factor, std::vector<Expr>& terms) {
 
 }  // namespace
 
-const ast::Argument* Expressions::wall_of(const ast::Call& e) {
+namespace formulas {
+
+const ast::Argument* wall_of(const ast::Call& e) {
   for (const ast::Argument& argument : e.arguments) {
     if (argument.name == "at") return &argument;
   }
@@ -211,44 +213,45 @@ const ast::Argument* Expressions::wall_of(const ast::Call& e) {
 }
 
 /// integral(e, at = y.low), mean(e, at = y.low)
-TypedExpr Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
+TypedExpr wall_reduction(FormulaScope& here, Reduce::Kind kind, const ast::Call& e, SourceRange range) {
   const ast::Argument& at = *wall_of(e);
   const bool is_known = kind == Reduce::Kind::integral || kind == Reduce::Kind::mean;
-  if (purpose_ != FormulaContext::quantity || !is_known || e.arguments.size() != 2 || !e.arguments[0].name.empty()) {
-    elaboration_.sink.report("not-allowed-here", at.value.range(), {"a wall", "this reduction"},
-                             "in observables, losses and tests write integral(dy(T), at = y.low), or mean of it");
+  if (here.context != FormulaContext::quantity || !is_known || e.arguments.size() != 2 ||
+      !e.arguments[0].name.empty()) {
+    here.elaboration.sink.report("not-allowed-here", at.value.range(), {"a wall", "this reduction"},
+                                 "in observables, losses and tests write integral(dy(T), at = y.low), or mean of it");
     return {};
   }
-  if (is_refused_in_curves(elaboration_, "a reduction over a wall", range)) return {};
+  if (is_refused_in_curves(here.elaboration, "a reduction over a wall", range)) return {};
   const auto* name = std::get_if<ast::Name>(&at.value->kind);
-  const std::vector<std::string> walls = wall_names(elaboration_.problem);
+  const std::vector<std::string> walls = wall_names(here.elaboration.problem);
   const auto found = std::ranges::find(walls, name ? name->name : "");
   if (found == walls.end()) {
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "no-wall", at.value.range(), {name ? name->name : "this"},
         walls.empty() ? "all axes are periodic" : fmt::format("walls here: {}", fmt::join(walls, ", ")));
     return {};
   }
   const SourceRange inside = e.arguments[0].value.range();
-  const auto operand = as_number(any(e.arguments[0].value), inside);
+  const auto operand = as_number(here, any(here, e.arguments[0].value), inside);
   if (!operand) return {};
   const Wall wall{axis_of(found->substr(0, 1)), found->ends_with(".low")};
-  OnWall on_wall(elaboration_, wall);
+  OnWall on_wall(here.elaboration, wall);
   std::vector<Expr> terms;
   add_terms(*operand, 1.0, terms);
-  const Axis& axis = elaboration_.problem.axes[static_cast<std::size_t>(wall.axis)];
-  const Expr here = coordinate(wall.axis);
+  const Axis& axis = here.elaboration.problem.axes[static_cast<std::size_t>(wall.axis)];
+  const Expr place = coordinate(wall.axis);
   const double reach = axis.holds_wall(wall.is_low) ? 0.75 : 1.25;
-  const Expr beside = wall.is_low ? binary(BinaryOp::less, here, place_after(axis, wall.axis, reach))
-                                  : binary(BinaryOp::greater, here, place_before(axis, wall.axis, reach));
+  const Expr beside = wall.is_low ? binary(BinaryOp::less, place, place_after(axis, wall.axis, reach))
+                                  : binary(BinaryOp::greater, place, place_before(axis, wall.axis, reach));
   double area = 1;
-  for (const Axis& other : elaboration_.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
+  for (const Axis& other : here.elaboration.problem.axes) area *= &other == &axis ? 1 : other.high - other.low;
   Expr sum = 0.0;
   for (const Expr& term : terms) {
     const auto value = on_wall.term(term);
     if (!value) {
       const SourceRange part = on_wall.mistake.range;
-      elaboration_.sink.report(
+      here.elaboration.sink.report(
           "not-known-on-wall", part.is_known() ? part : inside, {*found},
           "what is known there is made of fields, their first derivatives, coordinates and functions of "
           "these; of p, which a constraint gives, by itself");
@@ -260,5 +263,7 @@ TypedExpr Expressions::wall_reduction(Reduce::Kind kind, const ast::Call& e, Sou
   if (kind == Reduce::Kind::mean) sum = binary(BinaryOp::divide, sum, area, {range});
   return {TypedExpr::Type::number, {sum}};
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 
 namespace dpde::model {
 
@@ -59,26 +59,41 @@ const Expr* square_of(const Expr& e) {
 
 }  // namespace
 
-TypedExpr Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
-  if (!is_list(left.value) && !is_list(right.value)) return scalar_operation(op, left, right, range);
+namespace formulas {
+
+namespace {
+
+TypedExpr scalar_operation(FormulaScope& here, BinaryOp op, const Operand& left, const Operand& right,
+                           SourceRange range) {
+  const auto a = as_number(here, left.value, left.source.range());
+  const auto b = as_number(here, right.value, right.source.range());
+  if (!a || !b) return {};
+  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // it has no kink
+  return number_of(square ? *square : binary(op, *a, *b, {range}));
+}
+
+}  // namespace
+
+TypedExpr arithmetic(FormulaScope& here, BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  if (!is_list(left.value) && !is_list(right.value)) return scalar_operation(here, op, left, right, range);
   for (const Operand* side : {&left, &right}) {
     if (side->value.type != TypedExpr::Type::condition) continue;
-    as_number(side->value, side->source.range());
+    as_number(here, side->value, side->source.range());
     return {};
   }
   const bool both = is_list(left.value) && is_list(right.value), alike = left.value.type == right.value.type;
   const bool scales = (op == BinaryOp::multiply && !both) || (op == BinaryOp::divide && !is_list(right.value));
   const bool is_on_one_axis = left.value.parts.size() == 1 && right.value.parts.size() == 1;
   const bool fits = scales || ((op == BinaryOp::add || op == BinaryOp::subtract) && alike);
-  if (!fits && is_on_one_axis) return scalar_operation(op, left, right, range);
+  if (!fits && is_on_one_axis) return scalar_operation(here, op, left, right, range);
   if (!fits) {
-    elaboration_.sink.report("vector-operation", range,
-                             {fmt::format("'{}'", spelling(op)), kinds_of(left.value, right.value)},
-                             list_hint(op, left.value, right.value));
+    here.elaboration.sink.report("vector-operation", range,
+                                 {fmt::format("'{}'", spelling(op)), kinds_of(left.value, right.value)},
+                                 list_hint(op, left.value, right.value));
     return {};
   }
   if (both && left.value.parts.size() != right.value.parts.size()) {
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "wrong-length", right.source.range(),
         {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
     return {};
@@ -93,12 +108,6 @@ TypedExpr Expressions::arithmetic(BinaryOp op, const Operand& left, const Operan
   return result;
 }
 
-TypedExpr Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
-  const auto a = as_number(left.value, left.source.range());
-  const auto b = as_number(right.value, right.source.range());
-  if (!a || !b) return {};
-  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // it has no kink
-  return number_of(square ? *square : binary(op, *a, *b, {range}));
-}
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Names, operators, vectors, and what is dropped.
-#include "model/from_ast/formulas/expressions.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "model/build.h"
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -24,82 +25,45 @@ constexpr int max_nodes = 20000;
 constexpr int max_height = 1000;
 constexpr int max_nested_order = 12;  // nested differences multiply: lap six times over makes 3^6 reads an axis
 
-/// What expressions of a purpose may be made of, beside numbers, parameters and functions.
+/// What formulas of a context may be made of, beside numbers, parameters and functions.
 struct Rules {
-  std::string_view place, hint;
-  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, unknowns = false;
+  FormulaContext context;
+  std::string_view place;
+  bool coordinates, time, unknowns, fields;  // fields: and lets of the model
+  std::string_view hint = "";
 };
 
-Rules anything(std::string_view place) {
-  return {.place = place,
-          .fields = true,
-          .coordinates = true,
-          .time = true,
-          .derivatives = true,
-          .reductions = true,
-          .unknowns = true};
-}
+constexpr bool yes = true, no = false;
+constexpr Rules rules[] = {
+    {FormulaContext::equation, "an equation", yes, yes, yes, yes},
+    {FormulaContext::event, "an event", yes, yes, yes, yes},
+    {FormulaContext::quantity, "a sum over space", yes, yes, yes, yes},
+    {FormulaContext::initial, "an initial state", yes, no, yes, no,
+     "an initial state is made of numbers, parameters, coordinates and other initial states"},
+    {FormulaContext::coefficient, "a coefficient", yes, no, yes, no,
+     "a coefficient is made of numbers, parameters, coordinates and other coefficients"},
+    {FormulaContext::control_field, "a control field", yes, yes, no, no,
+     "a control field is made of numbers, parameters, coordinates and t"},
+    {FormulaContext::exact, "an exact solution", yes, yes, yes, no,
+     "an exact solution is made of numbers, parameters, coordinates and t"},
+    {FormulaContext::boundary, "a boundary value", yes, yes, yes, no,
+     "a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell centres"},
+    {FormulaContext::mask, "a mask", yes, yes, no, no,
+     "a mask is a condition of numbers, parameters, controls, coordinates and t"},
+    {FormulaContext::control, "a control", no, yes, no, no, "a control is made of numbers, parameters and t"},
+    {FormulaContext::boundary_weight, "a weight of mixed", no, yes, yes, no,
+     "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"},
+    {FormulaContext::number, "a number of the scene", no, no, no, no, "it is made of numbers and parameters"},
+    {FormulaContext::stretch, "a stretched axis", yes, no, no, no,
+     "its formula is made of numbers, parameters and the coordinate of the axis itself"},
+    {FormulaContext::scale, "a scale factor", yes, no, no, no,
+     "it is made of numbers, parameters given in the scene and coordinates"},
+};
 
-Rules rules_of(FormulaContext purpose) {
-  switch (purpose) {
-    case FormulaContext::equation: return anything("an equation");
-    case FormulaContext::event: return anything("an event");
-    case FormulaContext::quantity: return anything("a sum over space");
-    case FormulaContext::initial:
-      return {.place = "an initial state",
-              .hint = "an initial state is made of numbers, parameters, coordinates and other initial states",
-              .coordinates = true,
-              .unknowns = true};
-    case FormulaContext::coefficient:
-      return {.place = "a coefficient",
-              .hint = "a coefficient is made of numbers, parameters, coordinates and other coefficients",
-              .coordinates = true,
-              .unknowns = true};
-    case FormulaContext::control_field:
-      return {.place = "a control field",
-              .hint = "a control field is made of numbers, parameters, coordinates and t",
-              .coordinates = true,
-              .time = true};
-    case FormulaContext::exact:
-      return {.place = "an exact solution",
-              .hint = "an exact solution is made of numbers, parameters, coordinates and t",
-              .coordinates = true,
-              .time = true,
-              .unknowns = true};
-    case FormulaContext::boundary:
-      return {.place = "a boundary value",
-              .hint =
-                  "a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell "
-                  "centres",
-              .coordinates = true,
-              .time = true,
-              .unknowns = true};
-    case FormulaContext::mask:
-      return {.place = "a mask",
-              .hint = "a mask is a condition of numbers, parameters, controls, coordinates and t",
-              .coordinates = true,
-              .time = true};
-    case FormulaContext::control:
-      return {.place = "a control", .hint = "a control is made of numbers, parameters and t", .time = true};
-    case FormulaContext::boundary_weight:
-      return {.place = "a weight of mixed",
-              .hint =
-                  "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, "
-                  "parameters and t",
-              .time = true,
-              .unknowns = true};
-    case FormulaContext::number:
-      return {.place = "a number of the scene", .hint = "it is made of numbers and parameters"};
-    case FormulaContext::stretch:
-      return {.place = "a stretched axis",
-              .hint = "its formula is made of numbers, parameters and the coordinate of the axis itself",
-              .coordinates = true};
-    case FormulaContext::scale:
-      return {.place = "a scale factor",
-              .hint = "it is made of numbers, parameters given in the scene and coordinates",
-              .coordinates = true};
-  }
-  unreachable("purpose");
+const Rules& rules_of(FormulaContext context) {
+  const auto* found = std::ranges::find(rules, context, &Rules::context);
+  if (found == std::end(rules)) unreachable("a context without rules");
+  return *found;
 }
 
 TypedExpr condition_of(Expr e) { return {TypedExpr::Type::condition, {std::move(e)}}; }
@@ -183,7 +147,7 @@ bool is_written_zero(const ast::Expr& e) {
 
 }  // namespace
 
-std::string_view place_of(FormulaContext purpose) { return rules_of(purpose).place; }
+std::string_view place_of(FormulaContext context) { return rules_of(context).place; }
 
 std::string describe(const TypedExpr& value) {
   switch (value.type) {
@@ -196,277 +160,296 @@ std::string describe(const TypedExpr& value) {
   unreachable("type");
 }
 
-TypedExpr Expressions::refuse(const std::string& what, SourceRange range, const std::string& name) {
-  const Rules rules = rules_of(purpose_);
-  if (purpose_ == FormulaContext::boundary_weight && is_sought(name)) {
-    elaboration_.sink.report(
-        "unknown-in-boundary", range, {name, subject_},
-        "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
-        "controls in c only");
-    return {};
-  }
-  elaboration_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
-  return {};
-}
+namespace formulas {
 
-TypedExpr Expressions::any(const ast::Expr& e) {
-  const SourceRange range = e.range();
-  return match(
-      e->kind, [&](const ast::Number& n) { return number_of(model::number(n.value, {range})); },
-      [&](const ast::Text&) {
-        elaboration_.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
-        return TypedExpr{};
-      },
-      [&](const ast::Name& n) { return name(n, range); }, [&](const ast::Unary& u) { return unary(u, range); },
-      [&](const ast::Binary&) { return chain(e); }, [&](const ast::Call& c) { return call(c, range); },
-      [&](const ast::Tuple& t) { return tuple(t); }, [&](const ast::Offsets& o) { return offsets(o, range); },
-      [&](const ast::Component& c) { return component(c, range); }, [](const ast::Error&) { return TypedExpr{}; });
-}
+namespace {
 
-std::optional<Expr> Expressions::number(const ast::Expr& e) {
-  const TypedExpr value = definition(e);
-  if (value.type == TypedExpr::Type::none) return std::nullopt;
-  return as_number(value, e.range());
-}
+TypedExpr combine(FormulaScope& here, BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
+void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin);
+std::string reason_for_zero(FormulaScope& here, const ast::Expr& e);
 
-TypedExpr Expressions::numeric(const ast::Expr& e) {
-  TypedExpr value = any(e);
-  if (value.type != TypedExpr::Type::condition) return value;
-  as_number(value, e.range());
-  return {};
-}
-
-TypedExpr Expressions::definition(const ast::Expr& e) {
-  const std::size_t begin = elaboration_.problem.dropped.size();
-  const Operand whole{e, any(e)};
-  note_if_dropped(whole, begin);
-  if (is_too_large(whole.value, e.range())) return {};
-  return whole.value;
-}
-
-bool Expressions::is_too_large(const TypedExpr& value, SourceRange range) {
-  const bool large = std::any_of(value.parts.begin(), value.parts.end(),
-                                 [](const Expr& part) { return is_larger_than(part, max_nodes, max_height); });
-  if (large) {
-    elaboration_.sink.report("too-large", range, {}, "split it into several fields or scenes");
-    return true;
-  }
-  int order = 0;
-  for (const Expr& part : value.parts) order = std::max(order, nested_order(part));
-  if (order > max_nested_order) elaboration_.sink.report("derivatives-too-deep", range, {std::to_string(order)});
-  return order > max_nested_order;
-}
-
-std::optional<Expr> Expressions::condition(const ast::Expr& e) {
-  const TypedExpr value = any(e);
-  if (value.type == TypedExpr::Type::none) return std::nullopt;
-  if (value.type == TypedExpr::Type::condition) return value.parts.front();
-  elaboration_.sink.report("not-a-condition", e.range(), {describe(value)}, "compare it with something, as in u > 0");
-  return std::nullopt;
-}
-
-std::optional<Expr> Expressions::as_number(const TypedExpr& value, SourceRange range) {
-  if (value.type == TypedExpr::Type::number) return value.parts.front();
-  // on one axis a vector that came of grad is a number too
-  if (value.type != TypedExpr::Type::condition && value.parts.size() == 1) return value.parts.front();
-  if (value.type == TypedExpr::Type::none) return std::nullopt;
-  elaboration_.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));
-  return std::nullopt;
-}
-
-TypedExpr Expressions::name(const ast::Name& e, SourceRange range) {
-  if (const auto running = running_.find(e.name); running != running_.end()) return running->second;
-  if (function_) return name_in_function(e.name, range);
-  const Symbol* meaning = elaboration_.scope.find(e.name);
-  if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
-  const auto axis = meaning ? elaboration_.axis_names.end() : elaboration_.axis_names.find(e.name);
-  if (axis != elaboration_.axis_names.end()) return name({axis_name(axis->second)}, range);
-  if (!meaning && e.name == "identity") return identity();
-  if (!meaning) {
-    const std::vector<std::string> functions = function_names();
-    if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
-      elaboration_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
-    } else if (!elaboration_.scope.is_refused(e.name)) {
-      elaboration_.sink.report("unknown-name", range, {e.name}, [&] {
-        const std::string differentiated = differentiated_by(elaboration_, e.name);
-        return differentiated.empty() ? did_you_mean(e.name, elaboration_.scope.names()) : differentiated;
-      });
-    }
-    return {};
-  }
-  const Rules rules = rules_of(purpose_);
-  switch (meaning->role) {
-    case Role::state:
-    case Role::coefficient:
-    case Role::datum:
-      if (purpose_ == FormulaContext::initial || purpose_ == FormulaContext::coefficient)
-        return given(e.name, *meaning, range);
-      if (!rules.fields && !is_known_at_walls(*meaning, e.name))
-        return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
-      if (meaning->is_vector) return vector(e.name, range);
-      elaboration_.used.insert(e.name);
-      if (const auto mask = elaboration_.moving_masks.find(e.name); mask != elaboration_.moving_masks.end())
-        return number_of(mask->second);
-      return number_of(field(e.name, {range}));
-    case Role::parameter: return parameter(e.name, range);
-    case Role::let: {
-      if (elaboration_.scene_lets.contains(e.name)) return scene_let(e.name, range);
-      if (!rules.derivatives) return refuse("let " + e.name, range);
-      const auto found = elaboration_.lets.find(e.name);
-      return found == elaboration_.lets.end() ? TypedExpr{} : found->second;
-    }
-    case Role::coordinate:
-      if (!rules.coordinates) return refuse("coordinate " + e.name, range);
-      if (!has_axis(meaning->axis, range)) return {};
-      return number_of(coordinate(meaning->axis, {range}));
-    case Role::time:
-      if (!rules.time) return refuse("the time t", range);
-      return number_of(param("t", {range}));
-    case Role::constant: return number_of(model::number(3.141592653589793, {range}));
-  }
-  unreachable("role");
-}
-
-bool Expressions::is_sought(const std::string& name) const {
-  if (!elaboration_.task) return false;
-  const auto unknowns = items_of<ast::UnknownItem>(elaboration_.task->items);
+bool is_sought(FormulaScope& here, const std::string& name) {
+  if (!here.elaboration.task) return false;
+  const auto unknowns = items_of<ast::UnknownItem>(here.elaboration.task->items);
   return std::any_of(unknowns.begin(), unknowns.end(),
                      [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
 
 /// At a wall a coefficient has the value of the cell that touches it; fields of models go on to it as straight lines.
-bool Expressions::is_known_at_walls(const Symbol& meaning, const std::string& name) const {
-  if (purpose_ != FormulaContext::boundary || meaning.role == Role::datum) return false;
-  if (meaning.role == Role::state) return elaboration_.program == nullptr;
-  const std::vector<std::string> names = components_of(elaboration_, name);
+bool is_known_at_walls(FormulaScope& here, const Symbol& meaning, const std::string& name) {
+  if (here.context != FormulaContext::boundary || meaning.role == Role::datum) return false;
+  if (meaning.role == Role::state) return here.elaboration.program == nullptr;
+  const std::vector<std::string> names = components_of(here.elaboration, name);
   return std::all_of(names.begin(), names.end(), [&](const std::string& component) {
-    const Coefficient* coefficient = elaboration_.problem.find_coefficient(component);
+    const Coefficient* coefficient = here.elaboration.problem.find_coefficient(component);
     return coefficient != nullptr && coefficient->placement == Placement{};
   });
 }
 
-TypedExpr Expressions::parameter(const std::string& name, SourceRange range) {
-  elaboration_.used.insert(name);
-  if (elaboration_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
-    if (purpose_ == FormulaContext::mask) {
-      elaboration_.sink.report("unknown-in-mask", range, {name, subject_},
-                               "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
-                                   "| - r)/w)), and a force -(u - v)*mask/tau in the equation");
+TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange range) {
+  here.elaboration.used.insert(name);
+  if (here.elaboration.unknowns.contains(name) && !rules_of(here.context).unknowns) {
+    if (here.context == FormulaContext::mask) {
+      here.elaboration.sink.report("unknown-in-mask", range, {name, here.subject},
+                                   "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
+                                       "| - r)/w)), and a force -(u - v)*mask/tau in the equation");
       return {};
     }
-    const bool is_value = purpose_ == FormulaContext::control || purpose_ == FormulaContext::control_field ||
-                          subject_.starts_with("the value of ");
-    elaboration_.sink.report(
-        "unknown-in-number", range, {name, subject_},
+    const bool is_value = here.context == FormulaContext::control || here.context == FormulaContext::control_field ||
+                          here.subject.starts_with("the value of ");
+    here.elaboration.sink.report(
+        "unknown-in-number", range, {name, here.subject},
         is_value ? "write the formula in the model with let, so that it can be differentiated"
                  : "it must be known before the run: write a number, or a parameter that is not sought");
     return {};
   }
-  if (elaboration_.controls.contains(name)) {
-    const bool may_vary = rules_of(purpose_).time || purpose_ == FormulaContext::quantity;
-    const bool is_allowed = may_vary && purpose_ != FormulaContext::control &&
-                            purpose_ != FormulaContext::control_field && purpose_ != FormulaContext::boundary_weight;
-    return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range, name);
+  if (here.elaboration.controls.contains(name)) {
+    const bool may_vary = rules_of(here.context).time || here.context == FormulaContext::quantity;
+    const bool is_allowed = may_vary && here.context != FormulaContext::control &&
+                            here.context != FormulaContext::control_field &&
+                            here.context != FormulaContext::boundary_weight;
+    return is_allowed ? number_of(param(name, {range})) : refuse(here, "control " + name, range, name);
   }
-  const bool is_number =
-      purpose_ == FormulaContext::number || purpose_ == FormulaContext::stretch || purpose_ == FormulaContext::scale;
-  const auto value = elaboration_.values.find(name);
-  if (value == elaboration_.values.end()) {
+  const bool is_number = here.context == FormulaContext::number || here.context == FormulaContext::stretch ||
+                         here.context == FormulaContext::scale;
+  const auto value = here.elaboration.values.find(name);
+  if (value == here.elaboration.values.end()) {
     if (!is_number) return number_of(param(name, {range}));  // reported at the end
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "used-before-value", range, {name},
         fmt::format("write {0} = 1 in the scene, or param {0} = 1 in the model; no value is made of itself", name));
     return {};
   }
   if (!value->second) return is_number ? TypedExpr{} : number_of(param(name, {range}));
-  const bool folds = is_of_step() && !elaboration_.selection.keeps_params && !elaboration_.unknowns.contains(name);
+  const bool folds =
+      here.is_of_step() && !here.elaboration.selection.keeps_params && !here.elaboration.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));
 }
 
-TypedExpr Expressions::unary(const ast::Unary& e, SourceRange range) {
+TypedExpr unary(FormulaScope& here, const ast::Unary& e, SourceRange range) {
   if (e.op == ast::UnaryOp::logical_not) {
-    const auto operand = condition(e.operand);
+    const auto operand = condition(here, e.operand);
     return operand ? condition_of(opposite(*operand)) : TypedExpr{};
   }
-  if (e.op == ast::UnaryOp::magnitude) return magnitude(e.operand, range);
-  TypedExpr value = numeric(e.operand);
+  if (e.op == ast::UnaryOp::magnitude) return magnitude(here, e.operand, range);
+  TypedExpr value = numeric(here, e.operand);
   for (Expr& part : value.parts) part = negate(part, {range});
   return value;
 }
 
 /// A chain such as a + b + c + ... leans to the left and may be long: its spine is walked, not descended.
-TypedExpr Expressions::chain(const ast::Expr& e) {
+TypedExpr chain(FormulaScope& here, const ast::Expr& e) {
   std::vector<const ast::Expr*> spine;
   const ast::Expr* leftmost = &e;
   for (const ast::Binary* b = nullptr; (b = std::get_if<ast::Binary>(&(*leftmost)->kind)) != nullptr;) {
     spine.push_back(leftmost);
     leftmost = &b->left;
   }
-  const std::size_t begin = elaboration_.problem.dropped.size();
+  const std::size_t begin = here.elaboration.problem.dropped.size();
   const ast::Expr* left = leftmost;
-  TypedExpr value = any(*leftmost);
+  TypedExpr value = any(here, *leftmost);
   for (auto node = spine.rbegin(); node != spine.rend(); ++node) {
     const auto& b = std::get<ast::Binary>((**node)->kind);
-    if (is_sum(b.op)) note_if_dropped({*left, value}, begin);
-    const std::size_t begin_right = elaboration_.problem.dropped.size();
-    const Operand right{b.right, any(b.right)};
-    if (is_sum(b.op)) note_if_dropped(right, begin_right);
-    value = combine(b.op, {*left, value}, right, (**node).range());
+    if (is_sum(b.op)) note_if_dropped(here, {*left, value}, begin);
+    const std::size_t begin_right = here.elaboration.problem.dropped.size();
+    const Operand right{b.right, any(here, b.right)};
+    if (is_sum(b.op)) note_if_dropped(here, right, begin_right);
+    value = combine(here, b.op, {*left, value}, right, (**node).range());
     left = *node;
   }
   return value;
 }
 
-TypedExpr Expressions::combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+TypedExpr combine(FormulaScope& here, BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
   if (left.value.type == TypedExpr::Type::none || right.value.type == TypedExpr::Type::none) return {};
-  if (!is_logical(op) && !is_comparison(op)) return arithmetic(op, left, right, range);
+  if (!is_logical(op) && !is_comparison(op)) return arithmetic(here, op, left, right, range);
   if (is_comparison(op)) {
-    const auto a = as_number(left.value, left.source.range()), b = as_number(right.value, right.source.range());
+    const auto a = as_number(here, left.value, left.source.range()),
+               b = as_number(here, right.value, right.source.range());
     return a && b ? condition_of(binary(op, *a, *b, {range})) : TypedExpr{};
   }
   for (const Operand* side : {&left, &right}) {
     if (side->value.type == TypedExpr::Type::condition) continue;
-    elaboration_.sink.report("not-a-condition", side->source.range(), {describe(side->value)},
-                             "compare it with something, as in u > 0");
+    here.elaboration.sink.report("not-a-condition", side->source.range(), {describe(side->value)},
+                                 "compare it with something, as in u > 0");
     return {};
   }
   return condition_of(binary(op, left.value.parts.front(), right.value.parts.front(), {range}));
 }
 
-bool Expressions::has_axis(int axis, SourceRange range) {
-  if (!elaboration_.problem.has_grid) {
-    report_no_grid(elaboration_, "axis " + axis_name(axis), range);
-    return false;
-  }
-  if (axis < axis_count()) return true;
-  std::vector<std::string> axes;
-  for (const Axis& known : elaboration_.problem.axes) axes.push_back(known.name);
-  elaboration_.sink.report("missing-axis", range, {axis_name(axis)},
-                           fmt::format("axes of the scene: {}; a grid line adds one", fmt::join(axes, ", ")));
-  return false;
-}
-
-void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
-  std::vector<std::string>& dropped = elaboration_.problem.dropped;
+void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin) {
+  std::vector<std::string>& dropped = here.elaboration.problem.dropped;
   const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
   const std::vector<Expr>& parts = term.value.parts;
-  if (!is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
+  if (!here.is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
   if (is_written_sum(term.source) || is_written_zero(term.source)) return;
   dropped.resize(begin);
-  dropped.push_back(fmt::format("{} in {}: {}", ast::print(term.source), subject_, reason_for_zero(term.source)));
+  dropped.push_back(
+      fmt::format("{} in {}: {}", ast::print(term.source), here.subject, reason_for_zero(here, term.source)));
 }
 
-std::string Expressions::reason_for_zero(const ast::Expr& e) {
+std::string reason_for_zero(FormulaScope& here, const ast::Expr& e) {
   std::set<std::string> zeros, ones;
   ast::for_each_name(e, [&](const std::string& name) {
-    const auto found = elaboration_.values.find(name);
-    if (found == elaboration_.values.end() || !found->second || elaboration_.unknowns.contains(name)) return;
+    const auto found = here.elaboration.values.find(name);
+    if (found == here.elaboration.values.end() || !found->second || here.elaboration.unknowns.contains(name)) return;
     if (*found->second == 0) zeros.insert(name + " is 0");
     if (*found->second == 1) ones.insert(name + " is 1");
   });
   if (zeros.empty() && ones.empty()) return "it is 0";
   return fmt::format("{}", fmt::join(zeros.empty() ? ones : zeros, ", "));
 }
+
+}  // namespace
+
+TypedExpr refuse(FormulaScope& here, const std::string& what, SourceRange range, const std::string& name) {
+  const Rules& allowed = rules_of(here.context);
+  if (here.context == FormulaContext::boundary_weight && is_sought(here, name)) {
+    here.elaboration.sink.report(
+        "unknown-in-boundary", range, {name, here.subject},
+        "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
+        "controls in c only");
+    return {};
+  }
+  here.elaboration.sink.report("not-allowed-here", range, {what, std::string(allowed.place)}, std::string(allowed.hint));
+  return {};
+}
+
+TypedExpr any(FormulaScope& here, const ast::Expr& e) {
+  const SourceRange range = e.range();
+  return match(
+      e->kind, [&](const ast::Number& n) { return number_of(model::number(n.value, {range})); },
+      [&](const ast::Text&) {
+        here.elaboration.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
+        return TypedExpr{};
+      },
+      [&](const ast::Name& n) { return named(here, n, range); },
+      [&](const ast::Unary& u) { return unary(here, u, range); }, [&](const ast::Binary&) { return chain(here, e); },
+      [&](const ast::Call& c) { return call(here, c, range); }, [&](const ast::Tuple& t) { return tuple(here, t); },
+      [&](const ast::Offsets& o) { return offsets(here, o, range); },
+      [&](const ast::Component& c) { return component(here, c, range); },
+      [](const ast::Error&) { return TypedExpr{}; });
+}
+
+std::optional<Expr> number(FormulaScope& here, const ast::Expr& e) {
+  const TypedExpr value = definition(here, e);
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
+  return as_number(here, value, e.range());
+}
+
+TypedExpr numeric(FormulaScope& here, const ast::Expr& e) {
+  TypedExpr value = any(here, e);
+  if (value.type != TypedExpr::Type::condition) return value;
+  as_number(here, value, e.range());
+  return {};
+}
+
+TypedExpr definition(FormulaScope& here, const ast::Expr& e) {
+  const std::size_t begin = here.elaboration.problem.dropped.size();
+  const Operand whole{e, any(here, e)};
+  note_if_dropped(here, whole, begin);
+  if (is_too_large(here, whole.value, e.range())) return {};
+  return whole.value;
+}
+
+bool is_too_large(FormulaScope& here, const TypedExpr& value, SourceRange range) {
+  const bool large = std::any_of(value.parts.begin(), value.parts.end(),
+                                 [](const Expr& part) { return is_larger_than(part, max_nodes, max_height); });
+  if (large) {
+    here.elaboration.sink.report("too-large", range, {}, "split it into several fields or scenes");
+    return true;
+  }
+  int order = 0;
+  for (const Expr& part : value.parts) order = std::max(order, nested_order(part));
+  if (order > max_nested_order) here.elaboration.sink.report("derivatives-too-deep", range, {std::to_string(order)});
+  return order > max_nested_order;
+}
+
+std::optional<Expr> condition(FormulaScope& here, const ast::Expr& e) {
+  const TypedExpr value = any(here, e);
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
+  if (value.type == TypedExpr::Type::condition) return value.parts.front();
+  here.elaboration.sink.report("not-a-condition", e.range(), {describe(value)},
+                               "compare it with something, as in u > 0");
+  return std::nullopt;
+}
+
+std::optional<Expr> as_number(FormulaScope& here, const TypedExpr& value, SourceRange range) {
+  if (value.type == TypedExpr::Type::number) return value.parts.front();
+  // on one axis a vector that came of grad is a number too
+  if (value.type != TypedExpr::Type::condition && value.parts.size() == 1) return value.parts.front();
+  if (value.type == TypedExpr::Type::none) return std::nullopt;
+  here.elaboration.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));
+  return std::nullopt;
+}
+
+TypedExpr named(FormulaScope& here, const ast::Name& e, SourceRange range) {
+  if (const auto running = here.variables.find(e.name); running != here.variables.end()) return running->second;
+  if (here.function) return name_in_function(here, e.name, range);
+  const Symbol* meaning = here.elaboration.scope.find(e.name);
+  if (!meaning && !vector_of(e.name).empty()) return component(here, {e.name, range});
+  const auto axis = meaning ? here.elaboration.axis_names.end() : here.elaboration.axis_names.find(e.name);
+  if (axis != here.elaboration.axis_names.end()) return named(here, {axis_name(axis->second)}, range);
+  if (!meaning && e.name == "identity") return identity(here);
+  if (!meaning) {
+    const std::vector<std::string> functions = function_names();
+    if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
+      here.elaboration.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
+    } else if (!here.elaboration.scope.is_refused(e.name)) {
+      here.elaboration.sink.report("unknown-name", range, {e.name}, [&] {
+        const std::string differentiated = differentiated_by(here.elaboration, e.name);
+        return differentiated.empty() ? did_you_mean(e.name, here.elaboration.scope.names()) : differentiated;
+      });
+    }
+    return {};
+  }
+  const Rules& allowed = rules_of(here.context);
+  switch (meaning->role) {
+    case Role::state:
+    case Role::coefficient:
+    case Role::datum:
+      if (here.context == FormulaContext::initial || here.context == FormulaContext::coefficient)
+        return given(here, e.name, *meaning, range);
+      if (!allowed.fields && !is_known_at_walls(here, *meaning, e.name))
+        return refuse(here, fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
+      if (meaning->is_vector) return vector(here, e.name, range);
+      here.elaboration.used.insert(e.name);
+      if (const auto mask = here.elaboration.moving_masks.find(e.name); mask != here.elaboration.moving_masks.end())
+        return number_of(mask->second);
+      return number_of(field(e.name, {range}));
+    case Role::parameter: return parameter(here, e.name, range);
+    case Role::let: {
+      if (here.elaboration.scene_lets.contains(e.name)) return scene_let(here, e.name, range);
+      if (!allowed.fields) return refuse(here, "let " + e.name, range);
+      const auto found = here.elaboration.lets.find(e.name);
+      return found == here.elaboration.lets.end() ? TypedExpr{} : found->second;
+    }
+    case Role::coordinate:
+      if (!allowed.coordinates) return refuse(here, "coordinate " + e.name, range);
+      if (!has_axis(here, meaning->axis, range)) return {};
+      return number_of(coordinate(meaning->axis, {range}));
+    case Role::time:
+      if (!allowed.time) return refuse(here, "the time t", range);
+      return number_of(param("t", {range}));
+    case Role::constant: return number_of(model::number(3.141592653589793, {range}));
+  }
+  unreachable("role");
+}
+
+bool has_axis(FormulaScope& here, int axis, SourceRange range) {
+  if (!here.elaboration.problem.has_grid) {
+    report_no_grid(here.elaboration, "axis " + axis_name(axis), range);
+    return false;
+  }
+  if (axis < here.axis_count()) return true;
+  std::vector<std::string> axes;
+  for (const Axis& known : here.elaboration.problem.axes) axes.push_back(known.name);
+  here.elaboration.sink.report("missing-axis", range, {axis_name(axis)},
+                               fmt::format("axes of the scene: {}; a grid line adds one", fmt::join(axes, ", ")));
+  return false;
+}
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -34,7 +34,7 @@ void bind_masks(Elaboration& elaboration) {
     if (mask == coefficients.end() || !mask->is_mask || is_load(item.value)) continue;
     const SourceRange at = item.value.range();
     mask->value.origin = {at};
-    const auto inside = Expressions(elaboration, FormulaContext::mask, item.name.name).condition(item.value);
+    const auto inside = formulas::condition({elaboration, FormulaContext::mask, item.name.name}, item.value);
     if (!inside) continue;
     const Expr value = select(*inside, 1.0, 0.0, {at});
     if (!moves(elaboration, *inside)) {

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/unit_rules.h"
+#include "model/from_ast/parts.h"
 #include "support/match.h"
 #include "syntax/print/print_ast.h"
 
@@ -283,6 +286,42 @@ MeasureList Measures::of(const ast::Expr& e) {
       [&](const ast::Offsets& o) { return name(o.name); },
       [&](const ast::Component& c) { return component(c.operand, c.name.name); },
       [](const ast::Error&) { return nothing(); });
+}
+
+Measure Measures::one_with(const ast::Expr& e, const std::vector<std::string>& variables, const MeasureList& ends) {
+  Arguments inside = arguments_ == nullptr ? Arguments{} : *arguments_;
+  for (const std::string& variable : variables) inside[variable] = ends;
+  const Arguments* outside = std::exchange(arguments_, &inside);
+  const Measure value = one(e);
+  arguments_ = outside;
+  return value;
+}
+
+void Measures::note_call(Diagnostic& diagnostic) const {
+  if (!calls_.empty()) diagnostic.notes.push_back({calls_.front(), "with the units of this call"});
+}
+
+/// The body, with the units of this call: a term that does not fit is shown in it.
+MeasureList Measures::user_call(const ast::Function& function, const ast::Call& e) {
+  constexpr std::size_t deepest = 64;
+  if (calls_.size() > deepest) return nothing();
+  Arguments arguments;
+  for (std::size_t i = 0; i < std::min(function.parameters.size(), e.arguments.size()); ++i)
+    arguments.emplace(function.parameters[i].name, of(e.arguments[i].value));
+  const Arguments* outer = std::exchange(arguments_, &arguments);
+  calls_.push_back(e.callee_range);
+  MeasureList list = of(function.body);
+  calls_.pop_back();
+  arguments_ = outer;
+  return list;
+}
+
+MeasureList Measures::call(const ast::Call& e, SourceRange range) {
+  if (e.arguments.empty()) return nothing();
+  if (const auto* function = find_declaration<ast::Function>(elaboration_.file, e.callee))
+    return user_call(*function, e);
+  const formulas::BuiltIn* known = formulas::find_built_in(e.callee);
+  return known == nullptr ? unit_rules::unknown(*this, e, range) : known->unit(*this, e, range);  // else a network
 }
 
 }  // namespace dpde::model

@@ -68,34 +68,29 @@ class Measures {
   bool fits(const Measure& found, const Measure& wanted, SourceRange range, const std::string& what);
   /// Of a let, with the unit that its line tells.
   MeasureList of_let(const std::string& name);
+  /// Of a formula in which `variables` have the units `ends`.
+  Measure one_with(const ast::Expr& e, const std::vector<std::string>& variables, const MeasureList& ends);
+  /// Of terms that fit one another or are reported; "" for a sum.
+  MeasureList common(const std::vector<ast::Expr>& terms, const std::string& what);
+  /// The unit that all of the list have, or the odd one is reported at `range`.
+  Measure alike(const MeasureList& list, SourceRange range);
+  /// Of a formula that must be a pure number, as the argument of sin.
+  Measure pure(const ast::Expr& e, const std::string& what);
+  static MeasureList product_of(const MeasureList& a, const MeasureList& b, BinaryOp op);
+  int axis_called(const std::string& name) const { return axis_of(elaboration_, name); }
 
  private:
   using Arguments = std::map<std::string, MeasureList>;
 
   MeasureList name(const std::string& name);
   MeasureList sum(const ast::Expr& e);
-  MeasureList common(const std::vector<ast::Expr>& terms, const std::string& what);
-  Measure alike(const MeasureList& list, SourceRange range);
-  static MeasureList product_of(const MeasureList& a, const MeasureList& b, BinaryOp op);
   MeasureList binary(const ast::Binary& e);
   MeasureList raised(const ast::Binary& e);
   MeasureList tuple(const ast::Tuple& e);
   MeasureList component(const ast::Expr& operand, const std::string& part);
-  Measure pure(const ast::Expr& e, const std::string& what);
-
-  // measure_calls.cpp
   MeasureList call(const ast::Call& e, SourceRange range);
   MeasureList user_call(const ast::Function& function, const ast::Call& e);
   void note_call(Diagnostic& diagnostic) const;
-  std::optional<MeasureList> derivative(const ast::Call& e, SourceRange range);
-  std::optional<MeasureList> quadrature(const ast::Call& e);
-  std::optional<MeasureList> reduction(const ast::Call& e);
-  std::optional<MeasureList> at_point(const ast::Call& e);
-  MeasureList along(const ast::Expr& operand, const Measure& coordinate, int order);
-  MeasureList gradient(const MeasureList& f) const;
-  Measure divergence(const MeasureList& v, SourceRange range);
-  Measure laplacian(SourceRange range);
-  MeasureList elementary(const ast::Call& e);
 
   Elaboration& elaboration_;
   MeasuredAxes axes_;

@@ -7,7 +7,7 @@
 
 #include "model/analyse/placement.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 #include "support/names/derivative_names.h"
 
@@ -69,38 +69,44 @@ const char* const derive_it = "leave the lines adjoint ... out: what is not give
 
 }  // namespace
 
+namespace formulas {
+
+namespace {
+
+bool can_pass(FormulaScope& here, const TypedExpr& argument, SourceRange at, const std::string& what);
+
 /// Numbers and vectors on uniform axes; what an argument is beyond walls must be known.
-bool Expressions::can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range) {
+bool can_apply(FormulaScope& here, const FunctionScope& call, const ast::Call& e, SourceRange range) {
   const std::string what = fmt::format("the operator {}, whose adjoint is given", call.function.name.name);
-  for (const Axis& axis : elaboration_.problem.axes) {
+  for (const Axis& axis : here.elaboration.problem.axes) {
     if (!axis.stretch) continue;
-    elaboration_.sink.report("not-allowed-here", range, {what + ",", "a scene with stretched axes"}, derive_it);
+    here.elaboration.sink.report("not-allowed-here", range, {what + ",", "a scene with stretched axes"}, derive_it);
     return false;
   }
   for (std::size_t i = 0; i < e.arguments.size(); ++i) {
-    if (!can_pass(call.arguments.at(call.function.parameters[i].name), e.arguments[i].value.range(), what))
+    if (!can_pass(here, call.arguments.at(call.function.parameters[i].name), e.arguments[i].value.range(), what))
       return false;
   }
   return true;
 }
 
-bool Expressions::can_pass(const TypedExpr& argument, SourceRange at, const std::string& what) {
+bool can_pass(FormulaScope& here, const TypedExpr& argument, SourceRange at, const std::string& what) {
   const auto refuse_here = [&](const std::string& part, const std::string& where, const std::string& hint) {
-    elaboration_.sink.report("not-allowed-here", at, {part, where}, hint);
+    here.elaboration.sink.report("not-allowed-here", at, {part, where}, hint);
     return false;
   };
-  if (argument.type == TypedExpr::Type::condition) return as_number(argument, at).has_value();
+  if (argument.type == TypedExpr::Type::condition) return as_number(here, argument, at).has_value();
   if (argument.type == TypedExpr::Type::tensor) return refuse_here("a tensor", "an argument of " + what, derive_it);
-  const Placements placements(elaboration_.problem);
+  const Placements placements(here.elaboration.problem);
   for (const Expr& value : argument.parts) {
     if (const auto mistake = placements.find_mistake(value)) {
-      report_misplaced(elaboration_, *mistake, at);
+      report_misplaced(here.elaboration, *mistake, at);
       return false;
     }
     if (is_plain_field(value) || is_uniform(value)) continue;
     if (holds_part_reduction(value))
       return refuse_here("a reduction along some axes", "an argument of " + what, derive_it);
-    if (has_mixed_axes(elaboration_.problem)) {
+    if (has_mixed_axes(here.elaboration.problem)) {
       return refuse_here("an expression", "an argument of " + what + ", on a grid with walls along some axes only",
                          "pass fields and numbers, or leave the lines adjoint ... out: what is not given is derived");
     }
@@ -109,22 +115,23 @@ bool Expressions::can_pass(const TypedExpr& argument, SourceRange at, const std:
 }
 
 /// The body of the operator, or with a seed a formula of its adjoint.
-TypedExpr Expressions::formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const TypedExpr* seed) {
-  FunctionScope scope{call.function, {}, function_};
+TypedExpr formula_of_parameters(FormulaScope& here, const FunctionScope& call, const ast::Expr& e,
+                                const TypedExpr* seed) {
+  FunctionScope scope{call.function, {}, here.function};
   for (const auto& [parameter, argument] : call.arguments) {
     TypedExpr fields{argument.type, {}};
     for (const std::string& part : parts_of(parameter, argument)) fields.parts.push_back(field(part));
     scope.arguments.emplace(parameter, std::move(fields));
   }
   if (seed) scope.arguments.emplace(bar_of(call.function.name.name), *seed);
-  function_ = &scope;
-  TypedExpr value = any(e);
-  function_ = scope.outer;
-  if (value.type == TypedExpr::Type::condition) as_number(value, e.range());
+  here.function = &scope;
+  TypedExpr value = any(here, e);
+  here.function = scope.outer;
+  if (value.type == TypedExpr::Type::condition) as_number(here, value, e.range());
   if (value.type == TypedExpr::Type::condition || value.type == TypedExpr::Type::none) return {};
-  if (value.type == TypedExpr::Type::tensor && axis_count() > 1) {
-    elaboration_.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"},
-                             derive_it);
+  if (value.type == TypedExpr::Type::tensor && here.axis_count() > 1) {
+    here.elaboration.sink.report("not-allowed-here", e.range(), {"a tensor", "an operator whose adjoint is given"},
+                                 derive_it);
     return {};
   }
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
@@ -135,16 +142,16 @@ TypedExpr Expressions::formula_of_parameters(const FunctionScope& call, const as
     });
   });
   if (is_simple) return value;
-  elaboration_.sink.report("not-allowed-here", e.range(),
-                           {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
-                            "an operator whose adjoint is given"},
-                           "pass what it gives as an argument");
+  here.elaboration.sink.report("not-allowed-here", e.range(),
+                               {"a reduction, advect, band_pass, a network or another operator whose adjoint is given",
+                                "an operator whose adjoint is given"},
+                               "pass what it gives as an argument");
   return {};
 }
 
 /// One formula for each component of a parameter; 0 is a vector too.
-bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const TypedExpr& seed,
-                              Operator& function) {
+bool add_adjoint(FormulaScope& here, const FunctionScope& call, const ast::AdjointItem& item, const TypedExpr& seed,
+                 Operator& function) {
   const ast::Function& source = call.function;
   const auto parameter =
       std::find_if(source.parameters.begin(), source.parameters.end(),
@@ -157,7 +164,7 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
         return !parts.empty() && other.parameter == parts.front() && other.of_field == !item.accumulate;
       });
   if (parts.empty() || known != function.adjoints.end()) {
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "bad-given-adjoint", item.target.range,
         {item.target.name, source.name.name, parts.empty() ? "belongs to no parameter" : "is there already"},
         fmt::format(
@@ -165,19 +172,17 @@ bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem&
             bar_of(source.name.name)));
     return false;
   }
-  TypedExpr value = formula_of_parameters(call, item.value, &seed);
+  TypedExpr value = formula_of_parameters(here, call, item.value, &seed);
   if (value.type == TypedExpr::Type::none) return false;
   const bool is_vector = call.arguments.at(parameter->name).type == TypedExpr::Type::vector;
   if (is_vector && value.type == TypedExpr::Type::number && is_constant(value.parts.front(), 0))
     value.parts.resize(parts.size(), value.parts.front());
-  if (is_vector && !as_vector(value, item.value.range())) return false;
-  if (!is_vector && !as_number(value, item.value.range())) return false;
+  if (is_vector && !as_vector(here, value, item.value.range())) return false;
+  if (!is_vector && !as_number(here, value, item.value.range())) return false;
   for (std::size_t i = 0; i < parts.size(); ++i)
     function.adjoints.push_back({parts[i], !item.accumulate, value.parts[i], {item.value.range()}});
   return true;
 }
-
-namespace {
 
 /// Whether argument `i` is a parameter of the scene, and in no other argument: what is said of a number is said of that
 /// one then.
@@ -193,11 +198,9 @@ bool is_lone_param(const Apply& application, std::size_t i) {
   return own != nullptr;
 }
 
-}  // namespace
-
 /// A line with = is of an argument that is a field, one with += of a number that is a parameter: where there are others
 /// alone, this one would be derived without a word.
-bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& application, SourceRange range) {
+bool can_take_adjoints(FormulaScope& here, const FunctionScope& call, const Apply& application, SourceRange range) {
   const auto is_given = [&](const std::string& parameter, bool of_field) {
     return std::ranges::any_of(application.function.adjoints, [&](const Operator::Adjoint& given) {
       return given.parameter == parameter && given.of_field == of_field;
@@ -207,16 +210,16 @@ bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& appl
     const std::string& parameter = application.function.parameters[i];
     const bool is_field = application.places[i].has_value();
     if (!is_given(parameter, true) && !is_given(parameter, false)) continue;
-    if (!is_active(elaboration_, application.arguments[i])) continue;
+    if (!is_active(here.elaboration, application.arguments[i])) continue;
     const std::string base = vector_of(parameter).empty() ? parameter : vector_of(parameter);
     if (is_given(parameter, is_field)) {
       if (is_field || is_lone_param(application, i)) continue;
-      elaboration_.sink.report("bad-given-adjoint", range,
-                               {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
-                               "pass parameters themselves, each once, and write the formula in the operator");
+      here.elaboration.sink.report("bad-given-adjoint", range,
+                                   {base, call.function.name.name, "is that of a parameter, but here it is a formula"},
+                                   "pass parameters themselves, each once, and write the formula in the operator");
       return false;
     }
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "bad-given-adjoint", range,
         {base, call.function.name.name,
          is_field ? "is that of a number, but here it is a field" : "is that of a field, but here it is a number"},
@@ -229,8 +232,8 @@ bool Expressions::can_take_adjoints(const FunctionScope& call, const Apply& appl
 }
 
 /// Each component where its body fits, and the formulas there.
-bool Expressions::lay_out(Apply& result, SourceRange range) {
-  const Placements placements(elaboration_.problem);
+bool lay_out(FormulaScope& here, Apply& result, SourceRange range) {
+  const Placements placements(here.elaboration.problem);
   const std::size_t count = result.function.body.size();
   std::optional<Placements::Mistake> first;
   for (const Placement& place : places_of_others(placements, result)) {
@@ -246,14 +249,16 @@ bool Expressions::lay_out(Apply& result, SourceRange range) {
     if (!mistake) return true;
     if (!first) first = mistake;
   }
-  report_misplaced(elaboration_, *first, range);
+  report_misplaced(here.elaboration, *first, range);
   return false;
 }
 
-TypedExpr Expressions::application(const FunctionScope& call, const ast::Call& e, SourceRange range) {
+}  // namespace
+
+TypedExpr application(FormulaScope& here, const FunctionScope& call, const ast::Call& e, SourceRange range) {
   const ast::Function& function = call.function;
-  if (!can_apply(call, e, range)) return {};
-  const Placements placements(elaboration_.problem);
+  if (!can_apply(here, call, e, range)) return {};
+  const Placements placements(here.elaboration.problem);
   Apply result;
   result.function.name = function.name.name;
   for (const ast::Identifier& parameter : function.parameters) {
@@ -266,15 +271,15 @@ TypedExpr Expressions::application(const FunctionScope& call, const ast::Call& e
                                             : std::optional(placements.natural(value).value_or(Placement{})));
     }
   }
-  const TypedExpr body = formula_of_parameters(call, function.body, nullptr);
+  const TypedExpr body = formula_of_parameters(here, call, function.body, nullptr);
   if (body.type == TypedExpr::Type::none) return {};
   result.function.body = body.parts;
   TypedExpr seed{body.type, {}};
   for (std::size_t c = 0; c < body.parts.size(); ++c) seed.parts.push_back(field(seed_of(result.function, c)));
   for (const ast::AdjointItem& item : function.adjoints) {
-    if (!add_adjoint(call, item, seed, result.function)) return {};
+    if (!add_adjoint(here, call, item, seed, result.function)) return {};
   }
-  if (!can_take_adjoints(call, result, range) || !lay_out(result, range)) return {};
+  if (!can_take_adjoints(here, call, result, range) || !lay_out(here, result, range)) return {};
   TypedExpr value{body.type, {}};
   for (std::size_t c = 0; c < body.parts.size(); ++c) {
     result.component = static_cast<int>(c);
@@ -282,5 +287,7 @@ TypedExpr Expressions::application(const FunctionScope& call, const ast::Call& e
   }
   return value;
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

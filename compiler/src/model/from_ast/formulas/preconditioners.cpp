@@ -7,7 +7,7 @@
 
 #include "model/analyse/solves.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
 
@@ -56,7 +56,7 @@ std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Exp
   };
   stands_for_itself(residual);
   const bool is_open = stands_for_itself(name);  // what is sought, which has no meaning yet
-  const std::optional<Expr> value = Expressions(elaboration, FormulaContext::equation, name).number(written);
+  const std::optional<Expr> value = formulas::number({elaboration, FormulaContext::equation, name}, written);
   elaboration.lets.erase(residual);
   if (is_open) elaboration.lets.erase(name);
   elaboration.scope.forget(residual);

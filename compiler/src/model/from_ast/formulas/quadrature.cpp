@@ -12,7 +12,7 @@
 
 #include "model/analyse/formula.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
 #include "support/maths/evaluate.h"
@@ -129,30 +129,30 @@ MovableField::Found MovableField::in(const Expr& e, bool of_sum) const {
 
 }  // namespace
 
-bool Expressions::is_quadrature(const ast::Call& e) {
-  return e.callee == "integral" && std::ranges::any_of(e.arguments, [](const ast::Argument& argument) {
-           return argument.name == "from" || argument.name == "to";
-         });
-}
+namespace formulas {
+
+namespace {
+
+std::optional<Expr> sum_of_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high);
 
 /// False after a diagnostic. What it is at a place that has no value says it of all.
-bool Expressions::follows_place(const ast::Call& e) {
+bool follows_place(FormulaScope& here, const ast::Call& e) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
   const Expr place = param("a place " + variable);  // no name of a text
-  const std::map<std::string, TypedExpr> outside = running_;
-  running_[variable] = number_of(place);
-  const std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  running_ = outside;
+  const std::map<std::string, TypedExpr> outside = here.variables;
+  here.variables[variable] = number_of(place);
+  const std::optional<Expr> value = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  here.variables = outside;
   if (!value) return false;
-  const std::optional<std::string> field = MovableField{place, integrals_}.in(*value, true);
+  const std::optional<std::string> field = MovableField{place, here.integrals}.in(*value, true);
   if (!field) return true;
   const std::string elsewhere =
-      purpose_ == FormulaContext::quantity
+      here.context == FormulaContext::quantity
           ? fmt::format("its values along {} are sample({}, at = {})", variable, *field, variable)
           : fmt::format(
                 "integral(f*{0}) over the grid weighs its values by what f is there, a solve by a Green's function",
                 *field);
-  elaboration_.sink.report(
+  here.elaboration.sink.report(
       "not-allowed-here", e.arguments[0].value.range(),
       {*field, fmt::format("an integral over {} as a factor or a term", variable)},
       fmt::format("it is the {1} of the point itself, wherever {0} is: put it in front of the integral; {2}", variable,
@@ -161,39 +161,40 @@ bool Expressions::follows_place(const ast::Call& e) {
 }
 
 /// The sum over the places; of the sizes of the formula's values where `of_sizes`.
-std::optional<Expr> Expressions::gauss_sum(const ast::Call& e, const Expr& low, const Expr& high, bool of_sizes) {
+std::optional<Expr> gauss_sum(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high,
+                              bool of_sizes) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
   const Origin origin{e.callee_range};
   const Expr half = binary(BinaryOp::multiply, 0.5, binary(BinaryOp::subtract, high, low, origin), origin);
   const Expr middle = binary(BinaryOp::add, low, half, origin);
-  const std::map<std::string, TypedExpr> outside = running_;
+  const std::map<std::string, TypedExpr> outside = here.variables;
   std::optional<Expr> sum = 0.0;
   for (const QuadratureNode& node : gauss_nodes()) {
     const Expr place = binary(BinaryOp::add, middle, binary(BinaryOp::multiply, node.place, half, origin), origin);
-    running_[variable] = number_of(place);
-    std::optional<Expr> value = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+    here.variables[variable] = number_of(place);
+    std::optional<Expr> value = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
     if (value && of_sizes) value = model::call(Fn::abs, {*value}, origin);
     if (!value) sum.reset();
     if (!sum) break;
     sum = binary(BinaryOp::add, *sum, binary(BinaryOp::multiply, node.weight, *value, origin), origin);
   }
-  running_ = outside;
+  here.variables = outside;
   return sum ? std::optional(binary(BinaryOp::multiply, half, *sum, origin)) : std::nullopt;
 }
 
 /// The same in two parts, and each integral inside, tells whether the places do: where all of it is known, at some
 /// places and times.
-void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
+void look_at_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
   constexpr double digits = 1e-6;
-  KnownValues known = elaboration_.values;
-  known["t"] = elaboration_.problem.t_begin;
+  KnownValues known = here.elaboration.values;
+  known["t"] = here.elaboration.problem.t_begin;
   if (!is_formula(with_known(whole, known))) return;
-  is_in_parts_ = true;
-  const auto parts = sum_of_parts(e, low, high);
-  const auto sizes = gauss_sum(e, low, high, true);
-  is_in_parts_ = false;
+  here.is_in_parts = true;
+  const auto parts = sum_of_parts(here, e, low, high);
+  const auto sizes = gauss_sum(here, e, low, high, true);
+  here.is_in_parts = false;
   if (!parts || !sizes) return;
-  const Problem& problem = elaboration_.problem;
+  const Problem& problem = here.elaboration.problem;
   double largest = 0, worst = 0;
   std::pair<double, double> values_there;
   for (const double share : holds_time(whole) ? std::vector{0.0, 0.382, 1.0} : std::vector{0.0}) {
@@ -210,40 +211,51 @@ void Expressions::look_at_parts(const ast::Call& e, const Expr& low, const Expr&
     }
   }
   if (worst <= digits * largest) return;
-  elaboration_.sink.report(
+  here.elaboration.sink.report(
       "integral-not-resolved", e.callee_range,
       {fmt::format("{:.6g}", dpde::shown(values_there.first)), fmt::format("{:.6g}", dpde::shown(values_there.second))},
       "split it where the formula has a kink, a jump or a narrow peak: integral(f, s, from = a, to = c) "
       "+ integral(f, s, from = c, to = b)");
 }
 
-std::optional<Expr> Expressions::sum_of_parts(const ast::Call& e, const Expr& low, const Expr& high) {
+std::optional<Expr> sum_of_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high) {
   constexpr double share = 0.382;  // not in the middle, about which a formula may be odd
   const Expr middle =
       binary(BinaryOp::add, binary(BinaryOp::multiply, 1 - share, low), binary(BinaryOp::multiply, share, high));
-  const auto first = gauss_sum(e, low, middle, false), second = gauss_sum(e, middle, high, false);
+  const auto first = gauss_sum(here, e, low, middle, false), second = gauss_sum(here, e, middle, high, false);
   return first && second ? std::optional(binary(BinaryOp::add, *first, *second)) : std::nullopt;
 }
 
-TypedExpr Expressions::quadrature(const ast::Call& e, SourceRange range) {
+}  // namespace
+
+bool is_quadrature(const ast::Call& e) {
+  return e.callee == "integral" && std::ranges::any_of(e.arguments, [](const ast::Argument& argument) {
+           return argument.name == "from" || argument.name == "to";
+         });
+}
+
+TypedExpr quadrature(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const bool has_form = e.arguments.size() == 4 && e.arguments[0].name.empty() && e.arguments[1].name.empty() &&
                         e.arguments[2].name == "from" && e.arguments[3].name == "to";
   if (!has_form || std::get_if<ast::Name>(&e.arguments[1].value->kind) == nullptr) {
-    elaboration_.sink.report("wrong-argument-count", e.callee_range,
-                             {e.callee, "a formula, what runs in it, where from and where to", "this"},
-                             "write integral(exp(-s^2), s, from = 0, to = x)");
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range,
+                                 {e.callee, "a formula, what runs in it, where from and where to", "this"},
+                                 "write integral(exp(-s^2), s, from = 0, to = x)");
     return {};
   }
-  const auto low = as_number(any(e.arguments[2].value), e.arguments[2].value.range());
-  const auto high = as_number(any(e.arguments[3].value), e.arguments[3].value.range());
+  const auto low = as_number(here, any(here, e.arguments[2].value), e.arguments[2].value.range());
+  const auto high = as_number(here, any(here, e.arguments[3].value), e.arguments[3].value.range());
   if (!low || !high) return {};
-  const std::optional<Expr> sum = is_in_parts_ ? sum_of_parts(e, *low, *high) : gauss_sum(e, *low, *high, false);
-  if (!sum || (!is_in_parts_ && !follows_place(e))) return {};
-  integrals_.push_back(*sum);
+  const std::optional<Expr> sum =
+      here.is_in_parts ? sum_of_parts(here, e, *low, *high) : gauss_sum(here, e, *low, *high, false);
+  if (!sum || (!here.is_in_parts && !follows_place(here, e))) return {};
+  here.integrals.push_back(*sum);
   TypedExpr result = number_of(*sum);
-  if (is_too_large(result, range)) return {};
-  if (running_.empty() && !is_in_parts_) look_at_parts(e, *low, *high, *sum);
+  if (is_too_large(here, result, range)) return {};
+  if (here.variables.empty() && !here.is_in_parts) look_at_parts(here, e, *low, *high, *sum);
   return result;
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -5,7 +5,7 @@
 
 #include "model/analyse/placement.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/scene/coordinates.h"
 
 namespace dpde::model {
@@ -58,7 +58,66 @@ std::vector<Expr> terms_by_place(const Problem& problem, Reduce::Kind kind, cons
 
 }  // namespace
 
-std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
+namespace formulas {
+
+namespace {
+
+bool add_axis(FormulaScope& here, const ast::Expr& e, std::array<bool, 3>& over);
+
+/// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
+std::vector<Expr> terms_of_reduction(FormulaScope& here, Reduce::Kind kind, const ast::Expr& operand) {
+  const Placements placements(here.elaboration.problem);
+  const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
+  const bool was_in_sum = std::exchange(here.is_in_sum, is_linear(kind) && placements.is_staggered());
+  auto value = as_number(here, any(here, operand), operand.range());
+  std::vector<Expr> terms = value ? terms_by_place(here.elaboration.problem, kind, *value) : std::vector<Expr>{};
+  if (std::exchange(here.is_in_sum, false) && std::ranges::any_of(terms, is_misplaced)) {
+    value = as_number(here, any(here, operand), operand.range());
+    terms = value ? terms_by_place(here.elaboration.problem, kind, *value) : std::vector<Expr>{};
+  }
+  here.is_in_sum = was_in_sum;
+  return terms;
+}
+
+std::optional<std::array<bool, 3>> axes_of_reduction(FormulaScope& here, const ast::Call& e) {
+  constexpr std::array all{true, true, true};
+  if (e.arguments.size() == 1) return all;
+  std::array<bool, 3> over{};
+  for (std::size_t i = 1; i < e.arguments.size(); ++i) {
+    const ast::Argument& argument = e.arguments[i];
+    const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
+    if (!is_alone && !argument.name.empty()) {
+      here.elaboration.sink.report("wrong-argument-count", argument.value.range(),
+                                   {e.callee, "what it reduces and axes", "one called " + argument.name},
+                                   "write " + e.callee + "(u, over = y)");
+      return std::nullopt;
+    }
+    const auto* several = is_alone ? std::get_if<ast::Tuple>(&argument.value->kind) : nullptr;
+    const bool fine = several ? std::all_of(several->elements.begin(), several->elements.end(),
+                                            [&](const ast::Expr& axis) { return add_axis(here, axis, over); })
+                              : add_axis(here, argument.value, over);
+    if (!fine) return std::nullopt;
+  }
+  const bool is_all = std::all_of(over.begin(), over.begin() + here.axis_count(), [](bool along) { return along; });
+  return is_all ? all : over;
+}
+
+bool add_axis(FormulaScope& here, const ast::Expr& e, std::array<bool, 3>& over) {
+  const auto* name = std::get_if<ast::Name>(&e->kind);
+  const int axis = name ? axis_of(here.elaboration, name->name) : -1;
+  if (axis < 0) {
+    here.elaboration.sink.report("unknown-axis", e.range(), {name ? name->name : "this"},
+                                 "write mean(u, y) or max(u, over = y)");
+    return false;
+  }
+  if (!has_axis(here, axis, e.range())) return false;
+  bool& along = over[static_cast<std::size_t>(axis)];
+  if (along) here.elaboration.sink.report("duplicate", e.range(), {"axis " + axis_name(axis)});
+  return !std::exchange(along, true);
+}
+
+/// mean, sum, integral, and max and min of one argument: over space.
+std::optional<Reduce::Kind> reduction_called(const ast::Call& e) {
   if (e.callee == "mean") return Reduce::Kind::mean;
   if (e.callee == "sum") return Reduce::Kind::sum;
   if (e.callee == "integral") return Reduce::Kind::integral;
@@ -68,19 +127,23 @@ std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
   return std::nullopt;
 }
 
-TypedExpr Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
-  if (purpose_ != FormulaContext::quantity && !is_of_step()) return refuse("the reduction " + e.callee, e.callee_range);
-  if (wall_of(e) != nullptr) return wall_reduction(kind, e, range);
+}  // namespace
+
+TypedExpr reduction(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  const Reduce::Kind kind = *reduction_called(e);
+  if (here.context != FormulaContext::quantity && !here.is_of_step())
+    return refuse(here, "the reduction " + e.callee, e.callee_range);
+  if (wall_of(e) != nullptr) return wall_reduction(here, kind, e, range);
   const bool has_operand = !e.arguments.empty() && e.arguments[0].name.empty();
   if (!has_operand) {
-    takes(e, 1);
+    takes(here, e, 1);
     return {};
   }
   const SourceRange inside = e.arguments[0].value.range();
-  const std::vector<Expr> terms = terms_of_reduction(kind, e.arguments[0].value);
-  const auto over = axes_of_reduction(e);
-  if (terms.empty() || !over || is_too_large({TypedExpr::Type::number, terms}, inside)) return {};
-  const Coordinates coordinates(elaboration_.problem, {range});
+  const std::vector<Expr> terms = terms_of_reduction(here, kind, e.arguments[0].value);
+  const auto over = axes_of_reduction(here, e);
+  if (terms.empty() || !over || is_too_large(here, {TypedExpr::Type::number, terms}, inside)) return {};
+  const Coordinates coordinates(here.elaboration.problem, {range});
   std::optional<Expr> sum;
   for (const Expr& term : terms) {
     const Expr part = coordinates.reduction(Reduce{kind, term, *over});
@@ -89,56 +152,14 @@ TypedExpr Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRa
   return number_of(*sum);
 }
 
-/// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
-std::vector<Expr> Expressions::terms_of_reduction(Reduce::Kind kind, const ast::Expr& operand) {
-  const Placements placements(elaboration_.problem);
-  const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
-  const bool was_in_sum = std::exchange(is_in_sum_, is_linear(kind) && placements.is_staggered());
-  auto value = as_number(any(operand), operand.range());
-  std::vector<Expr> terms = value ? terms_by_place(elaboration_.problem, kind, *value) : std::vector<Expr>{};
-  if (std::exchange(is_in_sum_, false) && std::ranges::any_of(terms, is_misplaced)) {
-    value = as_number(any(operand), operand.range());
-    terms = value ? terms_by_place(elaboration_.problem, kind, *value) : std::vector<Expr>{};
-  }
-  is_in_sum_ = was_in_sum;
-  return terms;
+TypedExpr extreme(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  return reduction_called(e) ? reduction(here, e, range) : elementary(here, e, range);
 }
 
-std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Call& e) {
-  constexpr std::array all{true, true, true};
-  if (e.arguments.size() == 1) return all;
-  std::array<bool, 3> over{};
-  for (std::size_t i = 1; i < e.arguments.size(); ++i) {
-    const ast::Argument& argument = e.arguments[i];
-    const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
-    if (!is_alone && !argument.name.empty()) {
-      elaboration_.sink.report("wrong-argument-count", argument.value.range(),
-                               {e.callee, "what it reduces and axes", "one called " + argument.name},
-                               "write " + e.callee + "(u, over = y)");
-      return std::nullopt;
-    }
-    const auto* several = is_alone ? std::get_if<ast::Tuple>(&argument.value->kind) : nullptr;
-    const bool fine = several ? std::all_of(several->elements.begin(), several->elements.end(),
-                                            [&](const ast::Expr& axis) { return add_axis(axis, over); })
-                              : add_axis(argument.value, over);
-    if (!fine) return std::nullopt;
-  }
-  const bool is_all = std::all_of(over.begin(), over.begin() + axis_count(), [](bool along) { return along; });
-  return is_all ? all : over;
+TypedExpr integral(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  return is_quadrature(e) ? quadrature(here, e, range) : reduction(here, e, range);
 }
 
-bool Expressions::add_axis(const ast::Expr& e, std::array<bool, 3>& over) {
-  const auto* name = std::get_if<ast::Name>(&e->kind);
-  const int axis = name ? axis_of(elaboration_, name->name) : -1;
-  if (axis < 0) {
-    elaboration_.sink.report("unknown-axis", e.range(), {name ? name->name : "this"},
-                             "write mean(u, y) or max(u, over = y)");
-    return false;
-  }
-  if (!has_axis(axis, e.range())) return false;
-  bool& along = over[static_cast<std::size_t>(axis)];
-  if (along) elaboration_.sink.report("duplicate", e.range(), {"axis " + axis_name(axis)});
-  return !std::exchange(along, true);
-}
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -8,7 +8,7 @@
 
 #include "model/boundary/metric.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
 
@@ -72,61 +72,76 @@ constexpr const char* takes_a_tensor = "it takes a tensor: grad(v) of a vector, 
 
 }  // namespace
 
-bool Expressions::is_tensor(const TypedExpr& value) const {
-  return value.type == TypedExpr::Type::tensor || (axis_count() == 1 && value.parts.size() == 1);
+namespace formulas {
+
+namespace {
+
+TypedExpr scalar_product(FormulaScope& here, const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range);
+
+bool is_tensor(FormulaScope& here, const TypedExpr& value) {
+  return value.type == TypedExpr::Type::tensor || (here.axis_count() == 1 && value.parts.size() == 1);
 }
 
+/// In a mean or a sum each product stays where it lies, if it can.
+TypedExpr scalar_product(FormulaScope& here, const std::vector<Expr>& a, const std::vector<Expr>& b,
+                         SourceRange range) {
+  return number_of(here.is_in_sum ? contraction(a, b, {range})
+                                  : Coordinates(here.elaboration.problem, {range}).dot(a, b));
+}
+
+/// With an axis of symmetry a tensor would have a component around it too.
+bool can_take_tensor(FormulaScope& here, const std::string& what, SourceRange range) {
+  const std::optional<Metric>& metric = here.elaboration.problem.metric;
+  if (!metric || is_constant(metric->around, 1)) return true;
+  here.elaboration.sink.report(
+      "in-curved-coordinates", range, {what, metric->name},
+      "there a tensor has a component around the axis of symmetry: write the terms of each component");
+  return false;
+}
+
+/// The only argument, a tensor; none after a diagnostic.
+TypedExpr tensor_argument(FormulaScope& here, const ast::Call& e) {
+  if (!takes(here, e, 1)) return {};
+  TypedExpr value = numeric(here, e.arguments[0].value);
+  if (value.type == TypedExpr::Type::none || is_tensor(here, value)) return value;
+  here.elaboration.sink.report("vector-operation", e.arguments[0].value.range(), {e.callee, "a " + describe(value)},
+                               takes_a_tensor);
+  return {};
+}
+
+}  // namespace
+
 /// identity, in which nothing is taken anywhere.
-TypedExpr Expressions::identity() const {
+TypedExpr identity(FormulaScope& here) {
   TypedExpr result{TypedExpr::Type::tensor, {}};
-  for (int i = 0; i < axis_count(); ++i) {
-    for (int j = 0; j < axis_count(); ++j) result.parts.emplace_back(i == j ? 1.0 : 0.0);
+  for (int i = 0; i < here.axis_count(); ++i) {
+    for (int j = 0; j < here.axis_count(); ++j) result.parts.emplace_back(i == j ? 1.0 : 0.0);
   }
   return result;
 }
 
 /// ((a, b), (c, d)), each row with a component for each axis.
-TypedExpr Expressions::rows(const ast::Tuple& e) {
+TypedExpr rows(FormulaScope& here, const ast::Tuple& e) {
   TypedExpr result{TypedExpr::Type::tensor, {}};
-  bool complete = static_cast<int>(e.elements.size()) == axis_count();
+  bool complete = static_cast<int>(e.elements.size()) == here.axis_count();
   if (!complete) {
-    elaboration_.sink.report("wrong-length", {e.elements.front().range().begin, e.elements.back().range().end},
-                             {counted(axis_count(), "row"), std::to_string(e.elements.size())},
-                             "a tensor has a row for each axis of the scene: ((a, b), (c, d)) on two");
+    here.elaboration.sink.report("wrong-length", {e.elements.front().range().begin, e.elements.back().range().end},
+                                 {counted(here.axis_count(), "row"), std::to_string(e.elements.size())},
+                                 "a tensor has a row for each axis of the scene: ((a, b), (c, d)) on two");
     return {};
   }
   for (const ast::Expr& element : e.elements) {
-    const auto row = as_vector(any(element), element.range());
+    const auto row = as_vector(here, any(here, element), element.range());
     complete = complete && row;
     if (row) result.parts.insert(result.parts.end(), row->begin(), row->end());
   }
   return complete ? result : TypedExpr{};
 }
 
-std::optional<TypedExpr> Expressions::tensor_call(const ast::Call& e, SourceRange range) {
-  if (e.callee == "outer") return outer_product(e, range);
-  if (e.callee == "inner") return inner_product(e, range);
-  if (e.callee != "sym" && e.callee != "transpose" && e.callee != "trace") return std::nullopt;
-  if (!takes(e, 1)) return TypedExpr{};
-  const TypedExpr value = numeric(e.arguments[0].value);
-  if (value.type == TypedExpr::Type::none) return TypedExpr{};
-  if (!is_tensor(value)) {
-    elaboration_.sink.report("vector-operation", e.arguments[0].value.range(), {e.callee, "a " + describe(value)},
-                             takes_a_tensor);
-    return TypedExpr{};
-  }
-  const auto n = static_cast<std::size_t>(axis_count());
-  if (e.callee == "sym") return TypedExpr{TypedExpr::Type::tensor, symmetric_part(value.parts, n, {range})};
-  if (e.callee == "transpose") return TypedExpr{TypedExpr::Type::tensor, transposed(value.parts, n)};
-  Expr sum = value.parts.front();
-  for (std::size_t i = 1; i < n; ++i) sum = binary(BinaryOp::add, sum, value.parts[i * n + i], {range});
-  return number_of(sum);
-}
-
-TypedExpr Expressions::outer_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const auto a = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
-  const auto b = as_vector(any(e.arguments[1].value), e.arguments[1].value.range());
+TypedExpr outer_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const auto a = as_vector(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  const auto b = as_vector(here, any(here, e.arguments[1].value), e.arguments[1].value.range());
   if (!a || !b) return {};
   TypedExpr result{TypedExpr::Type::tensor, {}};
   for (const Expr& of_a : *a) {
@@ -136,96 +151,107 @@ TypedExpr Expressions::outer_product(const ast::Call& e, SourceRange range) {
 }
 
 /// The sum of the products of components of two numbers, vectors or tensors.
-TypedExpr Expressions::inner_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const TypedExpr a = numeric(e.arguments[0].value), b = numeric(e.arguments[1].value);
+TypedExpr inner_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const TypedExpr a = numeric(here, e.arguments[0].value), b = numeric(here, e.arguments[1].value);
   if (a.type == TypedExpr::Type::none || b.type == TypedExpr::Type::none) return {};
-  if (a.parts.size() == b.parts.size()) return scalar_product(a.parts, b.parts, range);
-  elaboration_.sink.report("wrong-length", e.arguments[1].value.range(),
-                           {counted(static_cast<int>(a.parts.size()), "component"), std::to_string(b.parts.size())});
+  if (a.parts.size() == b.parts.size()) return scalar_product(here, a.parts, b.parts, range);
+  here.elaboration.sink.report(
+      "wrong-length", e.arguments[1].value.range(),
+      {counted(static_cast<int>(a.parts.size()), "component"), std::to_string(b.parts.size())});
   return {};
 }
 
-/// In a mean or a sum each product stays where it lies, if it can.
-TypedExpr Expressions::scalar_product(const std::vector<Expr>& a, const std::vector<Expr>& b, SourceRange range) {
-  return number_of(is_in_sum_ ? contraction(a, b, {range}) : Coordinates(elaboration_.problem, {range}).dot(a, b));
+TypedExpr symmetric(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  const TypedExpr value = tensor_argument(here, e);
+  if (value.type == TypedExpr::Type::none) return {};
+  const auto n = static_cast<std::size_t>(here.axis_count());
+  return {TypedExpr::Type::tensor, symmetric_part(value.parts, n, {range})};
+}
+
+TypedExpr transpose(FormulaScope& here, const ast::Call& e, SourceRange) {
+  const TypedExpr value = tensor_argument(here, e);
+  if (value.type == TypedExpr::Type::none) return {};
+  return {TypedExpr::Type::tensor, transposed(value.parts, static_cast<std::size_t>(here.axis_count()))};
+}
+
+TypedExpr trace(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  const TypedExpr value = tensor_argument(here, e);
+  if (value.type == TypedExpr::Type::none) return {};
+  const auto n = static_cast<std::size_t>(here.axis_count());
+  Expr sum = value.parts.front();
+  for (std::size_t i = 1; i < n; ++i) sum = binary(BinaryOp::add, sum, value.parts[i * n + i], {range});
+  return number_of(sum);
 }
 
 /// a . b of two vectors is a number, of a tensor and a vector a vector: the sum over the indices that are neighbours.
-TypedExpr Expressions::dot_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const TypedExpr left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
+TypedExpr dot_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const TypedExpr left = numeric(here, e.arguments[0].value), right = numeric(here, e.arguments[1].value);
   if (left.type == TypedExpr::Type::none || right.type == TypedExpr::Type::none) return {};
-  const auto n = static_cast<std::size_t>(axis_count());
+  const auto n = static_cast<std::size_t>(here.axis_count());
   const bool left_is_tensor = n > 1 && left.type == TypedExpr::Type::tensor,
              right_is_tensor = n > 1 && right.type == TypedExpr::Type::tensor;
   if (left_is_tensor && right_is_tensor) {
-    elaboration_.sink.report("vector-operation", range, {"dot", "two tensors"},
-                             "inner(S, T) is the sum of the products of components, dot(S, v) takes a vector");
+    here.elaboration.sink.report("vector-operation", range, {"dot", "two tensors"},
+                                 "inner(S, T) is the sum of the products of components, dot(S, v) takes a vector");
     return {};
   }
   const std::size_t expected = left_is_tensor || right_is_tensor ? n : left.parts.size();
   const TypedExpr& vector = right_is_tensor ? left : right;
   if (vector.parts.size() != expected) {
-    elaboration_.sink.report("wrong-length", e.arguments[right_is_tensor ? 0 : 1].value.range(),
-                             {counted(static_cast<int>(expected), "component"), std::to_string(vector.parts.size())});
+    here.elaboration.sink.report(
+        "wrong-length", e.arguments[right_is_tensor ? 0 : 1].value.range(),
+        {counted(static_cast<int>(expected), "component"), std::to_string(vector.parts.size())});
     return {};
   }
   if (left_is_tensor) return {TypedExpr::Type::vector, applied(left.parts, right.parts, {range})};
   if (right_is_tensor) return {TypedExpr::Type::vector, applied(transposed(right.parts, n), left.parts, {range})};
-  return scalar_product(left.parts, right.parts, range);
+  return scalar_product(here, left.parts, right.parts, range);
 }
 
 /// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
 /// fluxes alone do not.
-void Expressions::look_beside_poles(const std::vector<Expr>& operand, int allowed, SourceRange range) {
-  const auto is_deep = [&](const Expr& e) { return order_beside_poles(elaboration_.problem, e) > allowed; };
-  if (!has_pole(elaboration_.problem) || std::ranges::none_of(operand, is_deep)) return;
-  elaboration_.sink.report(
+void look_beside_poles(FormulaScope& here, const std::vector<Expr>& operand, int allowed, SourceRange range) {
+  const auto is_deep = [&](const Expr& e) { return order_beside_poles(here.elaboration.problem, e) > allowed; };
+  if (!has_pole(here.elaboration.problem) || std::ranges::none_of(operand, is_deep)) return;
+  here.elaboration.sink.report(
       "beside-pole", range, {"a derivative of derivatives"},
       "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
       "factor as cos(lat)^2");
 }
 
-/// With an axis of symmetry a tensor would have a component around it too.
-bool Expressions::can_take_tensor(const std::string& what, SourceRange range) {
-  const std::optional<Metric>& metric = elaboration_.problem.metric;
-  if (!metric || is_constant(metric->around, 1)) return true;
-  elaboration_.sink.report(
-      "in-curved-coordinates", range, {what, metric->name},
-      "there a tensor has a component around the axis of symmetry: write the terms of each component");
-  return false;
-}
-
 /// d v_i/dx_j
-TypedExpr Expressions::vector_gradient(const std::vector<Expr>& v, SourceRange range) {
-  if (!can_take_tensor("grad of a vector", range)) return {};
-  return {TypedExpr::Type::tensor, Coordinates(elaboration_.problem, {range}).vector_gradient(v)};
+TypedExpr vector_gradient(FormulaScope& here, const std::vector<Expr>& v, SourceRange range) {
+  if (!can_take_tensor(here, "grad of a vector", range)) return {};
+  return {TypedExpr::Type::tensor, Coordinates(here.elaboration.problem, {range}).vector_gradient(v)};
 }
 
-TypedExpr Expressions::tensor_divergence(const std::vector<Expr>& s, SourceRange range) {
-  if (!can_take_tensor("div of a tensor", range)) return {};
-  if (has_pole(elaboration_
+TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, SourceRange range) {
+  if (!can_take_tensor(here, "div of a tensor", range)) return {};
+  if (has_pole(here.elaboration
                    .problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
-    elaboration_.sink.report(
+    here.elaboration.sink.report(
         "in-curved-coordinates", range, {"div of a tensor", "coordinates with a pole"},
         "lap(v) is div(grad(v)); let the axis end before the pole, or write the terms of each component");
     return {};
   }
-  return {TypedExpr::Type::vector, Coordinates(elaboration_.problem, {range}).tensor_divergence(s)};
+  return {TypedExpr::Type::vector, Coordinates(here.elaboration.problem, {range}).tensor_divergence(s)};
 }
 
 /// S.xy, of a name or of what stands in parentheses; `part` is "xy".
-std::optional<Expr> Expressions::tensor_component(const TypedExpr& whole, const ast::Identifier& part) {
+std::optional<Expr> tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part) {
   const int row = part.name.size() == 2 ? axis_of(part.name.substr(0, 1)) : -1;
   const int column = part.name.size() == 2 ? axis_of(part.name.substr(1)) : -1;
   if (row < 0 || column < 0) {
-    elaboration_.sink.report("unknown-axis", part.range, {part.name},
-                             "components of a tensor are called xx, xy, yx, ...");
+    here.elaboration.sink.report("unknown-axis", part.range, {part.name},
+                                 "components of a tensor are called xx, xy, yx, ...");
     return std::nullopt;
   }
-  if (!has_axis(row, part.range) || !has_axis(column, part.range)) return std::nullopt;
-  return whole.parts[static_cast<std::size_t>(row * axis_count() + column)];
+  if (!has_axis(here, row, part.range) || !has_axis(here, column, part.range)) return std::nullopt;
+  return whole.parts[static_cast<std::size_t>(row * here.axis_count() + column)];
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -8,7 +8,7 @@
 #include "model/analyse/placement.h"
 #include "model/boundary/metric.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
 
@@ -26,226 +26,236 @@ Expr dot(const std::vector<Expr>& a, const std::vector<Expr>& b, Origin origin) 
 
 }  // namespace
 
-TypedExpr Expressions::tuple(const ast::Tuple& e) {
+namespace formulas {
+
+namespace {
+
+/// Its unit vectors turn from place to place, by one angle on two axes.
+bool can_take_vector_laplacian(FormulaScope& here, const TypedExpr& operand, SourceRange range) {
+  const std::optional<Metric>& metric = here.elaboration.problem.metric;
+  const auto is_elsewhere = [&](const Expr& part) {
+    const Placements placements(here.elaboration.problem);
+    return placements.natural(part) != placements.natural(operand.parts.front());
+  };
+  if (metric && operand.type == TypedExpr::Type::tensor)
+    return !is_refused_in_curves(here.elaboration, "lap of a tensor", range);
+  const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
+  if (!metric || (here.axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
+  const std::string what = std::string("lap of a vector") + (here.axis_count() == 3 ? " on three axes"
+                                                             : is_one_place         ? ""
+                                                                                    : " on faces");
+  here.elaboration.sink.report("in-curved-coordinates", range, {what, metric->name},
+                               is_one_place
+                                   ? "write grad(div(v)) - curl(curl(v)), or lap of a number"
+                                   : "it needs both components at one place: leave `on faces` out of the vector");
+  return false;
+}
+
+}  // namespace
+
+TypedExpr tuple(FormulaScope& here, const ast::Tuple& e) {
   const bool has_rows = std::ranges::any_of(
       e.elements, [](const ast::Expr& element) { return std::holds_alternative<ast::Tuple>(element->kind); });
-  if (has_rows) return rows(e);
+  if (has_rows) return rows(here, e);
   TypedExpr result{TypedExpr::Type::vector, {}};
   bool complete = true;
   for (const ast::Expr& element : e.elements) {
-    const auto part = as_number(any(element), element.range());
+    const auto part = as_number(here, any(here, element), element.range());
     if (part) result.parts.push_back(*part);
     complete = complete && part;
   }
   return complete ? result : TypedExpr{};
 }
 
-std::optional<std::vector<Expr>> Expressions::as_vector(const TypedExpr& value, SourceRange range) {
+std::optional<std::vector<Expr>> as_vector(FormulaScope& here, const TypedExpr& value, SourceRange range) {
   if (value.type == TypedExpr::Type::none) return std::nullopt;
   if (value.type == TypedExpr::Type::condition) {
-    as_number(value, range);
+    as_number(here, value, range);
     return std::nullopt;
   }
   const int count = static_cast<int>(value.parts.size());
-  if (count == axis_count()) return value.parts;
+  if (count == here.axis_count()) return value.parts;
   if (value.type == TypedExpr::Type::tensor) {
-    elaboration_.sink.report("vector-operation", range, {"what takes a vector", "a tensor"},
-                             "div(S) and dot(S, v) make vectors of a tensor");
+    here.elaboration.sink.report("vector-operation", range, {"what takes a vector", "a tensor"},
+                                 "div(S) and dot(S, v) make vectors of a tensor");
     return std::nullopt;
   }
   std::vector<std::string> example;
-  for (int axis = 0; axis < axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
-  elaboration_.sink.report("wrong-length", range, {counted(axis_count(), "component"), std::to_string(count)},
-                           axis_count() == 1 ? "the scene has one axis: write a number"
-                                             : fmt::format("one component an axis: ({})", fmt::join(example, ", ")));
+  for (int axis = 0; axis < here.axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
+  here.elaboration.sink.report("wrong-length", range, {counted(here.axis_count(), "component"), std::to_string(count)},
+                               here.axis_count() == 1
+                                   ? "the scene has one axis: write a number"
+                                   : fmt::format("one component an axis: ({})", fmt::join(example, ", ")));
   return std::nullopt;
 }
 
-std::optional<std::vector<Expr>> Expressions::components(const ast::Expr& e, const std::string& name) {
-  const Symbol* meaning = elaboration_.scope.find(state_name(name));
+std::optional<std::vector<Expr>> components(FormulaScope& here, const ast::Expr& e, const std::string& name) {
+  const Symbol* meaning = here.elaboration.scope.find(state_name(name));
   if (!meaning || !meaning->is_vector) {
-    const auto value = number(e);
+    const auto value = number(here, e);
     return value ? std::optional(std::vector<Expr>{*value}) : std::nullopt;
   }
-  const TypedExpr value = definition(e);
+  const TypedExpr value = definition(here, e);
   if (value.type == TypedExpr::Type::number && is_constant(value.parts.front(), 0)) {
-    return std::vector<Expr>(axis_count(), value.parts.front());
+    return std::vector<Expr>(here.axis_count(), value.parts.front());
   }
-  return as_vector(value, e.range());
+  return as_vector(here, value, e.range());
 }
 
-TypedExpr Expressions::vector(const std::string& name, SourceRange range) {
+TypedExpr vector(FormulaScope& here, const std::string& name, SourceRange range) {
   TypedExpr result{TypedExpr::Type::vector, {}};
-  for (const std::string& component : components_of(elaboration_, name)) {
-    elaboration_.used.insert(component);
+  for (const std::string& component : components_of(here.elaboration, name)) {
+    here.elaboration.used.insert(component);
     result.parts.push_back(field(component, {range}));
   }
   return result;
 }
 
 /// u.x where that is no field by itself: of a let, or a mistake.
-TypedExpr Expressions::component(const ast::Identifier& name) {
+TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
   const std::string base = vector_of(name.name);
-  const Symbol* meaning = elaboration_.scope.find(base);
-  if (meaning && meaning->is_vector && axis_count() == 0) return this->name(ast::Name{base}, name.range);
-  const auto found = elaboration_.lets.find(base);
+  const Symbol* meaning = here.elaboration.scope.find(base);
+  if (meaning && meaning->is_vector && here.axis_count() == 0) return named(here, ast::Name{base}, name.range);
+  const auto found = here.elaboration.lets.find(base);
   const std::string part = name.name.substr(base.size() + 1);
-  const int axis = axis_of(elaboration_, part);
+  const int axis = axis_of(here.elaboration, part);
   const auto of_tensor = [&](const TypedExpr& whole) {
-    const auto value = tensor_component(whole, {part, name.range});
+    const auto value = tensor_component(here, whole, {part, name.range});
     return value ? number_of(*value) : TypedExpr{};
   };
-  if (elaboration_.scene_lets.contains(base)) {
-    const TypedExpr whole = scene_let(base, name.range);
+  if (here.elaboration.scene_lets.contains(base)) {
+    const TypedExpr whole = scene_let(here, base, name.range);
     if (whole.type == TypedExpr::Type::tensor) return of_tensor(whole);
-    const bool fits = whole.type == TypedExpr::Type::vector && axis >= 0 && axis < axis_count();
+    const bool fits = whole.type == TypedExpr::Type::vector && axis >= 0 && axis < here.axis_count();
     if (!fits && whole.type != TypedExpr::Type::none)
-      report_unknown(elaboration_, name, [] { return std::vector<std::string>(); });
+      report_unknown(here.elaboration, name, [] { return std::vector<std::string>(); });
     return fits ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
   }
-  if (found != elaboration_.lets.end() && found->second.type == TypedExpr::Type::vector && axis >= 0 &&
-      axis < axis_count()) {
-    const TypedExpr whole = this->name(ast::Name{base}, name.range);
+  if (found != here.elaboration.lets.end() && found->second.type == TypedExpr::Type::vector && axis >= 0 &&
+      axis < here.axis_count()) {
+    const TypedExpr whole = named(here, ast::Name{base}, name.range);
     return whole.type == TypedExpr::Type::none ? whole : number_of(whole.parts[axis]);
   }
-  if (found != elaboration_.lets.end() && found->second.type == TypedExpr::Type::tensor) {
-    const TypedExpr whole = this->name(ast::Name{base}, name.range);
+  if (found != here.elaboration.lets.end() && found->second.type == TypedExpr::Type::tensor) {
+    const TypedExpr whole = named(here, ast::Name{base}, name.range);
     return whole.type == TypedExpr::Type::none ? whole : of_tensor(whole);
   }
-  const bool failed_before = meaning && meaning->role == Role::let && found == elaboration_.lets.end();
-  if (!failed_before) report_unknown(elaboration_, name, [&] { return elaboration_.scope.names(); });
+  const bool failed_before = meaning && meaning->role == Role::let && found == here.elaboration.lets.end();
+  if (!failed_before) report_unknown(here.elaboration, name, [&] { return here.elaboration.scope.names(); });
   return {};
 }
 
 /// grad(u).x; on one axis a number is a vector as well.
-TypedExpr Expressions::component(const ast::Component& e, SourceRange range) {
+TypedExpr component(FormulaScope& here, const ast::Component& e, SourceRange range) {
   if (const auto* call = std::get_if<ast::Call>(&e.operand->kind)) {
-    const DeclaredNetwork* network = find_network(elaboration_, call->callee);
-    if (network && !network->outputs.empty()) return inference(*network, *call, &e.name, range);
+    const DeclaredNetwork* network = find_network(here.elaboration, call->callee);
+    if (network && !network->outputs.empty()) return inference(here, *network, *call, &e.name, range);
     if (network && !network->vector) {  // on one axis too, where numbers are vectors: this one would not be one on two
-      elaboration_.sink.report("no-components", range, {"what network " + call->callee + " makes", "number"},
-                               fmt::format("write {0}(...) alone, or network {0}(...) -> vector", call->callee));
+      here.elaboration.sink.report("no-components", range, {"what network " + call->callee + " makes", "number"},
+                                   fmt::format("write {0}(...) alone, or network {0}(...) -> vector", call->callee));
       return {};
     }
   }
-  const TypedExpr whole = numeric(e.operand);
+  const TypedExpr whole = numeric(here, e.operand);
   if (whole.type == TypedExpr::Type::none) return {};
   if (whole.type == TypedExpr::Type::tensor) {
-    const auto value = tensor_component(whole, e.name);
+    const auto value = tensor_component(here, whole, e.name);
     return value ? number_of(*value) : TypedExpr{};
   }
   const int axis = axis_of(e.name.name);
-  const bool is_vector = whole.type == TypedExpr::Type::vector || (axis_count() == 1 && axis == 0);
+  const bool is_vector = whole.type == TypedExpr::Type::vector || (here.axis_count() == 1 && axis == 0);
   if (!is_vector) {
-    elaboration_.sink.report("no-components", range, {"this", describe(whole)});
+    here.elaboration.sink.report("no-components", range, {"this", describe(whole)});
     return {};
   }
   if (axis >= 0)
-    return has_axis(axis, e.name.range) ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
-  elaboration_.sink.report("unknown-axis", e.name.range, {e.name.name}, "components are called x, y and z");
+    return has_axis(here, axis, e.name.range) ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
+  here.elaboration.sink.report("unknown-axis", e.name.range, {e.name.name}, "components are called x, y and z");
   return {};
 }
 
-TypedExpr Expressions::laplacian(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const TypedExpr operand = numeric(e.arguments[0].value);
+TypedExpr laplacian(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 1)) return {};
+  const TypedExpr operand = numeric(here, e.arguments[0].value);
   if (operand.type == TypedExpr::Type::none) return {};
-  look_beside_poles(operand.parts, 0, range);
-  const Coordinates coordinates(elaboration_.problem, {range});
+  look_beside_poles(here, operand.parts, 0, range);
+  const Coordinates coordinates(here.elaboration.problem, {range});
   if (operand.type == TypedExpr::Type::number) return number_of(coordinates.laplacian(operand.parts.front()));
-  if (!can_take_vector_laplacian(operand, range)) return {};
+  if (!can_take_vector_laplacian(here, operand, range)) return {};
   return {operand.type, coordinates.vector_laplacian(operand.parts)};
 }
 
-/// Its unit vectors turn from place to place, by one angle on two axes.
-bool Expressions::can_take_vector_laplacian(const TypedExpr& operand, SourceRange range) {
-  const std::optional<Metric>& metric = elaboration_.problem.metric;
-  const auto is_elsewhere = [&](const Expr& part) {
-    const Placements placements(elaboration_.problem);
-    return placements.natural(part) != placements.natural(operand.parts.front());
-  };
-  if (metric && operand.type == TypedExpr::Type::tensor)
-    return !is_refused_in_curves(elaboration_, "lap of a tensor", range);
-  const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
-  if (!metric || (axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
-  const std::string what = std::string("lap of a vector") + (axis_count() == 3 ? " on three axes"
-                                                             : is_one_place    ? ""
-                                                                               : " on faces");
-  elaboration_.sink.report("in-curved-coordinates", range, {what, metric->name},
-                           is_one_place ? "write grad(div(v)) - curl(curl(v)), or lap of a number"
-                                        : "it needs both components at one place: leave `on faces` out of the vector");
-  return false;
-}
-
-TypedExpr Expressions::gradient(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const TypedExpr value = numeric(e.arguments[0].value);
-  if (value.type == TypedExpr::Type::vector && value.parts.size() > 1) return vector_gradient(value.parts, range);
-  const auto operand = as_number(value, e.arguments[0].value.range());
+TypedExpr gradient(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 1)) return {};
+  const TypedExpr value = numeric(here, e.arguments[0].value);
+  if (value.type == TypedExpr::Type::vector && value.parts.size() > 1) return vector_gradient(here, value.parts, range);
+  const auto operand = as_number(here, value, e.arguments[0].value.range());
   if (!operand) return {};
-  look_beside_poles({*operand}, 0, range);
+  look_beside_poles(here, {*operand}, 0, range);
   TypedExpr result{TypedExpr::Type::vector, {}};
-  const Coordinates coordinates(elaboration_.problem, {range});
-  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(coordinates.slope(*operand, axis));
+  const Coordinates coordinates(here.elaboration.problem, {range});
+  for (int axis = 0; axis < here.axis_count(); ++axis) result.parts.push_back(coordinates.slope(*operand, axis));
   return result;
 }
 
-TypedExpr Expressions::divergence(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const TypedExpr value = numeric(e.arguments[0].value);
-  if (value.type == TypedExpr::Type::tensor) return tensor_divergence(value.parts, range);
-  const auto components = as_vector(value, e.arguments[0].value.range());
+TypedExpr divergence(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 1)) return {};
+  const TypedExpr value = numeric(here, e.arguments[0].value);
+  if (value.type == TypedExpr::Type::tensor) return tensor_divergence(here, value.parts, range);
+  const auto components = as_vector(here, value, e.arguments[0].value.range());
   if (!components) return {};
-  look_beside_poles(*components, 1, range);
-  return number_of(Coordinates(elaboration_.problem, {range}).divergence(*components));
+  look_beside_poles(here, *components, 1, range);
+  return number_of(Coordinates(here.elaboration.problem, {range}).divergence(*components));
 }
 
-TypedExpr Expressions::advection(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
-  const TypedExpr operand = numeric(e.arguments[1].value);
+TypedExpr advection(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const auto velocity = as_vector(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  const TypedExpr operand = numeric(here, e.arguments[1].value);
   if (!velocity || operand.type == TypedExpr::Type::none) return {};
-  if (operand.type == TypedExpr::Type::tensor && is_refused_in_curves(elaboration_, "advect of a tensor", range))
+  if (operand.type == TypedExpr::Type::tensor && is_refused_in_curves(here.elaboration, "advect of a tensor", range))
     return {};
-  const Placements placements(elaboration_.problem);
+  const Placements placements(here.elaboration.problem);
   const auto is_apart = [&](const Expr& part) {
     return placements.natural(part) != placements.natural(operand.parts.front());
   };
-  const bool has_poles = has_pole(elaboration_.problem);
+  const bool has_poles = has_pole(here.elaboration.problem);
   if (has_poles && std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
-    elaboration_.sink.report("in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
-                             "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
+    here.elaboration.sink.report(
+        "in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
+        "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
     return {};
   }
-  if (std::ranges::any_of(*velocity, [&](const Expr& part) { return is_on_pole(elaboration_.problem, part); })) {
-    elaboration_.sink.report("in-curved-coordinates", range, {"advect by a vector on faces", "coordinates with a pole"},
-                             "write div(v*interpolate(f)) of a number f, less f*div(v) where v is not free of it");
+  if (std::ranges::any_of(*velocity, [&](const Expr& part) { return is_on_pole(here.elaboration.problem, part); })) {
+    here.elaboration.sink.report("in-curved-coordinates", range,
+                                 {"advect by a vector on faces", "coordinates with a pole"},
+                                 "write div(v*interpolate(f)) of a number f, less f*div(v) where v is not free of it");
     return {};
   }
-  return {operand.type, Coordinates(elaboration_.problem, {range}).advection(*velocity, operand.parts)};
+  return {operand.type, Coordinates(here.elaboration.problem, {range}).advection(*velocity, operand.parts)};
 }
 
 /// [a, b] = dx(a) dy(b) - dy(a) dx(b), as a third of three forms of it, the others being dx(a dy(b)) - dy(a dx(b)) and
 /// dy(b dx(a)) - dx(b dy(a)). With differences that sum by parts the first form's sum with b is that of the third with
 /// the other sign, the second's is 0, and so in turn for a: sums of a [a, b], b [a, b] and [a, b] itself are 0. With
 /// differences of order 2 these are the nine points of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
-TypedExpr Expressions::poisson_bracket(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const auto a = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  const TypedExpr second = numeric(e.arguments[1].value);
+TypedExpr poisson_bracket(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const auto a = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  const TypedExpr second = numeric(here, e.arguments[1].value);
   if (!a || second.type == TypedExpr::Type::none) return {};
-  if (axis_count() == 1) {
-    elaboration_.sink.report("vector-operation", e.callee_range, {"bracket", "one axis"},
-                             "a grid line for y adds an axis");
+  if (here.axis_count() == 1) {
+    here.elaboration.sink.report("vector-operation", e.callee_range, {"bracket", "one axis"},
+                                 "a grid line for y adds an axis");
     return {};
   }
-  if (elaboration_.problem.metric && axis_count() == 3) {
-    elaboration_.sink.report("in-curved-coordinates", range,
-                             {"bracket on three axes", elaboration_.problem.metric->name}, "");
+  if (here.elaboration.problem.metric && here.axis_count() == 3) {
+    here.elaboration.sink.report("in-curved-coordinates", range,
+                                 {"bracket on three axes", here.elaboration.problem.metric->name}, "");
     return {};
   }
   const Origin origin{range};
-  const Coordinates coordinates(elaboration_.problem, origin);
+  const Coordinates coordinates(here.elaboration.problem, origin);
   const auto d = [&](const Expr& f, int axis) { return derivative(f, axis, 1, origin); };
   const auto times = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::multiply, f, g, origin); };
   const auto less = [&](const Expr& f, const Expr& g) { return binary(BinaryOp::subtract, f, g, origin); };
@@ -259,60 +269,61 @@ TypedExpr Expressions::poisson_bracket(const ast::Call& e, SourceRange range) {
 }
 
 /// On two axes dx(v.y) - dy(v.x), a number, or of a number s the vector (dy(s), -dx(s)); on three a vector.
-TypedExpr Expressions::curl(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const TypedExpr value = numeric(e.arguments[0].value);
+TypedExpr curl(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 1)) return {};
+  const TypedExpr value = numeric(here, e.arguments[0].value);
   if (value.type == TypedExpr::Type::none) return {};
-  look_beside_poles(value.parts, 0, range);
-  const Coordinates coordinates(elaboration_.problem, {range});
-  if (axis_count() == 2 && value.type == TypedExpr::Type::number) {
-    if (elaboration_.problem.metric && !is_constant(elaboration_.problem.metric->around, 1)) {
-      elaboration_.sink.report("in-curved-coordinates", range, {"curl of a number", elaboration_.problem.metric->name},
-                               "of a stream function s write (dy(s)/r, -dx(s)/r)");
+  look_beside_poles(here, value.parts, 0, range);
+  const Coordinates coordinates(here.elaboration.problem, {range});
+  if (here.axis_count() == 2 && value.type == TypedExpr::Type::number) {
+    if (here.elaboration.problem.metric && !is_constant(here.elaboration.problem.metric->around, 1)) {
+      here.elaboration.sink.report("in-curved-coordinates", range,
+                                   {"curl of a number", here.elaboration.problem.metric->name},
+                                   "of a stream function s write (dy(s)/r, -dx(s)/r)");
       return {};
     }
     const Expr& s = value.parts[0];
     return {TypedExpr::Type::vector, {coordinates.slope(s, 1), negate(coordinates.slope(s, 0), {range})}};
   }
-  if (axis_count() == 1) {
-    elaboration_.sink.report("vector-operation", e.callee_range, {"curl", "one axis"},
-                             "a grid line for y adds an axis");
+  if (here.axis_count() == 1) {
+    here.elaboration.sink.report("vector-operation", e.callee_range, {"curl", "one axis"},
+                                 "a grid line for y adds an axis");
     return {};
   }
-  const auto v = as_vector(value, e.arguments[0].value.range());
+  const auto v = as_vector(here, value, e.arguments[0].value.range());
   if (!v) return {};
   const auto turn = [&](int a, int b) { return coordinates.rotation(*v, a, b); };
-  if (axis_count() == 2) return number_of(turn(0, 1));
+  if (here.axis_count() == 2) return number_of(turn(0, 1));
   return {TypedExpr::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
 }
 
 /// s k x v, k across both axes.
-TypedExpr Expressions::cross_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const auto s = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  const TypedExpr v = numeric(e.arguments[1].value);
+TypedExpr cross_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const auto s = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  const TypedExpr v = numeric(here, e.arguments[1].value);
   if (!s || v.type == TypedExpr::Type::none) return {};
-  const bool is_flat =
-      axis_count() == 2 && (!elaboration_.problem.metric || is_constant(elaboration_.problem.metric->around, 1));
+  const bool is_flat = here.axis_count() == 2 &&
+                       (!here.elaboration.problem.metric || is_constant(here.elaboration.problem.metric->around, 1));
   if (!is_flat) {
-    elaboration_.sink.report("vector-operation", e.callee_range, {"cross", counted(axis_count(), "axis")},
-                             "cross(s, v) is (-s*v.y, s*v.x), on two axes");
+    here.elaboration.sink.report("vector-operation", e.callee_range, {"cross", counted(here.axis_count(), "axis")},
+                                 "cross(s, v) is (-s*v.y, s*v.x), on two axes");
     return {};
   }
-  const auto parts = as_vector(v, e.arguments[1].value.range());
+  const auto parts = as_vector(here, v, e.arguments[1].value.range());
   if (!parts) return {};
-  return {TypedExpr::Type::vector, Coordinates(elaboration_.problem, {range}).cross(*s, *parts)};
+  return {TypedExpr::Type::vector, Coordinates(here.elaboration.problem, {range}).cross(*s, *parts)};
 }
 
 /// |v| of a number is abs(v).
-TypedExpr Expressions::magnitude(const ast::Expr& operand, SourceRange range) {
-  const TypedExpr value = numeric(operand);
+TypedExpr magnitude(FormulaScope& here, const ast::Expr& operand, SourceRange range) {
+  const TypedExpr value = numeric(here, operand);
   if (value.type == TypedExpr::Type::number) return number_of(model::call(Fn::abs, {value.parts[0]}, {range}));
   return norm(value, range);
 }
 
 /// sqrt(dot(v, v)) with slope 0 where v is 0: there the root, of slope infinity, is taken of 1 and not used.
-TypedExpr Expressions::norm(const TypedExpr& value, SourceRange range) {
+TypedExpr norm(const TypedExpr& value, SourceRange range) {
   if (value.type == TypedExpr::Type::none) return {};
   const Origin origin{range};
   const Expr square = dot(value.parts, value.parts, origin);
@@ -320,5 +331,7 @@ TypedExpr Expressions::norm(const TypedExpr& value, SourceRange range) {
   const Expr root = model::call(Fn::sqrt, {model::select(positive, square, 1.0, origin)}, origin);
   return number_of(model::select(positive, root, 0.0, origin));
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/maths/evaluate.h"
@@ -96,7 +96,7 @@ std::optional<double> made_once(Elaboration& elaboration, const Expr& formula, S
 }
 
 std::optional<double> evaluate(Elaboration& elaboration, const ast::Expr& e, const std::string& what) {
-  const std::optional<Expr> formula = Expressions(elaboration, FormulaContext::number, what).number(e);
+  const std::optional<Expr> formula = formulas::number({elaboration, FormulaContext::number, what}, e);
   return formula ? made_once(elaboration, *formula, e.range()) : std::nullopt;
 }
 

@@ -2,7 +2,7 @@
 // Values of parameters, in any order: of settings, else of the scene, else of the model.
 #include <fmt/format.h>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "syntax/expand/calls.h"
 

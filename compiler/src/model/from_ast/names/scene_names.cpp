@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -70,73 +70,82 @@ void declare_scene_lets(Elaboration& elaboration) {
   }
 }
 
-TypedExpr Expressions::put_in(const std::string& name, SourceRange range, const std::function<TypedExpr()>& formula) {
-  if (const auto known = put_in_.find(name); known != put_in_.end()) return known->second;
-  if (!open_.insert(name).second) {
-    elaboration_.sink.report("used-before-value", range, {name}, "it is made of itself");
+namespace formulas {
+
+namespace {
+
+TypedExpr put_in(FormulaScope& here, const std::string& name, SourceRange range,
+                 const std::function<TypedExpr()>& formula) {
+  if (const auto known = here.put_in.find(name); known != here.put_in.end()) return known->second;
+  if (!here.open.insert(name).second) {
+    here.elaboration.sink.report("used-before-value", range, {name}, "it is made of itself");
     return {};
   }
-  if (open_.size() > max_names_of_names) {
-    if (!std::exchange(elaboration_.names_are_too_deep, true))
-      elaboration_.sink.report("too-large", range, {},
-                               fmt::format("more than {} formulas name one another in a row", max_names_of_names));
-    open_.erase(name);
+  if (here.open.size() > max_names_of_names) {
+    if (!std::exchange(here.elaboration.names_are_too_deep, true))
+      here.elaboration.sink.report("too-large", range, {},
+                                   fmt::format("more than {} formulas name one another in a row", max_names_of_names));
+    here.open.erase(name);
     return {};
   }
-  const bool was_in_sum = std::exchange(is_in_sum_, false);  // it is put in elsewhere, too
+  const bool was_in_sum = std::exchange(here.is_in_sum, false);  // it is put in elsewhere, too
   TypedExpr value = formula();
-  is_in_sum_ = was_in_sum;
-  open_.erase(name);
-  if (is_too_large(value, range)) value = {};
-  return put_in_.emplace(name, std::move(value)).first->second;
+  here.is_in_sum = was_in_sum;
+  here.open.erase(name);
+  if (is_too_large(here, value, range)) value = {};
+  return here.put_in.emplace(name, std::move(value)).first->second;
 }
 
-TypedExpr Expressions::scene_let(const std::string& name, SourceRange range) {
-  if (stands_in_model(elaboration_, range)) {
-    elaboration_.sink.report("not-allowed-here", range, {"let " + name + " of the scene", "a model"},
-                             fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
+}  // namespace
+
+TypedExpr scene_let(FormulaScope& here, const std::string& name, SourceRange range) {
+  if (stands_in_model(here.elaboration, range)) {
+    here.elaboration.sink.report("not-allowed-here", range, {"let " + name + " of the scene", "a model"},
+                                 fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
     return {};
   }
-  elaboration_.used.insert(name);
-  return put_in(name, range, [&] { return any(*elaboration_.scene_lets.at(name)); });
+  here.elaboration.used.insert(name);
+  return put_in(here, name, range, [&] { return any(here, *here.elaboration.scene_lets.at(name)); });
 }
 
-TypedExpr Expressions::given(const std::string& name, const Symbol& meaning, SourceRange range) {
-  const Giver giver = giver_of(elaboration_, name, meaning.role);
-  const std::string why = obstacle(elaboration_, name, meaning.role, giver);
+TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meaning, SourceRange range) {
+  const Giver giver = giver_of(here.elaboration, name, meaning.role);
+  const std::string why = obstacle(here.elaboration, name, meaning.role, giver);
   const std::string what = fmt::format("{} {}", word_for(meaning.role), name);
   if (!why.empty()) {
-    elaboration_.sink.report(
-        "not-allowed-here", range, {what, std::string(place_of(purpose_))},
+    here.elaboration.sink.report(
+        "not-allowed-here", range, {what, std::string(place_of(here.context))},
         fmt::format("formulas of the scene stand for what they give, but of {} there is none to put "
                     "in: {}",
                     name, why));
     return {};
   }
-  for (const std::string& from : components_of(elaboration_, name)) {
-    for (const std::string& in : components_of(elaboration_, subject_))
-      elaboration_.problem.put_in.emplace_back(from, in);
+  for (const std::string& from : components_of(here.elaboration, name)) {
+    for (const std::string& in : components_of(here.elaboration, here.subject))
+      here.elaboration.problem.put_in.emplace_back(from, in);
   }
   const std::string whole = vector_of(name);
-  const bool is_part = !whole.empty() && elaboration_.scope.find(whole);
-  return put_in(name, range, [&] {
+  const bool is_part = !whole.empty() && here.elaboration.scope.find(whole);
+  return put_in(here, name, range, [&] {
     if (!is_part) {
-      const auto parts = components(*giver.value, name);
+      const auto parts = components(here, *giver.value, name);
       if (!parts) return TypedExpr{};
       return TypedExpr{meaning.is_vector ? TypedExpr::Type::vector : TypedExpr::Type::number, *parts};
     }
-    const TypedExpr value = any(*giver.value);
-    const int axis = axis_of(elaboration_, name.substr(whole.size() + 1));
+    const TypedExpr value = any(here, *giver.value);
+    const int axis = axis_of(here.elaboration, name.substr(whole.size() + 1));
     if (value.type == TypedExpr::Type::vector && axis < static_cast<int>(value.parts.size()))
       return number_of(value.parts[static_cast<std::size_t>(axis)]);
     return value;
   });
 }
 
+}  // namespace formulas
+
 void check_scene_lets(Elaboration& elaboration) {
-  Expressions formulas(elaboration, FormulaContext::quantity, "a let of the scene");
+  FormulaScope scope{elaboration, FormulaContext::quantity, "a let of the scene"};
   for (const auto& [name, formula] : elaboration.scene_lets) {
-    if (!elaboration.used.contains(name)) formulas.any(ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
+    if (!elaboration.used.contains(name)) formulas::any(scope, ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
   }
 }
 

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "support/match.h"
 
@@ -18,7 +19,7 @@ void check_function(Elaboration& elaboration, const ast::Function& function) {
   const auto refuse = [&](const ast::Identifier& name, const char* what) {
     elaboration.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
   };
-  if (Expressions::is_built_in(function.name.name)) refuse(function.name, "function");
+  if (formulas::find_built_in(function.name.name) != nullptr) refuse(function.name, "function");
   std::map<std::string, SourceRange> seen;
   for (const ast::Identifier& parameter : function.parameters) {
     const auto [first, is_new] = seen.emplace(parameter.name, parameter.range);

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/cells_setting.h"
 #include "syntax/parser.h"

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/network/layer_words.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
-std::vector<std::string> words_of_functions() { return Expressions::function_names(); }
+std::vector<std::string> words_of_functions() { return formulas::function_names(); }
 
 std::vector<std::string> words_of_schemes() {
   std::vector<std::string> keys = scheme_keys();

@@ -6,7 +6,8 @@
 #include <cstdlib>
 #include <map>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/built_ins.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/network_from_ast.h"
 #include "model/from_ast/parts.h"
 
@@ -42,7 +43,7 @@ void bind_outputs(Elaboration& elaboration, DeclaredNetwork& declared) {
 /// Of a scene whose step is a model.
 void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
   const ast::Network& source = *declared.source;
-  if (Expressions::is_built_in(source.name.name)) {
+  if (formulas::find_built_in(source.name.name) != nullptr) {
     elaboration.sink.report("reserved-name", source.name.range, {source.name.name, "network"}, "choose another name");
     return;
   }

@@ -5,7 +5,7 @@
 #include "model/analyse/solves.h"
 #include "model/boundary/metric.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
 
@@ -14,7 +14,7 @@ namespace dpde::model {
 namespace {
 
 void bind_let(Elaboration& elaboration, const ast::LetItem& item) {
-  TypedExpr value = Expressions(elaboration, FormulaContext::equation, "let " + item.name.name).definition(item.value);
+  TypedExpr value = formulas::definition({elaboration, FormulaContext::equation, "let " + item.name.name}, item.value);
   if (!declare(elaboration, item.name, Role::let)) return;
   if (value.type != TypedExpr::Type::none) elaboration.lets.emplace(item.name.name, std::move(value));
 }
@@ -42,8 +42,8 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
   elaboration.solved.insert(name);
   if (!declare(elaboration, item.unknown, Role::let)) return;
   elaboration.lets[name] = {TypedExpr::Type::number, {field(name, {item.unknown.range})}};
-  Expressions expressions(elaboration, FormulaContext::equation, name);
-  const auto left = expressions.number(item.left), right = expressions.number(item.right);
+  FormulaScope scope{elaboration, FormulaContext::equation, name};
+  const auto left = formulas::number(scope, item.left), right = formulas::number(scope, item.right);
   const auto starts = starts_of(elaboration, item.starts, name);
   elaboration.lets.erase(name);
   if (!left || !right || !starts) return;
@@ -121,7 +121,7 @@ void bind_equations(Elaboration& elaboration) {
         rated.empty() || moved.empty() ? moved : find_states(elaboration, item.field, "an equation");
     if (states.empty() || !is_first(elaboration, "the equation", name, moved, seen)) continue;
     const std::string subject = fmt::format("dt({})", item.field.name);
-    const auto rhs = Expressions(elaboration, FormulaContext::equation, subject).components(item.rhs, item.field.name);
+    const auto rhs = formulas::components({elaboration, FormulaContext::equation, subject}, item.rhs, item.field.name);
     for (std::size_t i = 0; i < states.size(); ++i) {
       if (!rated.empty()) moved[i]->rhs = field(states[i]->name, {item.field.range});
       moved[i]->origin = states[i]->origin = {range};

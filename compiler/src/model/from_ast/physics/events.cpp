@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -37,7 +37,7 @@ void bind_update(Elaboration& elaboration, const ast::EventItem::Update& update,
       fmt::format("make {0} a field of the model, with dt({0}) = 0: an event sets it in all cells", update.field.name));
   if (states.empty() || !is_first(elaboration, "the new value", update.field, states, seen)) return;
   const auto values =
-      Expressions(elaboration, FormulaContext::event, update.field.name).components(update.value, update.field.name);
+      formulas::components({elaboration, FormulaContext::event, update.field.name}, update.value, update.field.name);
   for (std::size_t i = 0; values && i < states.size(); ++i) {
     const Expr here = field(states[i]->name, {update.field.range});
     const Expr value =

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -19,61 +19,69 @@ const std::string* name_in(const ast::Argument& argument) {
 
 }  // namespace
 
+namespace formulas {
+
+namespace {
+
 /// The rates of what the mask holds, over the points inside; empty after a diagnostic.
-std::vector<Expr> Expressions::rates_inside(const ast::Call& e, SourceRange range) {
+std::vector<Expr> rates_inside(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const std::string *mask = name_in(e.arguments[0]), *held = name_in(e.arguments[1]);
   const auto rates_of = [&](const std::string* field, const std::string* of) {
     std::vector<Expr> rates;
-    for (const std::string& state : components_of(elaboration_, field ? *field : "")) {
-      const auto found = elaboration_.forces.find(state);
-      if (found != elaboration_.forces.end() && of && found->second.mask == *of) rates.push_back(found->second.rate);
+    for (const std::string& state : components_of(here.elaboration, field ? *field : "")) {
+      const auto found = here.elaboration.forces.find(state);
+      if (found != here.elaboration.forces.end() && of && found->second.mask == *of)
+        rates.push_back(found->second.rate);
     }
     return rates;
   };
   std::vector<Expr> rates = rates_of(held, mask);
   if (!rates.empty()) return rates;
-  if (elaboration_.sink.has_errors()) return {};  // its equation may be what could not be read
+  if (here.elaboration.sink.has_errors()) return {};  // its equation may be what could not be read
   const std::string example =
       fmt::format("in the model, write mask solid; u = 0 inside solid; then {}(solid, u)", e.callee);
   const bool are_swapped = !rates_of(mask, held).empty();
-  elaboration_.sink.report(
+  here.elaboration.sink.report(
       "not-allowed-here", range, {"a field that this mask does not hold", e.callee},
       are_swapped ? fmt::format("the mask comes first: {}({}, {})", e.callee, *held, *mask) : example);
   return {};
 }
 
+}  // namespace
+
 /// force_on(solid, u): what a mask takes of a field that it holds, in a unit of time; the integral of its rate over the
 /// points inside.
-TypedExpr Expressions::force(const ast::Call& e, SourceRange range) {
-  if (purpose_ != FormulaContext::quantity) return refuse(e.callee, e.callee_range);
-  if (!takes(e, 2)) return {};
-  if (is_refused_in_curves(elaboration_, e.callee, range)) return {};
+TypedExpr force(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (here.context != FormulaContext::quantity) return refuse(here, e.callee, e.callee_range);
+  if (!takes(here, e, 2)) return {};
+  if (is_refused_in_curves(here.elaboration, e.callee, range)) return {};
   TypedExpr result{TypedExpr::Type::vector, {}};
-  for (const Expr& rate : rates_inside(e, range)) result.parts.push_back(reduce(Reduce::Kind::integral, rate, {range}));
+  for (const Expr& rate : rates_inside(here, e, range))
+    result.parts.push_back(reduce(Reduce::Kind::integral, rate, {range}));
   if (result.parts.empty()) return {};
   if (result.parts.size() == 1) result.type = TypedExpr::Type::number;
   return result;
 }
 
 /// The moment of that force about a point: a number on two axes, a vector on three.
-TypedExpr Expressions::torque(const ast::Call& e, SourceRange range) {
-  if (purpose_ != FormulaContext::quantity) return refuse(e.callee, e.callee_range);
-  if (is_refused_in_curves(elaboration_, e.callee, range)) return {};
-  const bool fits = e.arguments.size() == 3 && e.arguments[2].name == "about" && axis_count() > 1;
+TypedExpr torque(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (here.context != FormulaContext::quantity) return refuse(here, e.callee, e.callee_range);
+  if (is_refused_in_curves(here.elaboration, e.callee, range)) return {};
+  const bool fits = e.arguments.size() == 3 && e.arguments[2].name == "about" && here.axis_count() > 1;
   if (!fits) {
-    elaboration_.sink.report("wrong-argument-count", e.callee_range,
-                             {e.callee, "a mask, a velocity and a point", fmt::format("something else")},
-                             "on two or three axes write torque_on(solid, u, about = (0.5, 0.5))");
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range,
+                                 {e.callee, "a mask, a velocity and a point", fmt::format("something else")},
+                                 "on two or three axes write torque_on(solid, u, about = (0.5, 0.5))");
     return {};
   }
   const ast::Expr& point = e.arguments[2].value;
-  const auto about = as_vector(numeric(point), point.range());
-  const std::vector<Expr> rates = about ? rates_inside(e, range) : std::vector<Expr>{};
+  const auto about = as_vector(here, numeric(here, point), point.range());
+  const std::vector<Expr> rates = about ? rates_inside(here, e, range) : std::vector<Expr>{};
   if (rates.empty()) return {};
-  if (static_cast<int>(rates.size()) != axis_count()) {
-    elaboration_.sink.report("wrong-length", e.arguments[1].value.range(),
-                             {counted(axis_count(), "component"), std::to_string(rates.size())},
-                             "the torque is that of a vector with all its components");
+  if (static_cast<int>(rates.size()) != here.axis_count()) {
+    here.elaboration.sink.report("wrong-length", e.arguments[1].value.range(),
+                                 {counted(here.axis_count(), "component"), std::to_string(rates.size())},
+                                 "the torque is that of a vector with all its components");
     return {};
   }
   const auto moment = [&](int arm, int along) {
@@ -84,8 +92,10 @@ TypedExpr Expressions::torque(const ast::Call& e, SourceRange range) {
   const auto component = [&](int first, int second) {
     return binary(BinaryOp::subtract, moment(first, second), moment(second, first), {range});
   };
-  if (axis_count() == 2) return {TypedExpr::Type::number, {component(0, 1)}};
+  if (here.axis_count() == 2) return {TypedExpr::Type::number, {component(0, 1)}};
   return {TypedExpr::Type::vector, {component(1, 2), component(2, 0), component(0, 1)}};
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

@@ -20,7 +20,7 @@
 #include "model/analyse/placement.h"
 #include "model/analyse/solves.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
 
@@ -65,7 +65,7 @@ class Binder {
       : elaboration_(elaboration), item_(item), range_(range), name_(item.multiplier.name) {}
 
   void bind() {
-    const auto value = Expressions(elaboration_, FormulaContext::equation, name_).number(item_.value);
+    const auto value = formulas::number({elaboration_, FormulaContext::equation, name_}, item_.value);
     const auto* zero = std::get_if<ast::Number>(&item_.zero->kind);
     if (!zero || zero->value != 0)
       return refuse(item_.zero.range(), "the left side of a constraint is 0", "write 0 = div(u) gives " + name_);
@@ -295,7 +295,7 @@ void bind_held(Elaboration& elaboration) {
     }
     elaboration.used.insert(item.mask.name);
     const auto values =
-        Expressions(elaboration, FormulaContext::equation, item.field.name).components(item.value, item.field.name);
+        formulas::components({elaboration, FormulaContext::equation, item.field.name}, item.value, item.field.name);
     for (std::size_t i = 0; values && i < states.size(); ++i) {
       const Expr inside = inside_at(elaboration, *states[i], item.mask.name, {item.mask.range});
       states[i]->held = MaskedValue{inside, (*values)[i]};

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/names/seed.h"
 
 namespace dpde::model {
@@ -116,7 +116,15 @@ Expr sum_of(const std::vector<Wave>& waves, const std::vector<Direction>& direct
 
 }  // namespace
 
-std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
+namespace formulas {
+
+namespace {
+
+struct Spectrum {
+  double seed = 0, lowest = 1, highest = 1, slope = 0;
+};
+
+std::optional<Spectrum> spectrum(FormulaScope& here, const ast::Call& e) {
   Spectrum result;
   const std::pair<const char*, double*> known[] = {
       {"seed", &result.seed}, {"lowest", &result.lowest}, {"highest", &result.highest}, {"slope", &result.slope}};
@@ -127,21 +135,21 @@ std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
     fine = fine && found != std::end(known) && std::ranges::count(given, argument.name) == 0;
     if (!fine) break;
     given.push_back(argument.name);
-    const auto value = evaluate(elaboration_, argument.value, "the " + argument.name);
+    const auto value = evaluate(here.elaboration, argument.value, "the " + argument.name);
     if (!value) return std::nullopt;
     *found->second = *value;
   }
   for (const char* name : {"seed", "lowest", "highest"}) fine = fine && std::ranges::count(given, name) == 1;
   if (!fine) {
-    elaboration_.sink.report("wrong-argument-count", e.callee_range,
-                             {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
-                             fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range,
+                                 {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
+                                 fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
     return std::nullopt;
   }
   const bool has_waves =
       result.lowest > 0 && std::floor(result.highest) >= std::ceil(result.lowest) && result.highest <= highest_number;
   if (is_seed(result.seed) && has_waves && std::abs(result.slope) <= 20) return result;
-  elaboration_.sink.report(
+  here.elaboration.sink.report(
       "bad-spectrum", e.callee_range, {e.callee},
       fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest "
                   "<= {}; slope is between -20 and 20",
@@ -149,26 +157,28 @@ std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
   return std::nullopt;
 }
 
-TypedExpr Expressions::random_waves(const ast::Call& e, SourceRange range) {
-  const auto given = spectrum(e);
+}  // namespace
+
+TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  const auto given = spectrum(here, e);
   if (!given) return {};
-  const Problem& problem = elaboration_.problem;
+  const Problem& problem = here.elaboration.problem;
   const bool in_time = e.callee == "random_signal";
   std::vector<Direction> directions;
-  const FunctionScope* const function = std::exchange(function_, nullptr);  // its x is not the coordinate
-  const std::map<std::string, TypedExpr> running = std::exchange(running_, {});
-  for (int axis = 0; axis < (in_time ? 1 : axis_count()); ++axis) {
-    const TypedExpr place = name({in_time ? "t" : axis_name(axis)}, range);
+  const FunctionScope* const function = std::exchange(here.function, nullptr);  // its x is not the coordinate
+  const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});
+  for (int axis = 0; axis < (in_time ? 1 : here.axis_count()); ++axis) {
+    const TypedExpr place = named(here, {in_time ? "t" : axis_name(axis)}, range);
     if (place.type == TypedExpr::Type::none) break;
     const Axis& along = problem.axes[static_cast<std::size_t>(axis)];
     directions.push_back(
         in_time ? Direction{place.parts[0], problem.t_begin, problem.steps > 0 ? problem.steps * problem.step : 1}
                 : Direction{place.parts[0], along.low, along.high - along.low});
   }
-  function_ = function;
-  running_ = running;
+  here.function = function;
+  here.variables = running;
   const int count = static_cast<int>(directions.size());
-  if (count != (in_time ? 1 : axis_count())) return {};
+  if (count != (in_time ? 1 : here.axis_count())) return {};
   std::mt19937_64 random(static_cast<std::uint64_t>(given->seed));
   std::vector<Wave> waves = waves_between(given->lowest, given->highest, given->slope, count);
   choose(waves, random);
@@ -177,26 +187,29 @@ TypedExpr Expressions::random_waves(const ast::Call& e, SourceRange range) {
 }
 
 /// Only where it is evaluated once: in an equation it would look like noise in time.
-TypedExpr Expressions::white_noise(const ast::Call& e, SourceRange range) {
-  if (purpose_ != FormulaContext::initial && purpose_ != FormulaContext::coefficient &&
-      purpose_ != FormulaContext::control_field) {
-    elaboration_.sink.report(
-        "not-allowed-here", e.callee_range, {"noise", std::string(place_of(purpose_))},
+TypedExpr white_noise(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (here.context != FormulaContext::initial && here.context != FormulaContext::coefficient &&
+      here.context != FormulaContext::control_field) {
+    here.elaboration.sink.report(
+        "not-allowed-here", e.callee_range, {"noise", std::string(place_of(here.context))},
         "noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
     return {};
   }
   const bool one = e.arguments.size() == 1 && (e.arguments[0].name.empty() || e.arguments[0].name == "seed");
   if (!one) {
-    elaboration_.sink.report("wrong-argument-count", e.callee_range, {"noise", "a seed", "this"}, "write noise(7)");
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range, {"noise", "a seed", "this"}, "write noise(7)");
     return {};
   }
-  const auto seed = evaluate(elaboration_, e.arguments[0].value, "the seed");
+  const auto seed = evaluate(here.elaboration, e.arguments[0].value, "the seed");
   if (!seed) return {};
   if (!is_seed(*seed)) {
-    elaboration_.sink.report("bad-seed", e.arguments[0].value.range(), {fmt::format("{}", *seed)}, "write noise(7)");
+    here.elaboration.sink.report("bad-seed", e.arguments[0].value.range(), {fmt::format("{}", *seed)},
+                                 "write noise(7)");
     return {};
   }
   return {TypedExpr::Type::number, {noise(static_cast<std::uint64_t>(*seed), {range})}};
 }
+
+}  // namespace formulas
 
 }  // namespace dpde::model

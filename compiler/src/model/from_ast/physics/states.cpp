@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -87,7 +87,7 @@ std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, For
     const LoadedFile file = file_of(elaboration, e).value_or(LoadedFile{});
     sources.front().file = file.file;
     sources.front().variable = file.variable;
-  } else if (const auto formulas = Expressions(elaboration, purpose, subject).components(e, subject)) {
+  } else if (const auto formulas = formulas::components({elaboration, purpose, subject}, e, subject)) {
     for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
   }
   return sources;
@@ -129,7 +129,7 @@ void bind_states(Elaboration& elaboration) {
   for_each_target<ast::ExactItem>(
       elaboration, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {
         const auto exact =
-            Expressions(elaboration, FormulaContext::exact, item.field.name).components(item.value, item.field.name);
+            formulas::components({elaboration, FormulaContext::exact, item.field.name}, item.value, item.field.name);
         for (std::size_t i = 0; exact && i < states.size(); ++i) states[i]->exact = (*exact)[i];
       });
 }

@@ -10,7 +10,7 @@
 
 #include "model/analyse/placement.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
 
@@ -145,7 +145,7 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
 
 /// A vector along each axis, or a number along all of them.
 std::optional<Expr> rate_of_speed(Elaboration& elaboration, const ast::Expr& speed) {
-  const TypedExpr value = Expressions(elaboration, FormulaContext::equation, "the speed").numeric(speed);
+  const TypedExpr value = formulas::numeric({elaboration, FormulaContext::equation, "the speed"}, speed);
   if (value.type == TypedExpr::Type::none) return std::nullopt;
   if (value.type == TypedExpr::Type::tensor) {
     elaboration.sink.report("not-a-number", speed.range(), {describe(value)},

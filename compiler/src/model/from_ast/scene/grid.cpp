@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/cells_setting.h"
 

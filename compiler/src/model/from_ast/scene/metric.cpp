@@ -11,7 +11,7 @@
 
 #include "model/analyse/formula.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
 #include "support/maths/evaluate.h"
@@ -76,7 +76,7 @@ class MetricBinder {
     return fits;
   }
   std::optional<Expr> formula(const ast::Expr& e) {
-    const auto value = Expressions(elaboration_, FormulaContext::scale, "the coordinates").number(e);
+    const auto value = formulas::number({elaboration_, FormulaContext::scale, "the coordinates"}, e);
     return value ? std::optional(with_values(elaboration_, *value)) : std::nullopt;
   }
 

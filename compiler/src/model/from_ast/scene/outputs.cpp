@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "model/analyse/placement.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -53,7 +53,7 @@ std::vector<std::string> show(Elaboration& elaboration, const ast::Identifier& w
 void bind_formula(Elaboration& elaboration, const ast::NamedFormula& formula,
                   std::map<std::string, SourceRange>& seen) {
   const ast::Identifier& name = formula.name;
-  const TypedExpr value = Expressions(elaboration, FormulaContext::quantity, name.name).numeric(*formula.value);
+  const TypedExpr value = formulas::numeric({elaboration, FormulaContext::quantity, name.name}, *formula.value);
   if (can_name_a_quantity(elaboration, name, seen) && value.type != TypedExpr::Type::none)
     show(elaboration, name, name.name, value, formula.on);
 }

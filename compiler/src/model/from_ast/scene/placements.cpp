@@ -6,7 +6,7 @@
 
 #include "model/analyse/placement.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
 #include "model/print/words.h"

@@ -12,7 +12,7 @@
 #include "model/boundary/metric.h"
 #include "model/boundary/stretch.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/names/constants.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
@@ -287,98 +287,108 @@ bool holds_sample(const Expr& e) {
 
 }  // namespace
 
-std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
-  if (!elaboration_.problem.has_grid) {
-    report_no_grid(elaboration_, e.callee, e.callee_range);
-    return std::nullopt;
-  }
-  if (e.arguments.size() != 2 || !e.arguments[0].name.empty() || e.arguments[1].name != "at") {
-    elaboration_.sink.report(
-        "wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
-        axis_count() == 1 ? fmt::format("write {}(f, at = x0)", e.callee)
-                          : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
-    return std::nullopt;
-  }
-  const ast::Expr& place = e.arguments[1].value;
-  const auto position = as_vector(any(place), place.range());
-  if (!position) return std::nullopt;
-  for (int axis = 0; axis < axis_count(); ++axis) {
-    const Expr& along = (*position)[axis];
-    const Axis& grid = elaboration_.problem.axes[axis];
-    if (!is_uniform(along) || holds_sample(along)) {
-      const char* const what = is_uniform(along) ? "the value of a field" : "what differs from cell to cell";
-      elaboration_.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
-                               "a place is made of numbers, parameters and t");
-      return std::nullopt;
-    }
-    if (!is_known_now(elaboration_, along)) continue;
-    const Value value = value_of(along, elaboration_.values);
-    const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
-    if (value.mistake.empty() && is_around) continue;
-    if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
-    elaboration_.sink.report("outside-the-grid", place.range(),
-                             {e.callee, fmt::format("{} = {}", grid.name, value.number)},
-                             fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
-    return std::nullopt;
-  }
-  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_known_now(elaboration_, along); }))
-    elaboration_.open_places.push_back({e.callee, *position, place.range()});
-  return position;
-}
-
-TypedExpr Expressions::injection(const ast::Call& e, SourceRange range) {
-  if (!is_of_step()) return refuse("the point source inject", e.callee_range);
-  const auto position = point(e);
-  const auto strength =
-      e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  if (!position || !strength) return {};
-  const Hats hats(elaboration_.problem);
-  Expr volume = 1.0;
-  Expr weight = 1.0;
-  for (int axis = 0; axis < axis_count(); ++axis) {
-    weight = times(weight, hats.along(axis, (*position)[axis]));
-    volume = times(volume, hats.size(axis));
-  }
-  const Expr density = binary(BinaryOp::divide, times(*strength, weight), volume, {range});
-  return number_of(Coordinates(elaboration_.problem, {range}).per_volume(density));
-}
-
 namespace {
 
 /// A formula that is the same in all cells, evaluated in the first one: one number.
 Expr in_first_cell(const Problem& problem, const Expr& e) {
   std::optional<Expr> first;
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
-    const Expr here = binary(BinaryOp::less, coordinate(axis), place_after(problem.axes[axis], axis, 1));
-    first = first ? binary(BinaryOp::logical_and, *first, here) : here;
+    const Expr is_first = binary(BinaryOp::less, coordinate(axis), place_after(problem.axes[axis], axis, 1));
+    first = first ? binary(BinaryOp::logical_and, *first, is_first) : is_first;
   }
   return reduce(Reduce::Kind::sum, select(*first, e, 0.0), e->origin);
 }
 
 }  // namespace
 
-TypedExpr Expressions::sampling(const ast::Call& e, SourceRange range) {
-  if (purpose_ == FormulaContext::equation) {
-    elaboration_.sink.report("not-allowed-here", e.callee_range,
-                             {"the point value sample", std::string(place_of(purpose_))},
-                             "read it into a field, after step: s = sample(...), and use s");
+namespace formulas {
+
+namespace {
+
+std::optional<std::vector<Expr>> point(FormulaScope& here, const ast::Call& e) {
+  if (!here.elaboration.problem.has_grid) {
+    report_no_grid(here.elaboration, e.callee, e.callee_range);
+    return std::nullopt;
+  }
+  if (e.arguments.size() != 2 || !e.arguments[0].name.empty() || e.arguments[1].name != "at") {
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
+                                 here.axis_count() == 1 ? fmt::format("write {}(f, at = x0)", e.callee)
+                                                        : fmt::format("write {}(f, at = (x0, y0{}))", e.callee,
+                                                                      here.axis_count() == 3 ? ", z0" : ""));
+    return std::nullopt;
+  }
+  const ast::Expr& place = e.arguments[1].value;
+  const auto position = as_vector(here, any(here, place), place.range());
+  if (!position) return std::nullopt;
+  for (int axis = 0; axis < here.axis_count(); ++axis) {
+    const Expr& along = (*position)[axis];
+    const Axis& grid = here.elaboration.problem.axes[axis];
+    if (!is_uniform(along) || holds_sample(along)) {
+      const char* const what = is_uniform(along) ? "the value of a field" : "what differs from cell to cell";
+      here.elaboration.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
+                                   "a place is made of numbers, parameters and t");
+      return std::nullopt;
+    }
+    if (!is_known_now(here.elaboration, along)) continue;
+    const Value value = value_of(along, here.elaboration.values);
+    const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
+    if (value.mistake.empty() && is_around) continue;
+    if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
+    here.elaboration.sink.report("outside-the-grid", place.range(),
+                                 {e.callee, fmt::format("{} = {}", grid.name, value.number)},
+                                 fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
+    return std::nullopt;
+  }
+  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_known_now(here.elaboration, along); }))
+    here.elaboration.open_places.push_back({e.callee, *position, place.range()});
+  return position;
+}
+
+}  // namespace
+
+TypedExpr injection(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!here.is_of_step()) return refuse(here, "the point source inject", e.callee_range);
+  const auto position = point(here, e);
+  const auto strength = e.arguments.empty()
+                            ? std::nullopt
+                            : as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  if (!position || !strength) return {};
+  const Hats hats(here.elaboration.problem);
+  Expr volume = 1.0;
+  Expr weight = 1.0;
+  for (int axis = 0; axis < here.axis_count(); ++axis) {
+    weight = times(weight, hats.along(axis, (*position)[axis]));
+    volume = times(volume, hats.size(axis));
+  }
+  const Expr density = binary(BinaryOp::divide, times(*strength, weight), volume, {range});
+  return number_of(Coordinates(here.elaboration.problem, {range}).per_volume(density));
+}
+
+TypedExpr sampling(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (here.context == FormulaContext::equation) {
+    here.elaboration.sink.report("not-allowed-here", e.callee_range,
+                                 {"the point value sample", std::string(place_of(here.context))},
+                                 "read it into a field, after step: s = sample(...), and use s");
     return {};
   }
-  if (purpose_ != FormulaContext::quantity && purpose_ != FormulaContext::event)
-    return refuse("the point value sample", e.callee_range);
-  const auto position = point(e);
+  if (here.context != FormulaContext::quantity && here.context != FormulaContext::event)
+    return refuse(here, "the point value sample", e.callee_range);
+  const auto position = point(here, e);
   if (!position) return {};
-  TypedExpr value = numeric(e.arguments[0].value);
+  TypedExpr value = numeric(here, e.arguments[0].value);
   for (const Expr& part : value.parts) {
-    if (!is_beside_its_pole(elaboration_, part, *position)) continue;
-    elaboration_.sink.report("beside-pole", range, {"what is sampled from faces on the pole"},
-                             "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
+    if (!is_beside_its_pole(here.elaboration, part, *position)) continue;
+    here.elaboration.sink.report(
+        "beside-pole", range, {"what is sampled from faces on the pole"},
+        "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
     break;
   }
-  const AtPoint at_point(elaboration_.problem, *position, {range});
+  const AtPoint at_point(here.elaboration.problem, *position, {range});
   for (Expr& part : value.parts) part = at_point(part);
   return value;
 }
+
+}  // namespace formulas
 
 bool can_be_series(const Elaboration& elaboration, const std::string& field) {
   if (!elaboration.problem.task) return false;

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/uses.h"
 #include "support/assert.h"

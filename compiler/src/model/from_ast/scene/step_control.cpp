@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "model/analyse/implicit_part.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
 

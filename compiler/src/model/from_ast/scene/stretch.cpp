@@ -8,7 +8,7 @@
 
 #include "model/analyse/formula.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/names/known_values.h"
 #include "model/from_ast/parts.h"
 
@@ -34,7 +34,7 @@ struct Checked {
 std::optional<Expr> formula_of(Elaboration& elaboration, const ast::Expr& e, int axis) {
   const std::string& name = elaboration.problem.axes[static_cast<std::size_t>(axis)].name;
   const std::optional<Expr> written =
-      Expressions(elaboration, FormulaContext::stretch, "the stretched axis " + name).number(e);
+      formulas::number({elaboration, FormulaContext::stretch, "the stretched axis " + name}, e);
   if (!written) return std::nullopt;
   const bool holds_others = any_part(*written, [&](const Expr& part) {
     const auto* coordinate = std::get_if<Coordinate>(&part->kind);

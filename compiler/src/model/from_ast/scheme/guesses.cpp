@@ -8,7 +8,7 @@
 
 #include "model/analyse/solves.h"
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
 #include "model/uses.h"
@@ -69,9 +69,9 @@ std::string keep(Elaboration& elaboration, const Solve& solved, const std::strin
 std::optional<std::vector<Expr>> starts_of(Elaboration& elaboration, const std::vector<ast::Expr>& starts,
                                            const std::string& name) {
   std::vector<Expr> found;
-  Expressions expressions(elaboration, FormulaContext::equation, name);
+  FormulaScope scope{elaboration, FormulaContext::equation, name};
   for (const ast::Expr& start : starts) {
-    const auto value = expressions.number(start);
+    const auto value = formulas::number(scope, start);
     if (!value) return std::nullopt;
     const bool is_known = elaboration.problem.find_state(name) != nullptr;  // of a constraint: what it was
     if (!is_known && reads(*value, name)) {

@@ -6,38 +6,43 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
-TypedExpr Expressions::average(const ast::Call& e, SourceRange range) {
+namespace formulas {
+
+TypedExpr average(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const auto refuse_here = [&](const std::string& where, const std::string& hint) {
-    elaboration_.sink.report("not-allowed-here", e.callee_range, {"average", where}, hint);
+    here.elaboration.sink.report("not-allowed-here", e.callee_range, {"average", where}, hint);
     return TypedExpr{};
   };
-  if (!takes(e, 1)) return {};
-  if (purpose_ != FormulaContext::quantity || !elaboration_.takes_averages)
-    return refuse_here(purpose_ == FormulaContext::quantity ? subject_ : std::string(place_of(purpose_)),
+  if (!takes(here, e, 1)) return {};
+  if (here.context != FormulaContext::quantity || !here.elaboration.takes_averages)
+    return refuse_here(here.context == FormulaContext::quantity ? here.subject : std::string(place_of(here.context)),
                        "it is the mean over the states of a loss, as in minimise (average(mean(u^2)) - 1)^2 over 8 "
                        "steps; the mean over the grid is mean(u)");
-  if (is_in_average_) return refuse_here("an average", "average(mean(u^2)) is the mean over space and over the states");
-  is_in_average_ = true;
-  const auto value = number(e.arguments[0].value);
-  is_in_average_ = false;
+  if (here.is_in_average)
+    return refuse_here("an average", "average(mean(u^2)) is the mean over space and over the states");
+  here.is_in_average = true;
+  const auto value = number(here, e.arguments[0].value);
+  here.is_in_average = false;
   const std::optional<Expr> quantity =
-      value ? quantity_of(elaboration_, *value, "an average", e.arguments[0].value.range()) : std::nullopt;
+      value ? quantity_of(here.elaboration, *value, "an average", e.arguments[0].value.range()) : std::nullopt;
   if (!quantity) return {};
-  for (const Elaboration::Average& known : elaboration_.averages) {
+  for (const Elaboration::Average& known : here.elaboration.averages) {
     if (known.value == *quantity) return number_of(model::param(known.name, {range}));
   }
   std::string name;
   do {
-    name = fmt::format("average_{}", ++elaboration_.averages_named);
-  } while (elaboration_.scope.find(name) != nullptr);
-  elaboration_.averages.push_back({name, *quantity, {range}});
+    name = fmt::format("average_{}", ++here.elaboration.averages_named);
+  } while (here.elaboration.scope.find(name) != nullptr);
+  here.elaboration.averages.push_back({name, *quantity, {range}});
   return number_of(model::param(name, {range}));
 }
+
+}  // namespace formulas
 
 namespace {
 

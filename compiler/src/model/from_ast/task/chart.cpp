@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // chart NAME : SCENE { reference exact; vary scheme in a, b; vary cells in 64, 128; error l2(u) at t = 1;
 // gradient TASK; tolerance 1e-3 }
-#include "model/chart.h"
+#include "model/chart_from_ast.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "syntax/expand/arrays.h"
 #include "syntax/print/print_ast.h"

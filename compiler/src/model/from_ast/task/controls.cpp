@@ -2,7 +2,7 @@
 // Controls: parameters with one value for each interval of time, from a formula of t taken in the middle of each.
 #include <fmt/format.h>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -51,7 +51,7 @@ const ast::UnknownItem* unknown_of(const Elaboration& elaboration, const std::st
 /// The formula as written and its values, none after a diagnostic.
 void bind_formula(Elaboration& elaboration, const Control& control, const ast::Expr& written, Expr& formula,
                   std::vector<double>& values) {
-  const auto read = Expressions(elaboration, FormulaContext::control, control.name).number(written);
+  const auto read = formulas::number({elaboration, FormulaContext::control, control.name}, written);
   if (!read) return;
   formula = *read;
   values = values_of(elaboration, control, formula, written.range());

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <limits>
 
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/print/words.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -109,7 +109,7 @@ bool is_counted(Elaboration& elaboration, const Expr& value, const When& when, S
 
 std::optional<Expr> quantity_of(Elaboration& elaboration, const ast::Expr& e, const std::string& what,
                                 const When& when) {
-  const auto value = Expressions(elaboration, FormulaContext::quantity, what).number(e);
+  const auto value = formulas::number({elaboration, FormulaContext::quantity, what}, e);
   const bool counts_once = elaboration.takes_averages && !elaboration.averages.empty();
   if (!value || (!counts_once && !is_counted(elaboration, *value, when, e.range()))) return std::nullopt;
   return quantity_of(elaboration, *value, what, e.range());

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "model/build.h"
-#include "model/from_ast/formulas/expressions.h"
+#include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -44,7 +44,7 @@ bool bind_fields(Elaboration& elaboration, const ast::TestItem& item, Test& test
   const bool is_spectrum = item.kind == ast::TestItem::Kind::spectrum;
   const char* what = is_spectrum ? "the field of a spectrum" : "the field of a correlation";
   const SourceRange range = item.value.range();
-  const TypedExpr value = Expressions(elaboration, FormulaContext::quantity, what).numeric(item.value);
+  const TypedExpr value = formulas::numeric({elaboration, FormulaContext::quantity, what}, item.value);
   if (value.type == TypedExpr::Type::none || (is_spectrum && !has_waves(elaboration, range))) return false;
   const auto is_sample = [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); };
   if (std::ranges::any_of(value.parts, [&](const Expr& each) { return any_part(each, is_sample); })) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "loop/loop.h"
-#include "loop/uniforms.h"
+#include "loop/from_stencil/uniforms.h"
 #include "stencil/stencil.h"
 
 namespace dpde::loop {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "loop/uniforms.h"
+#include "loop/from_stencil/uniforms.h"
 
 #include <fmt/format.h>
 

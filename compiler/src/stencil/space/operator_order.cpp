@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stencil/analyse/operator_order.h"
+#include "stencil/space/operator_order.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 // all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can
 // be. Uniform factors of a product are gathered, but not in what a decision hangs on: that is computed as it is
 // written, but that quotients by uniforms are products, and each product is Rounded.
-#include "loop/rows.h"
+#include "loop/from_stencil/rows.h"
 
 #include <algorithm>
 #include <cmath>
