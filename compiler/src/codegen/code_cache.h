@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code kept between runs. The key of a piece of code is all that a back end makes it of; where and how code is
-// kept is the driver's affair.
+// Cache of machine code between runs. The key holds all inputs from which a back end makes the code. The driver decides
+// how and where the code is stored.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,9 @@ namespace dpde::codegen {
 class CodeCache {
  public:
   virtual ~CodeCache() = default;
-  /// The code stored for exactly this key.
+  /// Returns the code stored under exactly this key; nullopt if there is none.
   virtual std::optional<std::string> find(std::string_view key) = 0;
-  /// May fail silently: a cache is no promise.
+  /// May fail silently: callers must not rely on a later hit.
   virtual void store(std::string_view key, std::string_view code) = 0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every back end returns: programs ready to run. A back end derives a class that also owns the code (the open
-// library, the JIT, the interpreter's data); whoever holds the shared_ptr may call the programs.
+// Result of every back end: programs ready to run. Each back end derives a class that also owns the code (the open
+// library, the JIT, the interpreter's data). Programs may be called as long as the shared_ptr lives.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ class CompiledModule {
   CompiledModule& operator=(const CompiledModule&) = delete;
   virtual ~CompiledModule() = default;
 
-  /// nullptr when there is no such program.
+  /// Returns nullptr if there is no program of this name.
   const dpde_program* find(const std::string& name) const { return tables_.find(name); }
   std::vector<std::string> names() const { return tables_.names(); }
   void set_links(const std::string& program, const std::vector<TableLink>& links) { tables_.set_links(program, links); }

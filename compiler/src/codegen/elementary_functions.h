@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which functions the back ends take from dpde/elementary.h in cells. Uniforms, each computed once, take the C
-// library's.
+// The functions that back ends take from dpde/elementary.h in rows. Uniforms are computed once and use the C library.
 #pragma once
 
 #include "support/vocabulary.h"
 
 namespace dpde::codegen {
 
-/// sin, exp, ...: no instruction of processors. (Beside them: powers that are not written as products.)
+/// Whether it is sin, exp, ...: a function without a processor instruction. (Also elementary: powers not written as
+/// products.)
 bool is_elementary(Fn fn);
 
 }  // namespace dpde::codegen

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C struct of network_abi.h for a network. It owns what the struct points to; its address must stay.
+// The C struct of network_abi.h for a network. It owns all arrays of the struct and must not move.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ class NetworkTable {
 
  private:
   std::string name_;
-  std::vector<std::vector<int32_t>> orders_;  // of each layer
+  std::vector<std::vector<int32_t>> orders_;  // for each layer
   std::vector<dpde_layer> layers_;
   dpde_network table_{};
 };

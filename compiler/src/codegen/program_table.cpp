@@ -15,7 +15,7 @@ namespace dpde::codegen {
 
 namespace {
 
-/// A list of strings and the array of pointers to them that the ABI wants.
+/// A list of strings with the array of pointers that the ABI needs.
 struct Names {
   explicit Names(std::vector<std::string> given) : names(std::move(given)) {
     for (const std::string& name : names) pointers.push_back(name.c_str());
@@ -133,7 +133,7 @@ struct ProgramTables::Strings {
   std::deque<std::pair<const GhostRule*, dpde_rule>> rules;
 };
 
-/// One program with everything its struct points to.
+/// One program with all arrays of its struct.
 struct ProgramTables::Table {
   Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, Strings& shared,
         ComputeUniforms compute_uniforms, ComputeUniforms compute_counted);
@@ -162,7 +162,7 @@ struct ProgramTables::Table {
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
   std::deque<dpde_solve> steps;
-  std::deque<dpde_inference> inferences;  // of preconditioners
+  std::deque<dpde_inference> inferences;  // for preconditioners
   std::deque<std::vector<dpde_monomial>> symbols;
   std::deque<std::vector<dpde_transform_term>> transform_terms;
   std::deque<std::vector<dpde_operation>> blocks;
@@ -193,7 +193,7 @@ void ProgramTables::Table::set_grow(dpde_operation& operation, int grow, const s
   for (std::size_t a = 0; a < axes.size(); ++a) operation.grow[a] = axes[a] == Topology::bounded ? grow : 0;
 }
 
-/// Index of the kernel, a row with its binding, added at its first use.
+/// Index of the kernel (a row with its bindings), added at its first use.
 int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Sweep& sweep,
                                      const RowResolver& row_code) {
   const loop::Binding& binding = sweep.binding;

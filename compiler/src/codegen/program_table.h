@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C structs of kernel_abi.h for the programs of a loop module. ProgramTables owns every string and array they point
-// to; the addresses stay the same for its whole life, also when it is moved.
+// The C structs of kernel_abi.h for the programs of a loop module. ProgramTables owns all strings and arrays. Their
+// addresses never change, also when it is moved.
 #pragma once
 
 #include <functional>
@@ -19,10 +19,10 @@ struct RowCode {
   dpde_row_fn row;
   std::vector<dpde_variant> variants;
 };
-/// By the name of the loop::Row.
+/// Returns the code of a loop::Row by name.
 using RowResolver = std::function<RowCode(const std::string& row)>;
-/// Fills all uniforms of the module (order of Module::uniforms), or those that depend on a counter, from all its
-/// parameters and the counters behind them (order of Module::params and Module::counters).
+/// Computes all uniforms of the module (order of Module::uniforms), or only those that depend on a counter. `params`:
+/// all parameters, then the counters (order of Module::params and Module::counters).
 using ComputeUniforms = void (*)(const double* params, double* uniforms);
 using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
                            const dpde_weights* weights, double* sums);
@@ -37,25 +37,25 @@ struct TableLink {
 
 class ProgramTables {
  public:
-  /// An interpreter that needs no code passes {} and nullptr and calls set_interpreter for each program.
+  /// An interpreter that needs no code passes {} and nullptr, then calls set_interpreter for each program.
   ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms,
                 ComputeUniforms compute_counted = nullptr);
   ~ProgramTables();
   ProgramTables(ProgramTables&&) noexcept;
   ProgramTables& operator=(ProgramTables&&) noexcept;
 
-  /// nullptr when there is no such program.
+  /// Returns nullptr if there is no program of this name.
   const dpde_program* find(const std::string& name) const;
   /// Names in the order of the module.
   std::vector<std::string> names() const;
-  /// Of a derivative. What the program has no field, param or sum for gets the index -1.
+  /// Sets the links of a derivative program. The index is -1 if the program has no such field, param or sum.
   void set_links(const std::string& program, const std::vector<TableLink>& links);
   void set_interpreter(const std::string& program, Interpret interpret, void* context);
 
  private:
   struct Strings;
   struct Table;
-  std::unique_ptr<Strings> strings_;  // shared by all tables: the parameters
+  std::unique_ptr<Strings> strings_;  // parameter names, shared by all tables
   std::vector<std::unique_ptr<Table>> tables_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruction sets as LLVM and C++ compilers call them.
+// Instruction sets as LLVM and C++ compilers name them.
 #pragma once
 
 #include "dpde/instruction_set.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of the headers that emitted code includes. They travel inside the compiler: nothing has to be found where it
-// was built or installed.
+// Text of the headers that emitted code includes. It is embedded in the compiler, so no installed files are needed.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +9,14 @@
 namespace dpde::codegen {
 
 struct HeaderText {
-  std::string_view name;  // "kernel_abi.h"
+  std::string_view name;  // e.g. "kernel_abi.h"
   std::string_view text;
 };
 extern const HeaderText abi_headers[5];  // abi_texts.cpp.in, filled in by CMake
 
-/// Writes folder/dpde/<name> for each; false when that fails.
+/// Writes each header to folder/dpde/<name>. Returns false on failure.
 bool write_abi_headers(const std::filesystem::path& folder);
-/// All of them, one after the other: what is compiled with them depends on it.
+/// All headers concatenated; part of the cache key of code compiled with them.
 std::string abi_header_texts();
 
 }  // namespace dpde::codegen

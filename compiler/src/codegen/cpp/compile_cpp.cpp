@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Source file -> shared library -> function pointers. Nothing passes through a shell: the compiler gets its arguments
-// as an array. Everything lives in a folder of its own that only this user can read and that is removed in any case.
+// Source file -> shared library -> function pointers. The compiler gets its arguments as an array, without a shell. All
+// files are in a private temporary folder (readable by this user alone), which is always removed.
 #include "codegen/cpp/compile_cpp.h"
 
 #include <dlfcn.h>
@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An open shared library.
+/// Owns the handle of an open shared library.
 class Library {
  public:
   explicit Library(const std::string& path) : handle_(dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) {}
@@ -62,7 +62,7 @@ std::string read_text(const fs::path& path) {
   return text.str();
 }
 
-/// $CXX may hold options ("ccache g++"): words are separated by blanks, as make does it.
+/// $CXX may contain options ("ccache g++"). Words are separated by blanks, as in make.
 std::vector<std::string> compiler_words(const std::string& compiler) {
   const char* from_environment = std::getenv("CXX");
   std::istringstream words(!compiler.empty()                       ? compiler
@@ -73,7 +73,7 @@ std::vector<std::string> compiler_words(const std::string& compiler) {
   return result;
 }
 
-/// Runs the compiler with both outputs in `log`; an error text when it did not start or did not succeed.
+/// Runs the compiler; stdout and stderr go to `log`. Returns an error text if it did not start or did not succeed.
 std::optional<std::string> run(const std::vector<std::string>& words, const fs::path& log) {
   const ProcessResult result = run_process(words, log);
   if (result.succeeded()) return std::nullopt;
@@ -82,8 +82,8 @@ std::optional<std::string> run(const std::vector<std::string>& words, const fs::
   return fmt::format("the C++ compiler {} failed:\n{}", words[0], read_text(log));
 }
 
-/// Whole 512-bit vectors; and the tuning of a processor that has them, since compilers older than the processor they
-/// run on take it for one that has not (measured with g++ 12: 1.2 to 1.6 times).
+/// Use of full 512-bit vectors, and tuning for a processor that has them. A compiler older than the processor does not
+/// recognise it and tunes for shorter vectors (measured with g++ 12: 1.2 to 1.6 times slower).
 constexpr const char* vector_flags[] = {"-mprefer-vector-width=512", "-mtune=icelake-server"};
 
 std::string host_march() {
@@ -93,20 +93,20 @@ std::string host_march() {
   return "native";
 }
 
-/// The compiler's own description, which tells one release from another; "" when it gives none.
+/// Output of --version, which distinguishes compiler releases; "" if the compiler has no such output.
 std::string version_of(std::vector<std::string> compiler, const fs::path& log) {
   compiler.push_back("--version");
   return run(compiler, log) ? "" : read_text(log);
 }
 
-/// Where one module is compiled, and by what.
+/// Compiler, flags and folder used to compile one module.
 struct Build {
   std::vector<std::string> compiler, flags;
   std::string version;
   fs::path folder;
 
   fs::path library() const { return folder / "module.so"; }
-  /// All that the library depends on.
+  /// Cache key: everything that the library depends on.
   std::string key(const std::string& source) const {
     return fmt::format("library\n{}\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "),
                        abi_header_texts(), source);
@@ -120,7 +120,7 @@ std::optional<std::string> write(const fs::path& path, const std::string& conten
   return fmt::format("cannot write {}", path.string());
 }
 
-/// `compiler` as in compile_cpp.
+/// `compiler`: see compile_cpp.
 Build build_with(const std::string& compiler, const fs::path& folder) {
   Build build{compiler_words(compiler), {}, "", folder};
   if (!build.compiler.empty()) build.version = version_of(build.compiler, folder / "log.txt");
@@ -139,7 +139,7 @@ std::optional<std::string> compile(const Build& build, const std::string& source
                    {"-I", build.folder.string(), "-shared", "-o", build.library().string(), file.string()});
   const auto error = run(arguments, log);
   if (!error || read_text(log).find("-mprefer-vector-width") == std::string::npos) return error;
-  for (const char* flag : vector_flags) std::erase(arguments, flag);  // not options on this processor
+  for (const char* flag : vector_flags) std::erase(arguments, flag);  // this processor does not have these options
   return run(arguments, log);
 }
 
@@ -164,19 +164,19 @@ CompileResult load(const loop::Module& module, const fs::path& path) {
 }  // namespace
 
 std::vector<std::string> cpp_flags(bool is_clang, const std::string& march) {
-  // C++14: <math.h> of later standards takes g++ twice the time.
+  // g++ needs twice the time to parse <math.h> in standards later than C++14.
   std::vector<std::string> flags{
       "-std=c++14",
       "-O3",
       "-march=" + march,
       is_clang ? "-ffp-contract=on"
-               : "-ffp-contract=fast",  // with fast, clang does not hear where no product may be contracted
+               : "-ffp-contract=fast",  // with `fast`, clang ignores the marks of products that must not be contracted
       "-fno-math-errno",
       "-fno-trapping-math",
       "-fPIC",
       "-fopenmp-simd"};
   flags.insert(flags.end(), std::begin(vector_flags), std::end(vector_flags));
-  // Its load-PRE chains u[i - 1], u[i], u[i + 1] through the loop, which then stays scalar.
+  // clang's load-PRE chains u[i - 1], u[i], u[i + 1] across iterations, which prevents vectorisation.
   if (is_clang) flags.insert(flags.end(), {"-mllvm", "-enable-load-pre=false"});
   return flags;
 }

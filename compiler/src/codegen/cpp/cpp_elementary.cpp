@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// g++ calls _ZGV<processor>N<lanes><v for each argument>_<function> for several cells of a function declared with
-// attribute simd. It would make those functions itself from one that it sees defined, but not vectorise what may call
-// the C library; so they are defined here beside a mere declaration. All of them stay inside the file.
+// For a function declared with attribute simd, g++ calls the vector function _ZGV<processor>N<lanes><v for each
+// argument>_<function>. If it sees the scalar definition, it generates the vector functions itself, but does not
+// vectorise those that may call the C library. So the scalar function is only declared, and the vector functions are
+// defined here. All are local to the file.
 #include "codegen/cpp/cpp_elementary.h"
 
 #include <fmt/format.h>
@@ -19,7 +20,7 @@ namespace dpde::codegen {
 
 namespace {
 
-/// Letters of the vector ABI of x86: registers of 16, 32, 32 and 64 bytes.
+/// Letters of the x86 vector ABI, for registers of 16, 32, 32 and 64 bytes.
 struct Registers {
   char letter;
   int bytes;
@@ -42,9 +43,9 @@ std::set<std::string> functions_of(const loop::Module& module) {
   return names;
 }
 
-/// One function, as text.
+/// Text of one elementary function.
 struct Function {
-  std::string name, real, formula;  // dpde_sinf, float, dpde::elementary::Sin
+  std::string name, real, formula;  // e.g. dpde_sinf, float, dpde::elementary::Sin
   bool is_binary;
 
   std::string parameters(const std::string& type) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sin, exp, pow, ... of cells in emitted C++: the functions of dpde/elementary_cells.h, under names that g++ finds when
-// it vectorises a loop.
+// sin, exp, pow, ... in the rows of emitted C++: the functions of dpde/elementary_cells.h, under the names that g++'s
+// vectoriser looks for.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace dpde::codegen {
 
-/// What the names of these functions begin with in rows.
+/// Prefix of the names of these functions.
 std::string cpp_elementary_prefix();
 
-/// Definitions of those that rows call; "" when there are none.
+/// Definitions of the functions that the module's rows call; "" if there are none.
 std::string cpp_elementary(const loop::Module& module);
 
 }  // namespace dpde::codegen

@@ -25,7 +25,7 @@ constexpr int choice_precedence = 0;
 bool is_condition(BinaryOp op) { return precedence(op) <= comparison_precedence; }
 bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
 
-/// Of the functions of <math.h>.
+/// Suffix of the functions of <math.h>.
 std::string_view suffix(Precision real) { return real == Precision::f32 ? "f" : ""; }
 
 std::string_view cpp_function(Fn fn) {
@@ -103,8 +103,7 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
   if (!is_logical(b->op)) {
     return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
   }
-  // & and | on bools: && and || are branches, with which g++ does not vectorise every loop. Both sides may be
-  // evaluated.
+  // `&` and `|`, not `&&` and `||`: branches keep g++ from vectorising some loops. Evaluating both sides is harmless.
   const loop::Binary* left = std::get_if<loop::Binary>(&b->left->kind);
   const std::string left_text = truth(b->left, left && left->op == b->op ? own : comparison_precedence + 1);
   return {fmt::format("{} {} {}", left_text, b->op == BinaryOp::logical_and ? '&' : '|',
@@ -159,7 +158,7 @@ CppExpression::Piece CppExpression::rounded(const loop::Rounded& r) const {
   return {fmt::format("dpde_product({}, {})", number(product.left), number(product.right)), atom};
 }
 
-/// -a*b stands for -(a*b), which is the same number.
+/// -a*b may stand for -(a*b): both are the same number.
 CppExpression::Piece CppExpression::negation(const loop::Neg& n) const {
   const Piece operand = number_piece(n.operand);
   if (operand.precedence == product_precedence) return {"-" + operand.text, product_precedence};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double, or
-// float in single precision; each is converted where it meets the other.
+// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools; all other values are
+// double, or float in single precision. Values are converted where a number is needed for a bool, or the reverse.
 #pragma once
 
 #include <functional>
@@ -12,14 +12,14 @@
 
 namespace dpde::codegen {
 
-/// What the leaves are called.
+/// C++ names of the leaves.
 struct CppLeaves {
   std::vector<std::string> params, counters, uniforms, lets;
-  std::vector<std::string> loads;  // one a stream, with the index: u_m1[i]
+  std::vector<std::string> loads;  // one for each stream, with the index: u_m1[i]
   std::vector<bool> let_is_truth;
-  std::string elementary = "";  // what the names of sin, exp, pow, ... begin with
+  std::string elementary = "";  // prefix of the names of sin, exp, pow, ...
   std::function<std::string(const loop::Inside&)> inside;
-  /// The call that reads the grid; the displacements are given as text.
+  /// Returns the call that interpolates; the displacements are given as text.
   std::function<std::string(const loop::Interp&, const std::vector<std::string>&)> interp;
 };
 
@@ -58,10 +58,10 @@ std::string_view cpp_real(Precision real);
 /// A number, rounded to `real`, as a C++ literal of that type that reads back to the same value.
 std::string cpp_number(double value, Precision real);
 
-/// Whether a product is Rounded by a function of its own; what else is, is a call already.
+/// Whether a Rounded product needs its own function to prevent contraction. Other operands are already calls.
 bool is_rounded_product(const loop::Rounded& r);
 
-/// x^2 or x^3 of a leaf, which is written as a product.
+/// Whether it is x^2 or x^3 of a leaf, which is written as a product.
 bool is_small_power(const loop::Binary& b);
 
 }  // namespace dpde::codegen

@@ -284,7 +284,7 @@ std::string text_of(const Uses& uses) {
   return out;
 }
 
-/// Types, literals and calls of the text as they are for floats.
+/// Changes types, literals and calls from double to float.
 std::string in_single_precision(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
@@ -298,7 +298,7 @@ std::string in_single_precision(const std::string& text) {
       continue;
     out += text[i++];
     const bool ends_literal = i >= 3 && std::isdigit(text[i - 1]) && text[i - 2] == '.' && std::isdigit(text[i - 3]);
-    if (ends_literal) out += 'f';  // all of them have one decimal
+    if (ends_literal) out += 'f';  // all literals of these texts have one decimal
   }
   return out;
 }
@@ -311,7 +311,7 @@ bool needs_math(const loop::Module& module) {
   Uses uses;
   add_uniforms(uses, module);
   add_rows(uses, module);
-  return uses.math || uses.periodic || uses.bounded;  // interpolation takes the floor of places
+  return uses.math || uses.periodic || uses.bounded;  // interpolation calls floor
 }
 
 std::string cpp_helpers(const loop::Module& module) {
@@ -321,7 +321,7 @@ std::string cpp_helpers(const loop::Module& module) {
     add_rows(uses, module);
     return text_of(uses);
   }
-  Uses of_rows;  // beside those of the uniforms, which are doubles: overloads
+  Uses of_rows;  // overloads next to the functions of the uniforms, which are doubles
   add_rows(of_rows, module);
   return text_of(uses) + in_single_precision(text_of(of_rows));
 }

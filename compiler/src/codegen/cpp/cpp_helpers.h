@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small functions the emitted file carries along, each only where the module needs it.
+// Small helper functions in the emitted file, each only if the module uses it.
 #pragma once
 
 #include <string>
@@ -13,10 +13,10 @@ namespace dpde::codegen {
 /// uses; may be "".
 std::string cpp_helpers(const loop::Module& module);
 
-/// The one of them that gives the cells and weights along an axis.
+/// Name of the helper that returns the cells and weights along an axis.
 std::string_view cpp_taps(InterpolationBasis along);
 
-/// Whether the module calls a function of <math.h>; reading that header takes the compiler longer than a small module.
+/// Whether the module calls a function of <math.h>. Parsing that header takes longer than compiling a small module.
 bool needs_math(const loop::Module& module);
 
 }  // namespace dpde::codegen

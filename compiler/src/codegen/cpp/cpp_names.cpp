@@ -16,7 +16,7 @@ namespace dpde::codegen {
 
 namespace {
 
-/// Keywords a DSL name could be, functions the emitted code calls and variables it declares.
+/// Keywords that are possible DSL names, functions that the emitted code calls, and variables it declares.
 constexpr auto reserved = std::to_array<std::string_view>({"alignas",
                                                            "alignof",
                                                            "and",
@@ -158,7 +158,7 @@ constexpr auto reserved = std::to_array<std::string_view>({"alignas",
                                                            "unix",
                                                            "linux"});
 
-bool is_macro_like(const std::string& name) {  // M_PI, NAN, INFINITY: system headers own such names
+bool is_macro_like(const std::string& name) {  // M_PI, NAN, INFINITY: reserved for system headers
   return name.size() > 2 &&
          std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) || c > 127; });
 }

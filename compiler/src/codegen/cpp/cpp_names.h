@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of the emitted C++: those of the source, changed only where C++ or the file itself needs the word.
+// Identifiers of the emitted C++: the names of the model, changed only where they clash with C++ or the emitted file.
 #pragma once
 
 #include <set>
@@ -14,20 +14,20 @@ namespace dpde::codegen {
 /// A valid C++ identifier that looks like `name`.
 std::string cpp_identifier(const std::string& name);
 
-/// Field and offset of a stream: u, u_m1, u_p1_0.
+/// Name made of the field and offset of a stream: u, u_m1, u_p1_0.
 std::string cpp_stream_name(const loop::Stream& stream, int rank);
 std::string cpp_offset_suffix(const loop::Offset& offset, int rank);
 
-/// The identifiers of one emitted function, all different but for `streams`: reads of a field that differ only along
-/// the row share one pointer (fewer registers).
+/// Identifiers of one emitted function. All are distinct except `streams`: reads of a field that differ only along the
+/// row share one pointer, which saves registers.
 struct CppNames {
   std::vector<std::string> streams, grids, lets, sums;
-  std::vector<std::string> uniforms;  // of the module; "" for those the row does not use
+  std::vector<std::string> uniforms;  // all of the module; "" for those that the row does not use
 };
 CppNames cpp_names(const loop::Module& module, const loop::Row& row);
 
-/// Names of parameters, counters and uniforms where uniforms are computed; a uniform that is a parameter or a counter
-/// shares its name.
+/// Names of parameters, counters and uniforms in the function that computes uniforms. A uniform that is just a
+/// parameter or a counter has the same name.
 struct CppUniformNames {
   std::vector<std::string> params, counters, uniforms;
 };

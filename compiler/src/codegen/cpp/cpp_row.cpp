@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop has no calls through pointers, no remainders and no aliases between cells (pointers are __restrict, but
-// where a value may be written over the one that it replaces; reads of a field that differ only along the row share
-// one), so that g++ and clang turn it into vector instructions.
+// The loop has no indirect calls, no remainder loop and no aliases between cells, so that g++ and clang vectorise it.
+// Pointers are __restrict, except where a value may overwrite the one that it replaces. Reads of a field that differ
+// only along the row share one pointer.
 #include "codegen/cpp/cpp_row.h"
 
 #include <fmt/format.h>
@@ -50,7 +50,7 @@ std::string plus(const std::string& text, int offset) {
   return offset == 0 ? text : fmt::format("{} {} {}", text, offset < 0 ? '-' : '+', std::abs(offset));
 }
 
-/// Text of a comment: every line after "// ".
+/// Formats text as a comment: every line after "// ".
 std::string commented(const std::string& text) {
   std::string out;
   for (std::size_t start = 0; start < text.size();) {
@@ -110,7 +110,7 @@ class RowEmitter {
   CppNames names_;
   CppLeaves leaves_;
   CppExpression expression_;
-  std::string_view real_;  // the type of fields and of what is computed with them
+  std::string_view real_;  // type of fields and row values
   std::vector<loop::Inside> masks_;
   std::vector<std::size_t> pointers_;  // the first stream of each pointer parameter
   bool uses_grids_ = false;
@@ -158,7 +158,7 @@ std::string RowEmitter::mask_test(const loop::Inside& mask, int axis) const {
   return fmt::format("dpde_inside({}, cells_{}, {})", plus(place, mask.offset[axis]), axis_names[axis], mask.grow);
 }
 
-/// The part of a mask that is the same along the row; "" when there is none.
+/// The part of a mask that is constant along the row; "" if there is none.
 std::string RowEmitter::row_mask(const loop::Inside& mask) const {
   std::vector<std::string> tests;
   for (int axis = 1; axis < row_.rank; ++axis) {
@@ -167,7 +167,7 @@ std::string RowEmitter::row_mask(const loop::Inside& mask) const {
   return fmt::format("{}", fmt::join(tests, " && "));
 }
 
-/// One dpde_taps an axis.
+/// Text of the dpde_taps of every axis.
 std::string RowEmitter::taps(const loop::Interp& i, const std::vector<std::string>& displacement) const {
   std::vector<std::string> texts;
   for (int axis = 0; axis < row_.rank; ++axis) {
@@ -207,7 +207,7 @@ std::string RowEmitter::masks_of_row() const {
   return out;
 }
 
-/// `&` and not `&&`: with a branch here, g++ does not vectorise the loop.
+/// `&`, not `&&`: a branch here keeps g++ from vectorising the loop.
 std::string RowEmitter::masks_of_cell() const {
   std::string out;
   if (!is_bounded(0)) return out;
@@ -240,7 +240,7 @@ std::string RowEmitter::head() const {
   return wrapped(fmt::format("static void {}(", function_name()), parameters, ") {");
 }
 
-/// Whether the stream may have the memory of another one; `omp simd` says that cells are apart.
+/// Whether the stream may share memory with another one. `omp simd` then states that cells are independent.
 bool RowEmitter::is_over(std::size_t stream) const {
   return row_.streams[stream].over >= 0 || std::ranges::any_of(row_.streams, [&](const loop::Stream& other) {
            return other.over == static_cast<int>(stream);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row function as C++: a plain loop over the cells with one pointer a stream, and its wrapper that unpacks
+// One row function as C++: a plain loop over the cells with one pointer for each stream, and a wrapper that unpacks
 // dpde_row.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop level -> one self-contained C++ file for people and compilers: every row is a plain loop in a function of its
-// own, with the names of the source, and an extern "C" wrapper that unpacks dpde_row.
+// Loop level -> one self-contained, readable C++ file. Every row is a plain loop in its own function, with the names of
+// the model, and an extern "C" wrapper that unpacks dpde_row.
 #pragma once
 
 #include <string>
@@ -10,10 +10,11 @@
 
 namespace dpde::codegen {
 
-/// Whether others can link to the rows, or they are known inside the file alone.
+/// Whether rows have external linkage or are local to the file.
 enum class RowLinkage { exported, within_the_file };
 
-/// Symbols: dpde_compute_uniforms and symbol_of(row) for each row. With `source`, stores show the line they come from.
+/// Defines the symbols dpde_compute_uniforms and symbol_of(row) for each row. With `source`, comments at stores name
+/// the source line.
 std::string emit_cpp(const loop::Module& module, const SourceFile* source = nullptr,
                      RowLinkage linkage = RowLinkage::exported);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structs of kernel_abi.h and scene_abi.h as C++ that initialises them; all of it constant, nothing runs at start.
-// Operations are taken apart by structured bindings, so that one with a field more does not compile here.
+// The structs of kernel_abi.h and scene_abi.h as C++ constants; no code runs at start-up. Operations are unpacked by
+// structured bindings, so adding a field to a struct causes a compile error here.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -26,7 +26,7 @@ std::string quoted(const char* text) { return text ? fmt::format("\"{}\"", text)
 
 std::string three(const int64_t (&values)[3]) { return fmt::format("{{{}, {}, {}}}", values[0], values[1], values[2]); }
 
-/// Writes tables; each gets a name by what it holds and a number.
+/// Writes tables. The name of each is its kind and a number.
 class Tables {
  public:
   /// Defines an array and returns its name; "nullptr" for an empty one.
@@ -285,7 +285,7 @@ std::string axis(const dpde_axis& a, Tables& tables) {
   return fmt::format("{{{}, {}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic, centres);
 }
 
-/// What it computes, and the fields of the last of these that are outputs.
+/// The scene's programs, and the fields of the last program (output_program) that are outputs.
 std::string programs_of(const dpde_scene& s, Tables& tables) {
   const auto output = [](const dpde_output& o) { return fmt::format("{{{}, {}}}", quoted(o.name), quoted(o.field)); };
   std::string programs;
@@ -298,7 +298,7 @@ std::string programs_of(const dpde_scene& s, Tables& tables) {
   return fmt::format("{}{}, {},", programs, s.output_count, outputs);
 }
 
-/// A list a network, where the scene gives them.
+/// Weights of each network, where the scene has them.
 std::vector<std::string> weights_of(const dpde_scene& s, Tables& tables) {
   std::vector<std::string> weights;
   for (int32_t n = 0; n < s.network_count; ++n) {
@@ -312,7 +312,7 @@ std::string value_text(const dpde_value& v) {
   return fmt::format("{{{}, {}, {}}}", quoted(v.name), v.value, v.is_fixed);
 }
 
-/// Formulas that are parts of others, units, and what gradients watch.
+/// Formulas that were substituted into others, units, and the values that gradients are checked for.
 std::string facts_of(const dpde_scene& s, Tables& tables) {
   const auto put_in = [](const dpde_put_in& p) { return fmt::format("{{{}, {}}}", quoted(p.name), quoted(p.in)); };
   const auto unit = [](const dpde_unit& u) { return fmt::format("{{{}, {}}}", quoted(u.name), quoted(u.unit)); };
@@ -327,7 +327,7 @@ std::string facts_of(const dpde_scene& s, Tables& tables) {
                      tables.array("dpde_watched", "watched", texts(s.watched_values, s.watched_count, watched)));
 }
 
-/// The scene's initialiser; what it points to goes to `tables`.
+/// The scene's initialiser. The tables it points to are added to `tables`.
 std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
   const auto datum = [&](const dpde_datum& d) {

@@ -16,15 +16,15 @@ namespace {
 constexpr std::array<unsigned, 4> lane_counts{2, 4, 8, 16};
 constexpr const char* prefix = "dpde_";
 constexpr const char* mappings_attribute = "vector-function-abi-variant";
-/// On the functions of vectors: which function they are.
+/// Attribute of vector functions; its value is the name of the elementary function.
 constexpr const char* name_attribute = "dpde-elementary";
 
 struct Formula {
-  llvm::Value* value = nullptr;  // null: there is none
-  llvm::Value* far = nullptr;    // where it does not hold
+  llvm::Value* value = nullptr;  // null: there is no formula
+  llvm::Value* far = nullptr;    // lanes outside the range of the formula
 };
 
-/// The formula of dpde/elementary.h, for `count` numbers.
+/// Emits the formula of dpde/elementary.h for `count` numbers.
 template <class T>
 Formula formula_of(const std::string& name, llvm::IRBuilder<>& builder, unsigned count,
                    const std::vector<llvm::Value*>& arguments) {
@@ -57,7 +57,7 @@ llvm::FunctionType* type_of(const std::vector<llvm::Value*>& arguments) {
   return llvm::FunctionType::get(scalar, std::vector<llvm::Type*>(arguments.size(), scalar), false);
 }
 
-/// What the C library says, lane by lane.
+/// Calls the C library for each lane.
 llvm::Value* emit_library(llvm::IRBuilder<>& builder, const std::string& name, unsigned count,
                           const std::vector<llvm::Value*>& arguments) {
   if (count == 1) return call_library(builder, name, arguments);
@@ -70,7 +70,7 @@ llvm::Value* emit_library(llvm::IRBuilder<>& builder, const std::string& name, u
   return result;
 }
 
-/// value = formula; where any lane is far: those lanes from the library.
+/// Defines value = formula; lanes outside its range call the C library.
 void define(llvm::Function& function, const std::string& name, unsigned count) {
   llvm::IRBuilder<> builder(llvm::BasicBlock::Create(function.getContext(), "near", &function));
   std::vector<llvm::Value*> arguments;
@@ -104,8 +104,8 @@ void define(llvm::Function& function, const std::string& name, unsigned count) {
 
 std::string vector_name(const std::string& scalar, unsigned count) { return scalar + "_" + std::to_string(count); }
 
-/// Declares the functions of vectors. Returns what their caller says of them, in LLVM's words: _ZGV_LLVM_N<lanes><v for
-/// each argument>_<function>(<function of vectors>).
+/// Declares the vector functions. Returns the LLVM attribute of the caller that lists them: _ZGV_LLVM_N<lanes><v for
+/// each argument>_<function>(<vector function>).
 std::string declare_vectors(llvm::Module& module, const std::string& name, const std::string& scalar,
                             llvm::FunctionType* type) {
   std::string mappings;

@@ -24,7 +24,7 @@ std::optional<double> constant_of(const loop::Expr& expr) {
   return std::nullopt;
 }
 
-/// The exponent, when it is a whole number small enough for products.
+/// The exponent if it is an integer small enough for products.
 std::optional<int> small_integer(const loop::Expr& expr) {
   const std::optional<double> value = constant_of(expr);
   if (!value || std::abs(*value) > largest_expanded_power || *value != std::floor(*value)) return std::nullopt;
@@ -70,7 +70,7 @@ llvm::Value* ExprEmitter::value(const loop::Expr& expr) {
   return result;
 }
 
-/// Rounded once, from what was folded in double precision.
+/// Rounds once to `real`; constants were folded in double precision.
 llvm::Value* ExprEmitter::constant(double value) const { return llvm::ConstantFP::get(real_, value); }
 
 llvm::Value* ExprEmitter::as_number(llvm::Value* value) {
@@ -103,7 +103,7 @@ llvm::Value* ExprEmitter::emit(const loop::Node& node) {
       });
 }
 
-/// A product without `contract` is an instruction of its own.
+/// Emits the product without `contract`, so that it is rounded.
 llvm::Value* ExprEmitter::emit_rounded(const loop::Rounded& rounded) {
   llvm::Value* result = number(rounded.operand);
   auto* product = llvm::dyn_cast<llvm::Instruction>(result);
@@ -160,8 +160,8 @@ llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   return *exponent < 0 ? builder_.CreateFDiv(one, product) : product;
 }
 
-/// Cells take the module's own functions, which are the same in all lanes; uniforms, each computed once, those of the C
-/// library.
+/// Rows call the module's own functions, which give the same bits in all lanes. Uniforms are computed once and call the
+/// C library.
 llvm::Value* ExprEmitter::elementary(const std::string& name, const std::vector<llvm::Value*>& arguments) {
   return place_ == nullptr ? call_library(builder_, name, arguments) : call_elementary(builder_, name, arguments);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: expressions become straight-line IR. Every floating-point instruction carries `contract`
-// (but products that are Rounded) and no other fast-math flag, so that results do not depend on how the optimiser
-// orders terms.
+// Private to codegen/llvm: expressions as straight-line IR. Every floating-point instruction carries `contract` (except
+// Rounded products) and no other fast-math flag, so the optimiser cannot reorder terms.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>
@@ -16,21 +15,20 @@
 
 namespace dpde::codegen {
 
-/// What the leaves stand for at the place where code is emitted; the index is that of the leaf.
+/// IR values of the leaves, by index.
 struct Leaves {
   std::vector<llvm::Value*> params, counters, uniforms, loads, lets;
 };
 
 class ExprEmitter {
  public:
-  /// Numbers and leaves are of `real`, a floating-point type. `place` is null where there are no cells (definitions of
-  /// uniforms).
+  /// `real`: floating-point type of numbers and leaves. `place`: null outside of cells (definitions of uniforms).
   ExprEmitter(llvm::IRBuilder<>& builder, const Leaves& leaves, llvm::Type* real, PlaceEmitter* place)
       : builder_(builder), leaves_(leaves), real_(real), place_(place) {}
 
   llvm::Value* number(const loop::Expr& expr);     // a `real`
   llvm::Value* condition(const loop::Expr& expr);  // an i1
-  /// A let may be either; its uses convert.
+  /// Emits a number or a condition, for a let; its uses convert.
   llvm::Value* value(const loop::Expr& expr);
   llvm::Value* as_number(llvm::Value* value);
   std::vector<llvm::Value*> numbers(const std::vector<loop::Expr>& exprs);
@@ -50,7 +48,7 @@ class ExprEmitter {
   const Leaves& leaves_;
   llvm::Type* real_;
   PlaceEmitter* place_;
-  // Expressions may share nodes: each is emitted once.
+  // Expressions may share nodes; each node is emitted once.
   std::unordered_map<const loop::Node*, llvm::Value*> emitted_;
 };
 

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interpolation at computed places and its transpose. Along every axis a few cells around the place have weights; the
-// value is the sum over their combinations of value times the weights along the axes.
+// Interpolation at displaced positions, and its transpose. Along each axis up to four cells around the position have
+// weights. The value is the sum over the tensor product of these cells: field value times the weights of all axes.
 #include <llvm/IR/Intrinsics.h>
 
 #include "codegen/llvm/emit_place.h"
 
 namespace dpde::codegen {
 
-/// `cell`, a real that may be anything, as a number in [low, high]; NaN becomes low.
+/// Clamps `cell` (any real) to [low, high] and converts it to an integer; NaN becomes low.
 llvm::Value* PlaceEmitter::between(llvm::Value* cell, llvm::Value* low, llvm::Value* high) {
   llvm::Value* at_least = body_.CreateSelect(body_.CreateFCmpOGT(cell, low), cell, low);
   llvm::Value* at_most = body_.CreateSelect(body_.CreateFCmpOLT(at_least, high), at_least, high);
   return body_.CreateSExt(body_.CreateFPToSI(at_most, body_.getInt32Ty()), body_.getInt64Ty());
 }
 
-/// The cell below the place, and around it those that wrap. Turns are counted by the inverse of the number of cells, as
-/// a division a cell takes longer, and from the middle of the cell, where no rounding leads to another turn.
+/// Wraps the cell below the position and its neighbours. The number of periods is computed with the reciprocal of the
+/// cell count, which is faster than a division for each cell, and from the cell's middle, where rounding cannot change
+/// it.
 void PlaceEmitter::set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot) {
   llvm::Value* count = cells_as_real(axis);
   llvm::Value* inverse = before_.CreateFDiv(real(1), count);
@@ -35,8 +36,8 @@ void PlaceEmitter::set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spo
   spot.cells = {body_.CreateNSWSub(from, one), low, next, after(next)};
 }
 
-/// The position is clamped to [-1/2, n-1/2]: half-way between the outermost cell and its neighbour in the halo.
-/// The differences of cells are exact, so the decision is too; it is "no" where the fraction is NaN.
+/// Clamps the position to [-1/2, n-1/2]: half-way between the outermost cell and the first ghost cell. Differences of
+/// cell numbers are exact, so the comparison is too; it is false if the fraction is NaN.
 void PlaceEmitter::set_bounded_cells(int axis, llvm::Value* low_cell, Spot& spot) {
   llvm::Value* count = cells_as_real(axis);
   llvm::Value* least = body_.CreateFSub(real(-0.5), low_cell);
@@ -74,7 +75,7 @@ llvm::Value* PlaceEmitter::polynomial(const std::array<double, 4>& coefficients,
 }
 
 PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, InterpolationBasis along) {
-  // Where weights do not depend on the displacement, one that is no place shall not go unseen.
+  // Keeps a NaN displacement visible in weights that do not depend on the displacement.
   llvm::Value* is_nan = body_.CreateFCmpUNO(spot.fraction, spot.fraction);
   llvm::Value* rate = body_.CreateSelect(is_nan, spot.fraction, is_derivative(along) ? spot.rate : real(1));
   const AlongWeights weights = weights_of(along);
@@ -100,12 +101,12 @@ std::vector<PlaceEmitter::Taps> PlaceEmitter::taps(const loop::Interp& interp,
   return result;
 }
 
-/// `element`, further on by that of a tap.
+/// `element` advanced by the tap's element offset.
 llvm::Value* PlaceEmitter::moved(llvm::Value* element, const Tap& tap) {
   return element == nullptr ? tap.element : body_.CreateNSWAdd(element, tap.element);
 }
 
-/// Interpolates along axes 0 to `axis`; `element` says where along the others.
+/// Interpolates along axes 0 to `axis`; `element` is the position along the other axes.
 llvm::Value* PlaceEmitter::gather(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* base) {
   if (axis < 0) return body_.CreateAlignedLoad(real_, body_.CreateInBoundsGEP(real_, base, element), alignment());
   llvm::Value* sum = nullptr;
@@ -120,7 +121,7 @@ llvm::Value* PlaceEmitter::interp(const loop::Interp& interp, const std::vector<
   return gather(taps(interp, displacement), row_.rank - 1, nullptr, values_.grids.at(interp.grid));
 }
 
-/// The transpose of gather: `share` times the weights along axes 0 to `axis`, and where it goes.
+/// Transpose of gather: appends `share` times the weights along axes 0 to `axis`, with target elements, to `shares`.
 void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share,
                           std::vector<Share>& shares) {
   if (axis < 0) return shares.push_back({element, share});

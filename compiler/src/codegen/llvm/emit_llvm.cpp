@@ -13,7 +13,7 @@ namespace dpde::codegen {
 
 namespace {
 
-/// A module of its own context, optimised for the processor this runs on.
+/// A module with its own context, optimised for the host processor.
 struct Optimised {
   Optimised(const loop::Module& module, const JitOptions& options) {
     std::string error;

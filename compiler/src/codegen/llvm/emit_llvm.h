@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LLVM back end as text: what `dpde emit --stage llvm` and `--stage asm` print.
-// Text before optimisation does not depend on the machine; the others are for the processor this runs on.
+// Text output of the LLVM back end: `dpde emit --stage llvm` and `--stage asm`. Text before optimisation does not
+// depend on the machine; the others are for the host processor.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace dpde::codegen {
 std::string emit_llvm(const loop::Module& module, bool optimised, const JitOptions& options = {});
 std::string emit_assembly(const loop::Module& module, const JitOptions& options = {});
 
-/// The rows whose optimised code does no arithmetic on vectors: what the vectoriser has refused.
+/// Rows whose optimised code has no vector arithmetic, i.e. was not vectorised.
 std::vector<std::string> scalar_rows(const loop::Module& module, const JitOptions& options = {});
 
 }  // namespace dpde::codegen

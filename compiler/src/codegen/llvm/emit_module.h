@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: the IR of a whole module, verified, not yet bound to a processor.
+// Private to codegen/llvm: the verified IR of a whole module, before it is bound to a processor.
 #pragma once
 
 #include <llvm/IR/Module.h>
@@ -12,27 +12,28 @@
 
 namespace dpde::codegen {
 
-/// A row called like a function of the C library must not take its place, hence the prefix.
+/// Symbol with a prefix, so that a row cannot replace a C library function of the same name.
 std::string row_symbol(const std::string& row);
 /// void(const double* params, double* uniforms)
 std::string uniforms_symbol();
-/// Computes those uniforms only that depend on the number of a pass; where the module has such.
+/// Function that computes only the uniforms that depend on the step number, if the module has such uniforms.
 std::string counted_symbol();
 
-/// Of the argument that points to a stream's line: u, u_yp1 (the row above), u_ym1_zp2 ...
+/// Name of the argument that points to a stream's line: u, u_yp1 (the row above), u_ym1_zp2 ...
 std::string line_name(const loop::Stream& stream);
 
-/// Other code for the same row.
+/// Alternative code for a row.
 struct RowVariant {
-  std::string suffix;    // of its symbol; "": the row itself
-  int vector_width = 0;  // bits; 0: that of the module
-  bool streams = false;  // stores go past the caches
-  bool ahead = false;    // what is read is fetched early
+  std::string suffix;    // of the symbol; "": the row itself
+  int vector_width = 0;  // bits; 0: width of the module
+  bool streams = false;  // stores bypass the caches
+  bool ahead = false;    // reads are prefetched
 };
-/// Attribute of functions whose vector stores do (optimise.cpp).
+/// Attribute of functions whose vector stores bypass the caches (optimise.cpp).
 inline constexpr const char* streaming_attribute = "dpde-streams";
 
-/// Rows without sums and scatters, whose values do not depend on the order of cells, may have variants.
+/// Whether the row may have variants: only rows without sums and scatters, since their values do not depend on the
+/// order of cells.
 bool may_vary(const loop::Row& row);
 
 std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context,

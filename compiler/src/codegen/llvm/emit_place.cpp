@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coordinates of cells, and `inside`; emit_interp.cpp holds what reads and adds at computed places.
+// Coordinates of cells, and `inside`. emit_interp.cpp has interpolation and scatters.
 #include "codegen/llvm/emit_place.h"
 
 #include <cstddef>
@@ -39,14 +39,14 @@ llvm::Value* PlaceEmitter::stride(int axis) {
   return value;
 }
 
-/// Cell number along an axis, `offset` cells further on. Along x it is that of the current cell.
+/// Cell number along an axis plus `offset`; along x, of the current cell.
 llvm::Value* PlaceEmitter::cell(int axis, int offset) {
   llvm::Value* start = axis == 0 ? values_.first : axis == 1 ? values_.y : values_.z;
   llvm::Value* shifted = before_.CreateNSWAdd(start, before_.getInt64(offset));
   return axis == 0 ? body_.CreateNSWAdd(shifted, index_) : shifted;
 }
 
-/// An axis has fewer than 2^31 cells, and processors without AVX-512 convert vectors of 32-bit numbers only.
+/// Converts from 32 bits: axes have fewer than 2^31 cells, and only AVX-512 converts vectors of 64-bit integers.
 llvm::Value* PlaceEmitter::cell_as_real(int axis, int offset) {
   llvm::IRBuilder<>& builder = axis == 0 ? body_ : before_;
   llvm::Value* narrow = builder.CreateTrunc(cell(axis, offset), builder.getInt32Ty());
@@ -57,7 +57,7 @@ llvm::Value* PlaceEmitter::inside(const loop::Inside& inside) {
   llvm::Value* all = nullptr;
   for (int axis = row_.rank - 1; axis >= 0; --axis) {
     if (row_.axes.at(axis) == Topology::periodic) continue;
-    // -grow <= c < n + grow is one comparison of numbers without sign: c + grow < n + 2 grow.
+    // -grow <= c < n + grow as one unsigned comparison: c + grow < n + 2 grow.
     llvm::IRBuilder<>& builder = axis == 0 ? body_ : before_;
     llvm::Value* limit = before_.CreateNSWAdd(cells(axis), before_.getInt64(2 * inside.grow));
     llvm::Value* within = builder.CreateICmpULT(cell(axis, inside.offset.at(axis) + inside.grow), limit);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: all that depends on where a cell lies - inside, interp and scatter (semantics: stencil.h).
-// The code has no branches. Addresses lie inside the field for every displacement, NaN and 1e300 included, while
-// weights are computed with the displacement as it is: one that is not finite gives NaN.
+// Private to codegen/llvm: code that depends on the cell's position - inside, interp and scatter (semantics:
+// stencil.h). It has no branches. Addresses lie inside the field for every displacement, also NaN and 1e300. Weights
+// use the displacement unchanged, so a displacement that is not finite gives NaN.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>
@@ -13,12 +13,12 @@
 
 namespace dpde::codegen {
 
-/// How many values the scatters of a row add to for one cell, at most.
+/// Largest number of values to which the scatters of a row add for one cell.
 int places_of_scatters(const loop::Row& row);
 
 class PlaceEmitter {
  public:
-  /// The arguments of a row function that say where the row is.
+  /// Arguments of a row function that give the row's position.
   struct Row {
     llvm::Value* first = nullptr;
     llvm::Value* y = nullptr;
@@ -27,15 +27,14 @@ class PlaceEmitter {
     std::vector<llvm::Value*> grids;
   };
 
-  /// `before` adds what is the same for all cells in front of the loop; `body` is inside it, where the cell is
-  /// number `index` of the row. Places and weights are computed as `real`; numbers of cells are exact in either
-  /// precision.
+  /// `before` emits loop-invariant code before the loop. `body` emits inside the loop, where `index` is the cell's
+  /// number in the row. Positions and weights are of type `real`; cell numbers are exact in both precisions.
   PlaceEmitter(const loop::Row& row, Row values, llvm::Type* real, llvm::IRBuilder<>& before, llvm::IRBuilder<>& body,
                llvm::Value* index);
 
   llvm::Value* inside(const loop::Inside& inside);
   llvm::Value* interp(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
-  /// What a scatter adds to one value of its grid, `element` elements from that of cell 0.
+  /// One contribution of a scatter; `element` is the offset from cell 0 of its grid.
   struct Share {
     llvm::Value* element;
     llvm::Value* value;
@@ -44,17 +43,17 @@ class PlaceEmitter {
                              llvm::Value* value);
 
  private:
-  /// Cells along one axis and what an interpolation takes of each: distance from cell 0 in elements, and weight.
+  /// A cell along one axis in an interpolation: offset from cell 0 in elements, and weight.
   struct Tap {
     llvm::Value* element = nullptr;
     llvm::Value* weight = nullptr;
   };
   using Taps = std::vector<Tap>;
-  /// Where a displaced point lies along one axis.
+  /// Position of a displaced point along one axis.
   struct Spot {
-    std::array<llvm::Value*, 4> cells;  // from the second one below the place to the second one above
-    llvm::Value* fraction;              // of the way from cells[1] to cells[2]
-    llvm::Value* rate;                  // of the fraction by the displacement: 0 where clamped, else 1
+    std::array<llvm::Value*, 4> cells;  // from the second one below the point to the second one above
+    llvm::Value* fraction;              // position between cells[1] (0) and cells[2] (1)
+    llvm::Value* rate;                  // d fraction / d displacement: 0 where clamped, else 1
   };
   Spot spot(int axis, int offset, llvm::Value* displacement);
   void set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot);

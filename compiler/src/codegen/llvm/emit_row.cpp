@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A row becomes two functions: <row>_cells with one noalias pointer for each line of memory it touches, and the
-// function of the ABI that takes those pointers out of dpde_row. The loop is written in the form in which the
-// vectoriser wants it: rotated, with a preheader and exit of its own, and no code that depends on the order of
-// neighbours along x.
+// A row becomes two functions: <row>_cells, with one noalias pointer for each line of memory it accesses, and the ABI
+// function that takes those pointers from dpde_row. The loop has the form that the vectoriser expects: rotated, with
+// its own preheader and exit, and no dependence between neighbours along x.
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -22,21 +21,21 @@ namespace dpde::codegen {
 
 namespace {
 
-/// Arguments of a row's cells up to which they are inlined: beyond that a call is little beside the row, and code takes
-/// quadratic time to schedule.
+/// Largest number of arguments for which <row>_cells is inlined. Above, a call is cheap compared with the row, and
+/// scheduling of inlined code takes quadratic time.
 constexpr std::size_t most_inlined = 100;
 
-/// Cells of a row whose scatters are done together: what goes where lies in the first-level cache.
+/// Cells for which scatters are computed together; their targets and values fit in the L1 cache.
 constexpr uint64_t strip_cells = 64;
 
-/// Places around a cell up to which that pays: where there are 64 (cubic, 3-D) it takes twice as long as cell by cell.
+/// Strips are used up to this number of scatter targets for a cell. With 64 (cubic, 3-D), strips take twice as long.
 constexpr int most_places = 8;
 
-/// Streams that differ by their place along x only share one pointer: neighbours are reached by constant distances.
+/// Streams that differ only in the offset along x share one pointer; neighbours are at constant distances.
 struct Line {
-  int stream;  // the first of them, whose pointer is passed
+  int stream;  // the first one, whose pointer is passed
   bool is_read = false, is_written = false;
-  bool is_over = false;  // may have the memory of another one, at the same cells
+  bool is_over = false;  // may share memory with another line, cell by cell
 };
 
 class RowEmitter {
@@ -59,7 +58,7 @@ class RowEmitter {
   void emit();
 
  private:
-  /// Arguments of <row>_cells in order; `member` is where the wrapper finds the value.
+  /// Arguments of <row>_cells in order. `source`: where the wrapper finds the value.
   enum class Source { count, first, y, z, layout, uniforms, own, sums, line, grid };
   struct Argument {
     Source source;
@@ -99,7 +98,7 @@ class RowEmitter {
   llvm::Module& out_;
   const RowVariant& variant_;
   llvm::IRBuilder<> before_, body_;
-  llvm::Type* real_;  // of fields and of what is computed with them; uniforms and sums are doubles
+  llvm::Type* real_;  // type of fields and row values; uniforms and sums are doubles
   std::vector<Line> lines_;
   std::vector<int> line_of_stream_;
   std::vector<bool> used_uniforms_, scattered_grids_;
@@ -109,10 +108,10 @@ class RowEmitter {
   std::map<Source, llvm::Value*> value_;
   std::vector<llvm::Value*> line_pointers_;
   PlaceEmitter::Row place_;
-  llvm::Value* index_ = nullptr;  // of the cell in the row
+  llvm::Value* index_ = nullptr;  // number of the cell in the row
   Leaves leaves_;
   std::vector<llvm::Value*> totals_;
-  std::vector<std::vector<PlaceEmitter::Share>> shares_;  // of each scatter
+  std::vector<std::vector<PlaceEmitter::Share>> shares_;  // for each scatter
 };
 
 void RowEmitter::find_lines() {
@@ -183,7 +182,7 @@ llvm::Type* RowEmitter::type_of(const Argument& argument) {
   unreachable("source of an argument");
 }
 
-/// Whether no other line of its field lies further on in memory.
+/// Whether the line is the last one of its field in memory.
 bool RowEmitter::is_leading(int stream) const {
   const auto place = [](const loop::Stream& one) { return std::pair(one.offset[2], one.offset[1]); };
   const loop::Stream& line = row_.streams.at(stream);
@@ -191,7 +190,7 @@ bool RowEmitter::is_leading(int stream) const {
       row_.streams, [&](const loop::Stream& other) { return other.field == line.field && place(other) > place(line); });
 }
 
-/// No two pointers of one row reach the same value unless both only read it, or one is written over the other.
+/// Pointers of one row do not alias, unless both only read or one stream overwrites the other.
 void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument) {
   target->setName(argument.name);
   if (!target->getType()->isPointerTy()) return;
@@ -283,12 +282,12 @@ void RowEmitter::load_uniforms() {
   }
 }
 
-/// The function with its arguments, still without code.
+/// Creates the function with its arguments, without code.
 void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
   std::vector<llvm::Type*> types;
   for (const Argument& argument : arguments) types.push_back(type_of(argument));
   cells_ = create_function(row_symbol(row_.name) + variant_.suffix + "_cells", llvm::Function::InternalLinkage, types);
-  // An inlined function loses the noalias of its arguments, and the scheduler orders each load after each store.
+  // Inlining drops the noalias of arguments; the scheduler then orders every load after every earlier store.
   cells_->addFnAttr(arguments.size() <= most_inlined ? llvm::Attribute::AlwaysInline : llvm::Attribute::NoInline);
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     llvm::Argument* value = cells_->getArg(i);
@@ -304,7 +303,7 @@ void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
   place_.layout = value_.at(Source::layout);
 }
 
-/// before: what is the same for all cells; behind it the cells, which leave `body_` where they end.
+/// Block `before` has the loop-invariant code. The code for the cells follows; `body_` is then at its end.
 void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   create_cells(arguments);
   before_.SetInsertPoint(block("entry"));
@@ -322,7 +321,7 @@ void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   body_.CreateRetVoid();
 }
 
-/// cell: the loop; exit: totals of the sums.
+/// Block `cell` is the loop; block `exit` stores the totals of the sums.
 void RowEmitter::emit_each_cell(llvm::Value* count) {
   llvm::BasicBlock* cell = block("cell");
   llvm::BasicBlock* exit = block("exit");
@@ -343,7 +342,7 @@ void RowEmitter::emit_each_cell(llvm::Value* count) {
   emit_totals(cell);
 }
 
-/// `each` of 0 .. count - 1, count > 0, behind what `body_` has so far; it goes on behind the loop.
+/// Emits a loop that runs `each` for 0 .. count - 1 (count > 0) at `body_`, which is then after the loop.
 template <class Each>
 void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
   llvm::BasicBlock* from = body_.GetInsertBlock();
@@ -360,9 +359,8 @@ void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
   body_.SetInsertPoint(behind);
 }
 
-/// Scatters, in strips of cells: a loop that may use vectors computes what goes where, and loops behind it add that,
-/// one for each corner of the cells around a place. Cell by cell all of it is scalar (the gradient of bench_traced: 34
-/// us, 30 in strips).
+/// Scatters in strips of cells: a vectorisable loop computes targets and values, then one loop for each target corner
+/// adds them. Without strips all of it is scalar (gradient of bench_traced: 34 us; with strips 30).
 void RowEmitter::emit_strips(llvm::Value* count) {
   llvm::BasicBlock* strip = block("strip");
   body_.SetInsertPoint(strip);
@@ -370,7 +368,7 @@ void RowEmitter::emit_strips(llvm::Value* count) {
   first->addIncoming(body_.getInt64(0), before_.GetInsertBlock());
   llvm::Value* size =
       body_.CreateBinaryIntrinsic(llvm::Intrinsic::umin, body_.CreateSub(count, first), body_.getInt64(strip_cells));
-  std::vector<std::array<llvm::AllocaInst*, 2>> kept;  // of each share: elements and values
+  std::vector<std::array<llvm::AllocaInst*, 2>> kept;  // for each share: elements and values
   llvm::IRBuilder<> stack(&cells_->getEntryBlock(), cells_->getEntryBlock().begin());
   const auto keep = [&](llvm::Value* value, llvm::Value* k) {
     llvm::AllocaInst* array = stack.CreateAlloca(value->getType(), stack.getInt64(strip_cells));
@@ -461,7 +459,7 @@ void RowEmitter::emit_body() {
   for (std::size_t s = 0; s < row_.sums.size(); ++s) {
     llvm::Value* value = body_.CreateFPCast(emitter.number(row_.sums[s].value), body_.getDoubleTy());
     auto* total = llvm::cast<llvm::Instruction>(body_.CreateFAdd(accumulators[s], value));
-    total->setHasAllowReassoc(true);  // or sums could not be taken over several lanes
+    total->setHasAllowReassoc(true);  // needed to vectorise sums
     accumulators[s]->addIncoming(total, body_.GetInsertBlock());
     totals_.push_back(total);
   }
@@ -471,7 +469,7 @@ void RowEmitter::emit_body() {
   }
 }
 
-/// A stream may be stored to several times; all reads see what was there before.
+/// A stream may be stored to several times; all reads see the value before the first store.
 void RowEmitter::emit_stores(ExprEmitter& emitter) {
   std::map<int, llvm::Value*> stored;
   for (const loop::Store& store : row_.stores) {

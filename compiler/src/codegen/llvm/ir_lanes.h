@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: values of IR as the numbers that dpde/elementary.h computes with, one or as many as a vector
-// has lanes. No instruction carries a fast-math flag: what is fused is fused in that text.
+// Private to codegen/llvm: IR values as the number type of dpde/elementary.h, scalars or vectors. No instruction
+// carries a fast-math flag: elementary.h states every fused operation explicitly.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>
@@ -11,7 +11,7 @@
 
 namespace dpde::codegen {
 
-/// `Kind` keeps numbers, bits and truths apart.
+/// `Kind` distinguishes numbers, bits and booleans.
 template <class Kind>
 struct IrValue {
   llvm::Value* value;
@@ -46,7 +46,7 @@ class IrLanes {
   using Truth = IrTruth;
   using Wide = IrLanes<double>;
 
-  /// `count` 1: one number, no vector.
+  /// `count` 1: a scalar.
   IrLanes(llvm::IRBuilder<>& builder, unsigned count) : builder_(&builder), count_(count) {}
 
   llvm::Type* type() const { return of(std::is_same_v<T, float> ? builder_->getFloatTy() : builder_->getDoubleTy()); }

@@ -30,7 +30,7 @@ class JitModule : public CompiledModule {
 
 class Stopwatch {
  public:
-  /// Seconds since the last call, or since the beginning.
+  /// Seconds since the last call, or since construction.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double seconds = std::chrono::duration<double>(now - start_).count();
@@ -42,7 +42,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// All that the optimised object depends on: the module before the passes, bound to its processor, and how they go.
+/// Cache key, everything the object depends on: the module before the passes, bound to its processor, and the effort.
 std::string key_of(const llvm::Module& ir, Effort effort) {
   std::string key = effort == Effort::quick ? "object, quick\n" : "object\n";
   llvm::raw_string_ostream stream(key);
@@ -58,8 +58,7 @@ Object compile(llvm::Module& ir, llvm::TargetMachine& target, Effort effort, Jit
   return generate(ir, target, llvm::CodeGenFileType::ObjectFile, effort);
 }
 
-/// A linker for one object. The object is complete, so none of what LLJIT does for whole programs (constructors, thread
-/// locals) is set up.
+/// A linker for one complete object: LLJIT's set-up for whole programs (constructors, thread locals) is skipped.
 llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object, const llvm::TargetMachine& target) {
   llvm::orc::JITTargetMachineBuilder machine(target.getTargetTriple());
   auto linker = llvm::orc::LLJITBuilder()
@@ -74,7 +73,7 @@ llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object, const llvm
   return linker;
 }
 
-/// Links and looks up all rows; the reason in result.error when that fails.
+/// Links and looks up all rows; sets result.error on failure.
 void load(const loop::Module& module, const std::vector<RowVariant>& variants, Object object,
           const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
   auto linker = link(std::move(object), target);
@@ -132,7 +131,7 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
 
 std::string host_description() {
   unsigned major = 0, minor = 0, patch = 0;
-  LLVMGetVersion(&major, &minor, &patch);  // of the library that is loaded, not of its headers
+  LLVMGetVersion(&major, &minor, &patch);  // of the loaded library, not of its headers
   std::string error;
   const std::unique_ptr<llvm::TargetMachine> target = host_target(error);
   const std::string processor = target == nullptr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code in memory: a loop::Module becomes rows that can be called, for the processor this runs on.
-// The code lives as long as the CompiledModule. Safe to call from several threads at once.
+// Compiles a loop::Module in memory to rows that can be called, for the host processor. The code lives as long as the
+// CompiledModule. Thread-safe.
 #pragma once
 
 #include <memory>
@@ -14,10 +14,10 @@
 namespace dpde::codegen {
 
 struct JitResult {
-  std::shared_ptr<CompiledModule> module;  // null when `error` says why not
+  std::shared_ptr<CompiledModule> module;  // null on failure; `error` says why
   std::string error;
   bool from_cache = false;
-  std::string key;        // of the code in the cache; "" without one
+  std::string key;        // of the code in the cache; "" without a cache
   double emit_s = 0;      // building the IR
   double optimise_s = 0;  // passes over the IR
   double link_s = 0;      // machine code, and linking it into the process
@@ -25,7 +25,7 @@ struct JitResult {
 
 JitResult jit(const loop::Module& module, const JitOptions& options = {}, CodeCache* cache = nullptr);
 
-/// The processor code is made for, and the LLVM that makes it.
+/// Names the processor that code is made for, and the LLVM version.
 std::string host_description();
 
 }  // namespace dpde::codegen

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a caller of the LLVM back end may choose.
+// Options of the LLVM back end.
 #pragma once
 
 namespace dpde::codegen {
 
-/// Quick code is compiled in a part of the time, for rows that run for less than that: but for sums it goes cell by
-/// cell, and every value has a place in memory. Products are fused and sums are taken as they always are: results are
-/// the same to the last bit, but for products by numbers where a vector has another form of them, as in cells that fill
-/// none.
+/// Quick code compiles much faster, for rows that run for less time than full optimisation takes. Only its sums are
+/// vectorised, and every value is in memory. Products are fused and sums are ordered as in full code. So results are
+/// the same to the last bit, except products by constants for which vectors have another form; those equal the results
+/// of full code in cells that do not fill a vector.
 enum class Effort { full, quick };
 
 struct JitOptions {
-  int vector_width = 0;   // bits: 128, 256 or 512; 0 = chosen for the host
-  bool variants = false;  // rows get the other code of dpde_kernel.variants, to choose from by measurement
+  int vector_width = 0;   // bits: 128, 256 or 512; 0: chosen for the host
+  bool variants = false;  // also compile the alternatives of dpde_kernel.variants, which are compared at run time
   Effort effort = Effort::full;
-  /// Quotients may be products by reciprocals, which several share: they change by rounding, and a vector of them takes
-  /// as long as twenty products.
+  /// Divisions may become products by a shared reciprocal. This changes rounding; a vector division takes as long as
+  /// twenty products.
   bool reciprocals = false;
 };
 

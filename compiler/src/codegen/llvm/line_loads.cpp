@@ -24,21 +24,20 @@ namespace {
 
 constexpr int64_t prefetch_distance = 2048;  // bytes
 
-/// A load of one vector in a loop: the line it reads, and where in the first round, in bytes from the first cell of the
-/// row.
+/// A vector load in a loop: its line, and the address in the first iteration, in bytes from the row's first cell.
 struct LineLoad {
   llvm::LoadInst* load;
   llvm::Argument* line;
   int64_t place;
-  int64_t step;  // bytes a round
+  int64_t step;  // bytes for each iteration
 };
 
 int64_t bytes_of(llvm::Type* type) { return static_cast<int64_t>(type->getPrimitiveSizeInBits().getFixedValue() / 8); }
 
-/// Down to the beginning of a cache line.
+/// Rounds down to a multiple of the cache line.
 int64_t line_below(int64_t place) { return place - ((place % cache_line) + cache_line) % cache_line; }
 
-/// Where a line's pointer points, in bytes from the first cell; nullopt for other pointers and for lines that are
+/// Address of a line's pointer, in bytes from the first cell. nullopt for other pointers and for lines that are
 /// written.
 std::optional<int64_t> start_of(const llvm::Argument* line, int64_t value_bytes) {
   if (line == nullptr || !line->hasAttribute(llvm::Attribute::ReadOnly)) return std::nullopt;
@@ -65,7 +64,7 @@ std::optional<LineLoad> line_load(llvm::Instruction& instruction, const llvm::Lo
   return LineLoad{load, line, *start + distance->getAPInt().getSExtValue(), step->getAPInt().getSExtValue()};
 }
 
-/// The loads of one line in one loop.
+/// All loads of one line in one loop.
 class Carried {
  public:
   Carried(llvm::Loop& loop, std::vector<LineLoad> loads)
@@ -80,7 +79,7 @@ class Carried {
     }
   }
 
-  /// Where fewer vectors are loaded a round than before.
+  /// Whether an iteration then loads fewer vectors than before.
   bool pays() const {
     const auto is_loaded = [&](int64_t place) { return !needed_.contains(place + step_); };
     const auto is_alike = [&](const LineLoad& one) { return one.load->getType() == type_ && one.step == step_; };
@@ -90,7 +89,7 @@ class Carried {
 
   void replace() {
     for (auto place = needed_.rbegin(); place != needed_.rend();
-         ++place) {  // from above: what is there now is below in the next round
+         ++place) {  // from above: this iteration's line is the lower one of the next iteration
       const auto next = whole_.find(*place + step_);
       whole_[*place] = next == whole_.end() ? load_in_loop(*place) : carry(*place, next->second);
     }
@@ -132,16 +131,16 @@ class Carried {
   }
 
   llvm::Loop& loop_;
-  std::vector<LineLoad> loads_;  // as they stand in the loop
+  std::vector<LineLoad> loads_;  // the loads of the original loop
   llvm::Type* type_;
-  llvm::Type* bits_;  // whole lines are kept as integers: of floating-point numbers LLVM 19 makes permutations by an
-                      // index, which cost more than shifts
+  llvm::Type* bits_;  // integers: LLVM 19 turns shuffles of floats into indexed permutations, which cost more than
+                      // shifts
   int64_t step_;
-  std::set<int64_t> needed_;               // places of whole cache lines
-  std::map<int64_t, llvm::Value*> whole_;  // their vectors
+  std::set<int64_t> needed_;               // offsets of whole cache lines
+  std::map<int64_t, llvm::Value*> whole_;  // loaded vector of each offset
 };
 
-/// Every cache line of a leading line once.
+/// Prefetches every cache line of a leading line once.
 bool prefetch(const LineLoad& first) {
   if (!first.line->getParent()->getAttributes().hasParamAttr(first.line->getArgNo(), leading_attribute)) return false;
   llvm::IRBuilder<> builder(first.load);
@@ -155,7 +154,7 @@ bool prefetch(const LineLoad& first) {
 }
 
 bool change_loads(llvm::Loop& loop, llvm::ScalarEvolution& evolution) {
-  std::vector<llvm::Argument*> order;  // not that of addresses: the same code on every run
+  std::vector<llvm::Argument*> order;  // in order of first use, not of addresses: the same code on every run
   std::map<llvm::Argument*, std::vector<LineLoad>> lines;
   for (llvm::Instruction& instruction : *loop.getHeader()) {
     const std::optional<LineLoad> found = line_load(instruction, loop, evolution);

@@ -30,9 +30,8 @@ bool is_number_vector(const llvm::Type* type) {
   return type->isVectorTy() && type->getScalarType()->isFloatingPointTy();
 }
 
-/// Stores past the caches, where a variant of a row asks for them: only vector stores that are aligned have such a
-/// form, so the vectoriser would give up where it saw the wish before. Rows begin on cache lines and vectors do not
-/// straddle them.
+/// Makes stores bypass the caches, for row variants that ask for it. Only aligned vector stores have such a form; marks
+/// set earlier would keep the vectoriser from working. Rows begin on cache lines, and vectors do not cross them.
 class StreamStores : public llvm::PassInfoMixin<StreamStores> {
  public:
   llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
@@ -46,7 +45,7 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
       if (store == nullptr || !is_number_vector(store->getValueOperand()->getType())) continue;
       const auto* line = llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(store->getPointerOperand()));
       if (line == nullptr || !line->hasAttribute(llvm::Attribute::WriteOnly)) continue;
-      if (!line->hasNoAliasAttr()) continue;  // written over what is read, and so is in the caches
+      if (!line->hasNoAliasAttr()) continue;  // overwrites values that were read, so it is in the caches
       store->setAlignment(llvm::Align(std::min<uint64_t>(
           cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
       store->setMetadata(llvm::LLVMContext::MD_nontemporal, wish);
@@ -56,7 +55,7 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
   static bool isRequired() { return true; }
 };
 
-/// Of rows that add something up: partial sums are those of vectors, whatever the effort.
+/// Vectorises rows with sums in quick code too, so that partial sums are the same for every effort.
 class VectoriseSums : public llvm::PassInfoMixin<VectoriseSums> {
  public:
   llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager& analyses) {
@@ -94,7 +93,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target, Effort effort) 
   llvm::FunctionAnalysisManager functions;
   llvm::CGSCCAnalysisManager components;
   llvm::ModuleAnalysisManager modules;
-  llvm::PassBuilder builder(&target);  // without the target there is no cost model, and hardly a loop is vectorised
+  llvm::PassBuilder builder(&target);  // without the target there is no cost model, and hardly any loop is vectorised
   builder.registerModuleAnalyses(modules);
   builder.registerCGSCCAnalyses(components);
   builder.registerFunctionAnalyses(functions);

@@ -28,8 +28,8 @@ struct Host {
   const llvm::Target* target = nullptr;
 };
 
-/// Without it LLVM loads what lies at computed places one by one for AVX2, and computes the places one by one as well:
-/// a semi-Lagrangian sweep takes twice as long (tests/bench, "Kernels for AVX2").
+/// Without this feature LLVM loads from displaced positions one by one for AVX2, and computes the positions one by one
+/// too: a semi-Lagrangian sweep takes twice as long (tests/bench, "Kernels for AVX2").
 constexpr const char* gathers = "+fast-gather";
 
 bool is_x86(const std::string& triple) { return llvm::Triple(triple).getArch() == llvm::Triple::x86_64; }
@@ -57,14 +57,14 @@ Host find_host() {
   return host;
 }
 
-/// Looked up once; the initialisation of a local static is safe between threads.
+/// Looked up once; thread-safe, as a local static.
 const Host& host() {
   static const Host found = find_host();
   return found;
 }
 
-/// Instructions of a function up to which they are scheduled twice. The second time, after registers are given, takes
-/// quadratic time and gains nothing in functions of this length: 225 terms compile in 1.8 s, not 5.0 s.
+/// Longer functions are not scheduled again after register allocation. That takes quadratic time and gains nothing at
+/// this length: 225 terms compile in 1.8 s, not 5.0 s. Unit: instructions.
 constexpr unsigned most_scheduled_twice = 2000;
 
 llvm::CodeGenOptLevel level_for(const llvm::Module& module) {
@@ -74,15 +74,15 @@ llvm::CodeGenOptLevel level_for(const llvm::Module& module) {
   return is_long ? llvm::CodeGenOptLevel::Less : llvm::CodeGenOptLevel::Default;
 }
 
-/// What TargetMachine::addPassesToEmitFile adds: instructions are selected as they always are, which decides where
-/// products are fused and with it the last bit of results; all around is of no optimisation.
+/// As TargetMachine::addPassesToEmitFile, without optimisation. Only the instruction selection is the usual one: it
+/// decides which products are fused, and thus the last bit of results.
 bool add_quick_passes(llvm::legacy::PassManager& passes, llvm::LLVMTargetMachine& target, llvm::raw_pwrite_stream& to,
                       llvm::CodeGenFileType type) {
   target.setOptLevel(llvm::CodeGenOptLevel::None);
   llvm::TargetPassConfig* const config = target.createPassConfig(passes);
   config->setDisableVerify(true);
   passes.add(config);
-  auto* const info = new llvm::MachineModuleInfoWrapperPass(&target);  // of `passes`
+  auto* const info = new llvm::MachineModuleInfoWrapperPass(&target);  // owned by `passes`
   passes.add(info);
   passes.add(llvm::createTargetTransformInfoWrapperPass(target.getTargetIRAnalysis()));
   passes.add(llvm::createPreISelIntrinsicLoweringPass());
@@ -108,7 +108,7 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
     return nullptr;
   }
   llvm::TargetOptions options;
-  options.AllowFPOpFusion = llvm::FPOpFusion::Standard;  // only where the instructions say `contract`
+  options.AllowFPOpFusion = llvm::FPOpFusion::Standard;  // fuse only instructions marked `contract`
   std::unique_ptr<llvm::TargetMachine> machine(
       host().target->createTargetMachine(host().triple, host().cpu, host().features, options, llvm::Reloc::PIC_,
                                          llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, /*JIT=*/true));
@@ -119,7 +119,7 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
 std::vector<RowVariant> variants_for_host(const JitOptions& options) {
   if (!options.variants) return {};
   const bool has_lines =
-      options.vector_width == 0 && host().has_512_bits;  // vectors of a cache line: only then lines are fetched early
+      options.vector_width == 0 && host().has_512_bits;  // vectors fill a cache line: only then rows prefetch
   std::vector<RowVariant> variants{{".streams", 0, true, has_lines}};
   if (!has_lines) return variants;
   variants.push_back({".ahead", 0, false, true});

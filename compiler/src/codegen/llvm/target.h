@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: the processor this runs on. Its feature list is trusted, its name is not (hypervisors hide
-// it).
+// Private to codegen/llvm: the host processor. Its feature list is used, not its name, which hypervisors hide.
 #pragma once
 
 #include <llvm/IR/Module.h>
@@ -16,13 +15,14 @@
 
 namespace dpde::codegen {
 
-/// Null, with the reason in `error`, where LLVM has no code generator for this processor.
+/// Null, with the reason in `error`, if LLVM has no code generator for this processor.
 std::unique_ptr<llvm::TargetMachine> host_target(std::string& error);
 
-/// Other code for rows that may be faster on this processor.
+/// Row variants that may be faster on this processor.
 std::vector<RowVariant> variants_for_host(const JitOptions& options);
 
-/// Data layout and triple of the module, processor and vector width of its functions: the cost models read them.
+/// Sets the data layout and triple of the module, and processor and vector width of its functions; the cost models need
+/// them.
 void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, const JitOptions& options);
 
 /// Machine code or assembly of an optimised module.
