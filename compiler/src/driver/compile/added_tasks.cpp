@@ -13,7 +13,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// A datum of the task at the places of `state`, to multiply it by.
+/// Adds a datum with the placement of `state` to the task and returns it as a factor.
 model::Expr add_weights(model::Task& task, const model::State& state, const char* ending,
                         const model::Problem& problem) {
   std::string name = state.name + ending;
@@ -27,7 +27,7 @@ model::Expr add_weights(model::Task& task, const model::State& state, const char
 }  // namespace
 
 void add_certifying_task(model::Problem& problem) {
-  constexpr int most_steps_until_steady = 20;  // the steps are what is certified, not the state where they end
+  constexpr int most_steps_until_steady = 20;  // enough to certify the steps; the steady state itself is not needed
   if (problem.steady > 0) problem.steps = std::min(problem.steps, most_steps_until_steady);
   problem.steady = 0;
   model::Task task;

@@ -9,7 +9,7 @@
 namespace dpde::driver {
 
 SourceRange place_of(const SourceFile& source, const std::string& scene, const std::string& task) {
-  DiagnosticSink unread;  // it was compiled: nothing to say
+  DiagnosticSink unread;  // discarded: the text was compiled before
   SourceRange place;
   for (const ast::Declaration& declaration : ast::parse(source, unread).declarations) {
     const auto* found = std::get_if<ast::Task>(&declaration.kind);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a scene or a task is declared, for messages about all of it.
+// Source range of a scene's or task's declaration, for messages about the whole of it.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace dpde::driver {
 
-/// The name of the task where it is declared, or that of the scene where there is none of the task's name.
+/// Range of the task's name in its declaration; of the scene's name if there is no such task.
 SourceRange place_of(const SourceFile& source, const std::string& scene, const std::string& task = "");
 
 }  // namespace dpde::driver

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies fields (halo included) into the interpreter's state, runs the program, copies what it wrote back.
+// Copies fields with ghost cells into the interpreter's state, runs the program, and copies the results back.
 #include "driver/compile/interpreter_backend.h"
 
 #include <algorithm>
@@ -13,11 +13,11 @@ namespace dpde::driver {
 
 namespace {
 
-/// What one program needs besides the memory it runs on.
+/// Everything a program needs except the fields.
 struct Context {
   const stencil::Module* module;
   const stencil::Program* program;
-  const loop::Program* table;  // numbering of fields and sums
+  const loop::Program* table;  // order of fields and sums
   const std::vector<std::string>* params;
   stencil::Interface interface;
   int halo;
@@ -26,7 +26,7 @@ struct Context {
 
 using stencil::CellIndex;
 
-/// Calls `f(cell, element)` for the cells of the layout's interior grown by `grow` along each axis of the grid.
+/// Calls `f(cell, element)` for the interior cells of the layout, extended by `grow` along each axis.
 template <class F>
 void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max_rank>& grow, const F& f) {
   for (int z = -grow[2]; z < layout.cells[2] + grow[2]; ++z) {
@@ -37,7 +37,7 @@ void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max
   }
 }
 
-/// In the order of the networks of the program's table.
+/// Networks in the order of the program's table.
 std::vector<const network::Network*> networks_of(const Context& context) {
   std::vector<const network::Network*> networks;
   for (const std::string& name : context.interface.networks) networks.push_back(context.module->find_network(name));
@@ -95,7 +95,7 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
   set_weights(context, weights, state);
   const std::map<std::string, double> totals = stencil::interpret(*context.module, *context.program, state, values);
   for (std::size_t f = 0; f < names.size(); ++f) {
-    // The interpreter has applied the swaps: the new value lies under the state's name.
+    // The interpreter has applied the swaps: the new value is stored under the state's name.
     std::string name = names[f];
     for (const stencil::Swap& swap : context.program->swaps) {
       if (swap.next == names[f]) name = swap.state;

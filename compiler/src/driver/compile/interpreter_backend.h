@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference interpreter as a back end: slow, but the definition of what the others must compute.
+// The reference interpreter as a back end: slow, but it defines the results of all others.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace dpde::driver {
 
-/// Programs whose `interpret` runs stencil::interpret on copies of the fields. `loop` is made from `stencil`.
+/// Module whose programs run stencil::interpret on copies of the fields. `loop` must be made from `stencil`.
 std::shared_ptr<codegen::CompiledModule> interpreted(const stencil::Module& stencil, const loop::Module& loop);
 
 }  // namespace dpde::driver

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether `path` is free, or holds what dpde wrote there before.
+/// Whether `path` does not exist or was written by dpde.
 bool may_write(const fs::path& path, DiagnosticSink& sink) {
   std::error_code error;
   if (!fs::exists(path, error)) return true;
@@ -61,7 +61,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
       codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
   if (!built.error.empty()) {
     sink.report("machine-failed", {}, {built.error});
-    return std::nullopt;  // before there is any file
+    return std::nullopt;  // before any file is written
   }
   if (!files::make_folder(options.folder, sink)) return std::nullopt;
   for (const auto& [path, text] : texts) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ahead of time: a scene or task as files that hosts build with and run without the compiler.
+// Ahead-of-time compilation: writes a scene or task as files that hosts build and run without the compiler.
 #pragma once
 
 #include <filesystem>
@@ -15,17 +15,17 @@ namespace dpde::driver {
 struct LibraryOptions {
   model::Selection selection;
   std::filesystem::path folder;
-  std::string name;              // of the class and the files; "": that of the task or scene
-  std::string march = "native";  // the processor, as the C++ compiler calls it
-  bool second_order = false;     // of a task: products of second derivatives
+  std::string name;              // of the class and the files; "": name of the task or scene
+  std::string march = "native";  // the processor, in the C++ compiler's spelling
+  bool second_order = false;     // also compile Hessian-vector products (tasks only)
 };
 struct LibraryFiles {
   std::string name;
   std::vector<std::string> paths;
 };
 
-/// Writes NAME.cpp, NAME.h, NAME.cmake and libNAME.so. Files that are there are replaced when dpde made them. nullopt
-/// when `sink` has errors afterwards.
+/// Writes NAME.cpp, NAME.h, NAME.cmake and libNAME.so. Existing files are replaced only if dpde wrote them. Returns
+/// nullopt if `sink` has errors afterwards.
 std::optional<LibraryFiles> build_library(const SourceFile& source, const LibraryOptions& options,
                                           DiagnosticSink& sink);
 

@@ -20,7 +20,7 @@ int table_kind(Kind kind) {
   unreachable("kind of link");
 }
 
-/// Of what it became.
+/// Kind of the derivative value of a value of `kind`.
 Kind derived_kind(const adjoint::Derivative& derivative, Kind kind) {
   if (!derivative.is_adjoint || kind == Kind::field) return kind;
   return kind == Kind::param ? Kind::sum : Kind::param;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What derivatives say of what their values belong to, as the runtime and the driver want it. Names of derived values
-// are made in adjoint/ and nowhere else.
+// Links between derivative values and their primal values, for the runtime and the driver. Only adjoint/ makes the
+// names of derivative values.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@
 
 namespace dpde::driver {
 
-/// A derivative and its links, as they stand in the table of its program.
+/// A derivative program and its links, in the format of its program table.
 struct LinkedProgram {
   std::string program;
   std::vector<codegen::TableLink> links;
 };
-/// Those of all derivatives.
+/// The links of all derivatives.
 std::vector<LinkedProgram> linked_programs(const Compiled& compiled);
 
 }  // namespace dpde::driver

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each model is checked in a file of its own, with a scene in which nothing can be wrong and what the model calls: of
-// a file of many models all of it for each would be quadratic work.
+// Each model is checked in a generated file with a faultless scene and only the functions the model calls. Copying the
+// whole file for each model would take quadratic time.
 #include "driver/compile/lone_models.h"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// Writes a scene behind the end of the file, so that no message points into it.
+/// Writes a scene positioned after the end of the file, so that no message points into it.
 class SceneWriter {
  public:
   explicit SceneWriter(std::size_t file_bytes) : last_(static_cast<int>(file_bytes)) {}
@@ -59,10 +59,10 @@ class SceneWriter {
   }
 
   int last_;
-  std::set<std::string> given_;  // once each: a name that stands twice is the model's mistake
+  std::set<std::string> given_;  // given once: a duplicate name is an error of the model
 };
 
-/// What models may use of their file, found by name.
+/// Declarations of the file that models may use, by name.
 class Surroundings {
  public:
   explicit Surroundings(const ast::File& file) {
@@ -74,14 +74,14 @@ class Surroundings {
     }
   }
 
-  /// The scheme that scenes without one have, with all functions and networks.
+  /// A file with the default scheme, and all functions and networks.
   ast::File all() const {
     ast::File file = scheme_alone();
     for (const ast::Declaration* declaration : in_order_) file.declarations.push_back(*declaration);
     return file;
   }
 
-  /// The same with only what `model` calls.
+  /// The same with only the functions and networks that `model` calls.
   ast::File called_by(const ast::Model& model) const {
     ast::File file = scheme_alone();
     std::set<std::string> open = ast::calls_of(model), seen;
@@ -111,9 +111,9 @@ class Surroundings {
   const ast::Declaration* scheme_ = nullptr;
 };
 
-/// The messages of a model in `file` on so many axes.
+/// Reports the messages of a model in `file` on `axes` axes.
 void check(ast::File file, const ast::Declaration& model, int axes, std::size_t file_bytes, DiagnosticSink& sink) {
-  const std::string scene = "the scene of a lone model";  // no name that a person could have given
+  const std::string scene = "the scene of a lone model";  // not a valid name, so it cannot clash
   const auto& kind = std::get<ast::Model>(model.kind);
   file.declarations.push_back(model);
   file.declarations.push_back(SceneWriter(file_bytes).scene_for(kind, scene, axes));
@@ -130,7 +130,7 @@ void check_lone_models(const ast::File& file, const SourceFile& source, Diagnost
   bool is_first = true;
   for (const ast::Declaration& model : file.declarations) {
     if (!is_model(model)) continue;
-    // With the first one networks that nothing calls are checked as well.
+    // The first model is checked with all networks, so unused networks are checked too.
     const ast::File called = is_first ? surroundings.all() : surroundings.called_by(std::get<ast::Model>(model.kind));
     is_first = false;
     std::optional<std::size_t> fewest;
@@ -144,7 +144,7 @@ void check_lone_models(const ast::File& file, const SourceFile& source, Diagnost
       best = axes;
       if (mistakes == 0) break;
     }
-    if (*fewest > 0) check(surroundings.all(), model, best, bytes, sink);  // hints know all names
+    if (*fewest > 0) check(surroundings.all(), model, best, bytes, sink);  // all names, for hints
     if (sink.is_full()) return;
   }
 }

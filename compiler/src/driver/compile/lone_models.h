@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Models of a file without a scene: their mistakes, although there is no grid to lower them to.
+// Checks the models of a file without a scene, although there is no grid to lower them to.
 #pragma once
 
 #include "source/diagnostic.h"
@@ -7,7 +7,7 @@
 
 namespace dpde::driver {
 
-/// Reports what is wrong with the models themselves on the number of axes that suits each best.
+/// Reports the errors of each model. The number of axes is chosen to suit the model.
 void check_lone_models(const ast::File& file, const SourceFile& source, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

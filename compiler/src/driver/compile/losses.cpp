@@ -22,7 +22,7 @@ void check_losses(const Compiled& compiled, DiagnosticSink& sink) {
       sink.report("not-allowed-here", range, {"average", "a task that is solved by newton_cg"},
                   "it has no second derivatives: write using lbfgs(), or adam(rate = 1e-3)");
     } else if (loss == compiled.derived.end() && !task.losses[i].average.empty()) {
-      continue;  // of data alone
+      continue;  // depends on data only
     } else if (loss == compiled.derived.end()) {
       sink.report("no-useful-derivative", range, {fmt::format("loss {} of task", i + 1), task.name},
                   "it depends on no state and nothing that is sought: leave it out, or write it as a test");

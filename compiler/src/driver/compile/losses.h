@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the losses of a task have to have for what is asked of them.
+// Checks that the losses of a task have the derivatives that the task needs.
 #pragma once
 
 #include "driver/compile/pipeline.h"
 
 namespace dpde::driver {
 
-/// The task's optimiser where that is Newton's method, else null.
+/// The task's optimiser if it is Newton's method, else null.
 const model::Optimiser* newton_of(const Compiled& compiled);
 
-/// After differentiation: errors at losses that depend on nothing that varies, and at those without the squares that a
-/// Gauss-Newton matrix needs.
+/// Run after differentiation. Reports losses that depend on no unknown, and losses that are not sums of squares if a
+/// Gauss-Newton matrix is needed.
 void check_losses(const Compiled& compiled, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

@@ -46,7 +46,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// Tells the observer and reports broken invariants; false when there are some.
+/// Calls the observer after each stage. Returns false and reports if an invariant does not hold.
 class Stages {
  public:
   Stages(const CompileOptions& options, DiagnosticSink& sink) : options_(options), sink_(sink) {}
@@ -65,7 +65,7 @@ class Stages {
   DiagnosticSink& sink_;
 };
 
-/// Adds what `extra` has and `base` has not; of two with the same name the one in `base` stays.
+/// Adds the parts of `extra` that `base` does not have; on equal names the part of `base` stays.
 void merge(stencil::Module& base, const stencil::Module& extra) {
   for (const stencil::Kernel& kernel : extra.kernels) {
     if (base.find_kernel(kernel.name) == nullptr) base.kernels.push_back(kernel);
@@ -79,7 +79,7 @@ void merge(stencil::Module& base, const stencil::Module& extra) {
   }
 }
 
-/// `module` with those kernels renamed that share a name, and not the content, with one of `taken`: two programs may
+/// Renames the kernels of `module` that have the name, but not the content, of a kernel in `taken`. Two programs may
 /// run one kernel under different boundaries and so have different adjoints of it.
 stencil::Module with_own_kernels(stencil::Module module, const stencil::Module& taken) {
   std::map<std::string, std::string> renamed;
@@ -117,7 +117,7 @@ bool has_scene(const ast::File& file) {
                      [](const ast::Declaration& d) { return std::holds_alternative<ast::Scene>(d.kind); });
 }
 
-/// Whether the selection means a hand-written program rather than a scene or task.
+/// Whether `name` selects a hand-written program, not a scene or task.
 bool selects_program(const ast::File& file, const std::string& name) {
   if (!has_scene(file)) return true;
   return std::any_of(file.declarations.begin(), file.declarations.end(), [&](const ast::Declaration& d) {
@@ -126,15 +126,14 @@ bool selects_program(const ast::File& file, const std::string& name) {
   });
 }
 
-/// What a program computes, as text. Fills are left out: emitted scenes have no boundaries, their programs have.
+/// Text of a program, for comparison. Fills are omitted: emitted scenes have no boundaries, their programs do.
 std::string computed_by(const stencil::Module& module, const std::string& program) {
   stencil::Module part = run_passes(extract(module, {program}));
   part.programs.front().body = stencil::without_fills(part.programs.front().body);
   return print(part);
 }
 
-/// Programs of the text that the scene runs in place of those it makes of its formulas and losses are told, unless they
-/// compute the same.
+/// Reports hand-written programs that replace generated ones of the scene, unless both compute the same.
 void tell_replaced(const ast::File& file, const stencil::Module& written, const stencil::Module& made,
                    DiagnosticSink& sink) {
   for (const ast::Declaration& declaration : file.declarations) {
@@ -148,7 +147,7 @@ void tell_replaced(const ast::File& file, const stencil::Module& written, const 
   }
 }
 
-/// The programs of the scene and its task: from equations and formulas, or as written by hand.
+/// Programs of the scene and its task, generated from equations and formulas or hand-written.
 stencil::Module lower(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   stencil::Module written = stencil::from_ast(compiled.ast, sink);
   if (sink.has_errors()) return {};
@@ -174,7 +173,7 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   if (options.real) {
     for (network::Network& network : written.networks) network.real = *options.real;
   }
-  // Programs that stand in the text under the names of the scene's are the scene's: text that was emitted reads back.
+  // A hand-written program with the name of a scene's program replaces it. So emitted text reads back.
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);
   stencil::Module result = extract(written, wanted);
@@ -184,7 +183,7 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   return result;
 }
 
-/// Programs a gradient goes through: the step, formulas of fields, the losses; all of a file without a scene.
+/// Programs that gradients pass through: the step, formulas of fields, and losses; without a scene, all programs.
 std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   if (!compiled.problem) return compiled.primal_programs;
   std::vector<std::string> names;
@@ -196,8 +195,8 @@ std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   return names;
 }
 
-/// The directions of `wrt`, and those beside what they belong to: with rates of weights, which have no name, the
-/// weights.
+/// The tangent directions of `wrt`. `with_values`: also the values themselves. Weights have no name of their own, so
+/// their networks are always included.
 adjoint::Activity directions_of(const Compiled& compiled, const adjoint::Activity& wrt,
                                 const adjoint::Derivative& tangent, bool with_values) {
   adjoint::Activity result;
@@ -222,7 +221,7 @@ std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compile
   return result;
 }
 
-/// What has no second derivative is left without: gradients do not need it.
+/// Programs without second derivatives are skipped: gradients do not need them.
 void differentiate_twice(Compiled& compiled, const std::string& name, const adjoint::Activity& wrt,
                          stencil::Module& derivatives) {
   Derived& derived = compiled.derived.at(name);
@@ -261,12 +260,11 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
     if (options.second && !sink.has_errors()) differentiate_twice(compiled, name, wrt, derivatives);
   }
   if (sink.has_errors()) return;
-  // What an adjoint recomputes of a stage may be less than the stage: a kernel of its own, as fills are gone with the
-  // rest.
+  // An adjoint may recompute only a part of a stage, in a kernel of its own: the fills are removed with the rest.
   merge(compiled.stencil, with_own_kernels(run_passes(std::move(derivatives)), compiled.stencil));
 }
 
-/// Weights that the task loads stay those of the scene.
+/// Removes the task. Network weights that it loads become the scene's weights.
 void leave_task(model::Problem& problem) {
   for (std::size_t i = 0; problem.task && i < problem.task->unknowns.size(); ++i) {
     const model::Unknown& unknown = problem.task->unknowns[i];
@@ -299,7 +297,7 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       error = result.error;
       break;
     }
-    case Backend::interpreter:  // not compiled.loop: what cancels there, as in y - y, is read here
+    case Backend::interpreter:  // not compiled.loop, where terms as y - y cancel: the interpreter reads them
       compiled.code = interpreted(
           compiled.stencil, loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs), compiled.real()));
       break;
@@ -312,14 +310,14 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
     compiled.code->set_links(derivative.program, derivative.links);
 }
 
-/// ast and model; false after errors.
+/// Fills ast and model. Returns false after errors.
 bool understand(Compiled& compiled, const SourceFile& source, const CompileOptions& options, Stages& stages,
                 DiagnosticSink& sink) {
   compiled.ast = parse(source, sink);
   if (sink.has_errors()) return false;
   std::erase_if(compiled.ast.declarations,
                 [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
-  stencil::from_ast(compiled.ast, sink);  // a broken kernel is reported as such before a scene misses what it lacks
+  stencil::from_ast(compiled.ast, sink);  // reports broken kernels before a scene reports them as missing
   if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
   if (!has_scene(compiled.ast)) check_lone_models(compiled.ast, source, sink);
@@ -389,7 +387,7 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
     if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
   }
   for (const stencil::Swap& swap :
-       program.swaps) {  // a state that an event overwrites is not read, and has an adjoint all the same
+       program.swaps) {  // an event may overwrite a state without reading it; the state has an adjoint all the same
     if (compiled.activity.fields.contains(swap.state)) wrt.fields.insert(swap.state);
   }
   for (const std::string& param : interface.params) {
@@ -420,7 +418,7 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
 }
 
 adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled) {
-  if (compiled.options.backend == Backend::interpreter) return {};  // it runs what is written
+  if (compiled.options.backend == Backend::interpreter) return {};  // the interpreter runs programs as written
   const auto found = compiled.derived.find(compiled.step_name());
   if (!compiled.problem || !compiled.problem->task || found == compiled.derived.end() || !found->second.adjoint)
     return {};
@@ -443,7 +441,7 @@ loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> prog
   module = adjoint::with_newton_steps(std::move(module));
   const bool keeps = adjoint::add_kept_programs(kept, module);
   for (const stencil::Pass& pass : stencil::loop_passes) {
-    // Regrouped, the weights of u + dt*(...) are rounded one by one and do not add up to 1: floats would drift by it.
+    // Regrouping rounds the weights of u + dt*(...) separately. They then do not add up to 1, and f32 states drift.
     if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;
     module = pass.run(module);
   }

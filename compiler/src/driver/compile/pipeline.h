@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of a .dpde file through the levels; the only place that knows the order:
-//
+// Compiles a .dpde file through all levels. The order of the levels is defined here only:
 //   text -> ast -> model::Problem -> stencil::Module -> + tangent, adjoint -> loop::Module -> compiled programs
 //
-// After each stage an observer sees its name and can ask for its text.
+// After each stage an observer gets its name and can ask for its text.
 #pragma once
 
 #include <functional>
@@ -40,91 +39,91 @@ using StageObserver = std::function<void(std::string_view stage, const std::func
 inline constexpr double any_number_of_runs = std::numeric_limits<double>::infinity();
 
 struct CompileOptions {
-  model::Selection selection;      // the scene or task; in a file without scenes a program, or "" for all
+  model::Selection selection;      // the scene or task; without scenes, a program, or "" for all
   std::optional<Backend> backend;  // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
-  bool second = false;            // second derivatives, with tangent and adjoint; what has none is left without
-  std::optional<Precision> real;  // of a scene and its networks, in place of what the file says
-  bool without_task = false;      // of a task only its scene and scheme; "" is the only scene, if there is just one
-  /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up
-  /// functional.
+  bool second = false;            // second derivatives, with tangent and adjoint; programs without them are skipped
+  std::optional<Precision> real;  // overrides the precision of a scene and its networks
+  bool without_task = false;      // only the task's scene and scheme; "" is the only scene, if there is just one
+  /// For a scene without a task: add one for certify(), with all states and parameters as unknowns and a generated
+  /// loss.
   bool certify = false;
-  bool seeded = false;         // of a task: seed_the_end()
-  bool manufactured = false;   // of a scene: with a solution that is made up, model/boundary/manufactured.h
-  bool by_everything = false;  // derivatives by all coefficients and parameters, sought or not
-  bool takes_jumps = false;    // what jumps where it switches is differentiated without the jump
-  bool trusts_signs = false;   // no gradient looks at Compiled::watched
-  bool verify = false;         // check every level's invariants after each stage
+  bool seeded = false;         // for a task: seed_the_end()
+  bool manufactured = false;   // for a scene: use a manufactured solution, model/boundary/manufactured.h
+  bool by_everything = false;  // differentiate with respect to all coefficients and parameters, not only unknowns
+  bool takes_jumps = false;    // ignore jumps of switches in derivatives
+  bool trusts_signs = false;   // gradients do not check Compiled::watched
+  bool verify = false;         // check the invariants of every level after each stage
   StageObserver after;         // may be empty
-  double runs = 1;  // of the scene, that the code is for; any_number_of_runs of what is measured, and of hosts
-  std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew
+  double runs = 1;             // expected number of runs; any_number_of_runs for benchmarks and hosts
+  std::shared_ptr<codegen::CodeCache> cache;  // null: no cache, always compile
 };
 
-/// A program and the programs of its derivatives, when it depends on something active.
+/// Derivatives of a program, if it depends on an active value.
 struct Derived {
   std::optional<adjoint::Derivative> tangent, adjoint;  // names; their kernels are in Compiled::stencil
-  std::optional<adjoint::Derivative> second;            // the adjoint of the tangent, by inputs and directions alike
-  std::optional<adjoint::Derivative> squares, squares_adjoint;  // of a loss that is a sum of squares, by the directions
+  std::optional<adjoint::Derivative> second;            // adjoint of the tangent, with respect to inputs and directions
+  std::optional<adjoint::Derivative> squares, squares_adjoint;  // for a loss that is a sum of squares
 };
 
-/// What is divided by, or where a choice is, kept in a field by the program names.watched: see dpde_watched.
+/// A divisor, or the side of a choice, stored in a field by the program names.watched: see dpde_watched.
 struct Watched {
   std::string field, text, help;
   Origin origin;  // of the quotient or the choice
   bool is_switch = false, begins_with_one_sign = false;
-  int loss = 0;                        // > 0: the number of that loss, counted from 1, in which alone it stands
+  int loss = 0;                        // > 0: number of the only loss that contains it, counted from 1
   std::string below = {}, above = {};  // states of the program names.watched_step
 };
 
 struct Compiled {
-  CompileOptions options;  // what it was made with
+  CompileOptions options;  // options it was compiled with
   ast::File ast;
-  std::optional<model::Problem> problem;  // absent: a file of kernels and programs only
-  stencil::Module stencil;                // all programs, derivatives too
+  std::optional<model::Problem> problem;  // absent: the file has only kernels and programs
+  stencil::Module stencil;                // all programs, with derivatives
   std::vector<std::string> primal_programs;
   std::map<std::string, Derived> derived;   // by primal program
-  adjoint::Activity activity;               // what derivatives are taken with respect to (states of the scene, params)
-  std::vector<model::Jump> jumps_left_out;  // of derivatives, as options.takes_jumps has it
-  std::vector<Watched> watched;             // what gradients look at; nothing with options.trusts_signs
-  std::vector<Origin> unwatched;            // quotients whose sign no gradient looks at, though it hangs on it
+  adjoint::Activity activity;               // variables of differentiation (states of the scene, params)
+  std::vector<model::Jump> jumps_left_out;  // jumps ignored in derivatives, with options.takes_jumps
+  std::vector<Watched> watched;             // checked by gradients; empty with options.trusts_signs
+  std::vector<Origin> unwatched;            // quotients that depend on a sign which gradients do not check
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
   bool code_from_cache = false;
-  std::string code_key;  // of the code in the cache; "" without one
+  std::string code_key;  // of the code in the cache; "" without a cache
   double seconds = 0;
 
-  /// Of fields.
+  /// Precision of fields.
   Precision real() const { return problem ? problem->scheme.real : Precision::f64; }
-  /// Whether it computes anything in single precision: fields, or networks.
+  /// Whether any part, fields or networks, is in single precision.
   bool is_single() const;
   stencil::ProgramNames names;                          // of the scene's programs
   std::string step_name() const { return names.step; }  // "" without a problem
-  /// Those that turn parameters into fields before the first step; each may be missing.
+  /// Programs that compute fields from parameters before the first step; each may be missing.
   std::vector<std::string> formula_programs() const;
   std::vector<std::string> derivative_programs(bool adjoint) const;
-  /// nullptr when there is no such program.
+  /// nullptr if there is no such program.
   const dpde_program* program(const std::string& name) const { return code ? code->find(name) : nullptr; }
   const dpde_program* adjoint_of(const std::string& name) const;
 };
 
-/// Parses, lowers, differentiates and compiles. nullopt when `sink` has errors afterwards.
+/// Parses, lowers, differentiates and compiles. Returns nullopt if `sink` has errors afterwards.
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink);
 
-/// What the derivatives of program `name` are taken with respect to: the part of `activity` that it reads.
+/// Variables of differentiation of program `name`: the part of `activity` that it reads.
 adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name);
 
-/// The gradients by coefficients that the adjoint of the step keeps.
+/// The step's adjoint that accumulates gradients with respect to coefficients.
 adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled);
-/// The step and its adjoint, where one may keep values for the other.
+/// The step and its adjoint, if the step may store values for the adjoint.
 adjoint::Kept kept_of(const Compiled& compiled);
 
-/// The rows of the named programs, after the passes for speed: what the back ends get. With those of the
-/// totals and of what is kept.
+/// Rows of the named programs after the optimising passes, as input of the back ends. Includes the programs of `totals`
+/// and `kept`.
 loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
                            const adjoint::AccumulatingAdjoint& totals = {}, const adjoint::Kept& kept = {},
                            const loop::ParamValues& values = {});
 
-/// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
+/// Part of `module`: the named programs, their kernels, and the loops that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);
 
 }  // namespace dpde::driver

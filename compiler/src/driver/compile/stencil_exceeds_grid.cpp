@@ -18,7 +18,7 @@ using namespace stencil;
 
 namespace {
 
-/// How many cells of a field in a row a formula reads.
+/// Number of adjacent cells of a field that a formula reads.
 struct Reach {
   int cells = 1;
   SourceRange where;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Schemes that reach farther than a grid has cells: sums over images are exact sums, but of no order.
+// Warns of stencils wider than the grid. With ghost values such sums are still conservative, but have no order of
+// accuracy.
 #pragma once
 
 #include "model/model.h"
@@ -8,8 +9,8 @@
 
 namespace dpde::driver {
 
-/// A warning for each axis along which some kernel of the program reads more cells in a row than there are. Nothing is
-/// said of formulas of two and three points, and of a ring of one cell, along which all differences are 0.
+/// Warns for each axis along which a kernel of the program reads more adjacent cells than the axis has. Not for
+/// stencils of two and three points, nor for a periodic axis of one cell, along which all differences are 0.
 void tell_wide_formulas(const stencil::Module& module, const stencil::Program& program, const model::Problem& problem,
                         DiagnosticSink& sink);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the programs of a scene run: adjoints that a person gives are checked there.
+// Environment of a scene's programs, in which hand-written adjoints are checked.
 #pragma once
 
 #include "driver/compile/pipeline.h"

@@ -29,7 +29,7 @@ std::string name_of(const model::Unknown& unknown) {
   return unknown.kind == model::Unknown::Kind::initial ? "initial " + unknown.name : unknown.name;
 }
 
-/// Of floor: it jumps, and has the derivative 0 elsewhere.
+/// Reports a floor of an unknown: it jumps, and its derivative is 0 elsewhere.
 void report_floor(const SourceRange& range, const std::string& further, DiagnosticSink& sink) {
   sink.report("no-useful-derivative", range, {"floor", "here"},
               "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument from "
@@ -53,7 +53,7 @@ void report(const model::Task& task, const model::OnlySwitching& found, Diagnost
                           name_of(unknown), task.name));
 }
 
-/// What happens there.
+/// Explains the jump for a message.
 std::string why_of(const model::Jump& jump) {
   const std::string moved = fmt::format("{}", fmt::join(jump.movers, " and "));
   return jump.is_at_pole     ? "as " + moved + " moves, this divides by 0 and jumps"
@@ -65,7 +65,7 @@ constexpr const char* forced = "; --force goes on without the jump";
 constexpr const char* smooth_at_pole =
     "write a smooth function whose width the steps and cells resolve, as z/sqrt(z^2 + w^2) for z/abs(z)";
 
-/// What to write instead.
+/// Advice: a smooth formula to use instead.
 std::string smooth_for(const model::Jump& jump) {
   if (jump.is_at_pole) return smooth_at_pole;
   return "let the branches have one value where it switches, or write a smooth switch, as "
@@ -83,7 +83,8 @@ std::vector<stencil::Kernel> kernels_of(const stencil::Module& module, const ste
   return kernels;
 }
 
-/// What a hand-written step reads. Of a parameter that no kernel's values have a derivative by, only switches do.
+/// Names that a hand-written step reads. A parameter by which no kernel value has a derivative is read by switches
+/// only.
 model::NamesRead names_read(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Interface interface = stencil::interface_of(module, program);
   model::NamesRead reading;
@@ -106,12 +107,12 @@ model::NamesRead names_read(const stencil::Module& module, const stencil::Progra
         return value;
       });
     }
-    if (is_smooth || !is_read) reading.smooth.insert(param);  // else a weight at a side
+    if (is_smooth || !is_read) reading.smooth.insert(param);  // not read by kernels: a weight of a boundary condition
   }
   return reading;
 }
 
-/// The first kernel of a hand-written step that jumps. What its kernels make of one another moves.
+/// First jump in the kernels of a hand-written step. Intermediate fields of its kernels count as varying.
 std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stencil::Program& program,
                                            const model::Influence& influence, model::Signs signs) {
   const model::Problem& problem = *compiled.problem;
@@ -137,7 +138,7 @@ std::optional<model::Jump> jump_of_program(const Compiled& compiled, const stenc
   return std::nullopt;
 }
 
-/// Where it is hand-written; else nullptr.
+/// The step if it is hand-written, else nullptr.
 const stencil::Program* written_step(const Compiled& compiled) {
   return compiled.problem->program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
 }
@@ -152,7 +153,7 @@ void forget_guesses(std::vector<stencil::Statement>& body) {
   }
 }
 
-/// The program in a module of its own, without what only guesses of solves are made of.
+/// The program in its own module, without code that is only needed for initial guesses of solves.
 stencil::Module without_guesses(const stencil::Module& module, const stencil::Program& program) {
   stencil::Module alone = module;
   alone.programs = {program};
@@ -160,7 +161,7 @@ stencil::Module without_guesses(const stencil::Module& module, const stencil::Pr
   return stencil::remove_dead_code(alone);
 }
 
-/// What only guesses of solves of a hand-written step read.
+/// Names that a hand-written step reads only for initial guesses of solves.
 std::set<std::string> names_in_guesses(const stencil::Module& module, const stencil::Program& program) {
   const stencil::Module alone = without_guesses(module, program);
   const model::NamesRead all = names_read(module, program), rest = names_read(alone, alone.programs.front());
@@ -176,8 +177,8 @@ model::Influence influence_in(const Compiled& compiled) {
   return model::Influence(*compiled.problem, names_read(alone, alone.programs.front()));
 }
 
-/// Of the formulas of the scene. A side that nothing reads jumps for nobody, and has a warning of its own: which those
-/// are takes a lowering, so that it is asked where there is a jump.
+/// Jumps in the scene's formulas. Walls whose values nothing reads are excluded; they have a warning of their own.
+/// Finding these takes a lowering, so it is done only if there are jumps.
 std::vector<model::Jump> jumps_of_formulas(const Compiled& compiled, const model::Influence& influence,
                                            model::Signs signs) {
   const model::Problem& problem = *compiled.problem;
@@ -196,15 +197,15 @@ std::vector<model::Jump> jumps_by(const Compiled& compiled, const model::Influen
   return jumps;
 }
 
-/// Whether all that moves it are parameters, which a scene without a task has no need to seek.
+/// Whether only parameters move the jump. A scene without a task need not treat them as unknowns.
 bool is_by_parameters(const model::Problem& problem, const model::Jump& jump) {
   return std::ranges::all_of(jump.movers, [&](const std::string& name) { return problem.find_param(name) != nullptr; });
 }
 
-/// Whether a run looks whether it switches, in place of an error: states move it.
+/// Whether runs check the switch, instead of an error now. They can if states move it.
 bool is_watched(const model::Problem& problem, const model::Jump& jump, const CompileOptions& options) {
-  const bool has_windows = problem.task && problem.task->training;  // of data, whose states are on any side
-  const bool is_once = jump.in.loss && problem.task->losses[*jump.in.loss].of_averages;  // of a run: no state has it
+  const bool has_windows = problem.task && problem.task->training;  // start from data, whose states may be on any side
+  const bool is_once = jump.in.loss && problem.task->losses[*jump.in.loss].of_averages;  // evaluated once in a run
   return jump.side && !is_once && !options.trusts_signs && !has_windows && !is_by_parameters(problem, jump);
 }
 
@@ -238,8 +239,8 @@ void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink) {
   }
 }
 
-/// What acts on losses through nothing but what solves begin with. No solution depends on that, and its gradient would
-/// be 0.
+/// Reports unknowns that act on losses only through initial guesses of solves. Solutions do not depend on these, so the
+/// gradient would be 0.
 void check_guesses(const Compiled& compiled, const model::Influence& influence, DiagnosticSink& sink) {
   const model::Task& task = *compiled.problem->task;
   model::Influence::Unknowns begun_with;
@@ -290,8 +291,8 @@ void check_switches(Compiled& compiled, const CompileOptions& options, Diagnosti
 
 namespace {
 
-/// A value and where alone it stands: in the equations of these states, and in events of each step; in neither:
-/// elsewhere, too. Or the event in which it stands.
+/// A value to check, and the only places it occurs in: equations of these states and events of each step (neither: also
+/// elsewhere), or one event.
 struct ValueToWatch {
   model::Expr value;
   Watched watched;
@@ -302,7 +303,7 @@ struct ValueToWatch {
 };
 using ValuesToWatch = std::vector<ValueToWatch>;
 
-/// What stands in several losses is watched for each of them, and what the run hangs on at all states.
+/// A value in several losses is checked for each of them; a value of the run is checked at all states.
 void add_watched(ValueToWatch added, ValuesToWatch& values) {
   for (ValueToWatch& known : values) {
     const bool is_of_another_loss =
@@ -324,15 +325,15 @@ void add_watched(ValueToWatch added, ValuesToWatch& values) {
   values.push_back(std::move(added));
 }
 
-/// What it hangs on is of no account between the times of the event. Of a divisor on a grid it is: how its zeros have
-/// moved from cell to cell is told by the signs since the beginning.
+/// A switch in an event matters only at the times of the event. A divisor on a grid matters always: its signs since the
+/// beginning show how its zeros have moved between cells.
 std::optional<std::size_t> event_alone(const model::Problem& problem, const model::FormulaPlace& in,
                                        const Watched& watched) {
   const bool is_one_cell = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.cells == 1; });
   return watched.is_switch || is_one_cell ? in.event : std::nullopt;
 }
 
-/// Of jumps that are watched the sides, of formulas that are written for signs the divisors.
+/// Sides of checked jumps, and divisors that formulas assume to keep their sign.
 ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options) {
   const model::Problem& problem = *compiled.problem;
   const model::Influence influence = influence_in(compiled);
@@ -350,7 +351,7 @@ ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options)
   }
   for (const model::Divisor& divisor : trusted_divisors(problem, influence)) {
     const bool is_number = divisor.in.loss && problem.task->losses[*divisor.in.loss].of_averages;
-    if (is_number) continue;  // a formula of numbers jumps at none but its pole
+    if (is_number) continue;  // a formula of numbers jumps only at its pole
     if (!divisor.value || options.trusts_signs) {
       const auto is_it = [&](const Origin& origin) { return origin.range == divisor.origin.range; };
       if (std::ranges::none_of(compiled.unwatched, is_it)) compiled.unwatched.push_back(divisor.origin);
@@ -363,7 +364,7 @@ ValuesToWatch values_to_watch(Compiled& compiled, const CompileOptions& options)
   return values;
 }
 
-/// What steps are made of, in their stages.
+/// Program that evaluates the values in the stages of each step.
 stencil::Module watch_steps(Compiled& compiled, const ValuesToWatch& values) {
   std::vector<stencil::WatchedValue> of_steps;
   std::vector<std::size_t> numbers;
@@ -396,7 +397,7 @@ std::vector<stencil::Module> watch_jumps(Compiled& compiled, const CompileOption
   }
   if (values.empty()) return {};
   std::vector<model::Expr> formulas;
-  // What states say of a value that an event alone takes is of no account: it has no sign there to change.
+  // A value used only by an event is not checked at states, where its sign may change.
   for (const ValueToWatch& one : values) formulas.push_back(one.event ? model::number(1) : one.value);
   stencil::Module module = stencil::program_of_values(*compiled.problem, compiled.names.watched, formulas);
   for (std::size_t i = 0; i < values.size(); ++i) {

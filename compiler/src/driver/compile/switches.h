@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unknowns that move switches: what has no derivative of use is an error before anything is differentiated.
+// Unknowns that move switches. Derivatives that are useless for this reason are reported before differentiation.
 #pragma once
 
 #include "driver/compile/pipeline.h"
 
 namespace dpde::driver {
 
-/// Errors at unknowns that only move switches, and at choices that jump where unknowns or states of the task move their
-/// switch: those of formulas, and the first one of a hand-written step. Jumps of schemes, as at the bounds of
-/// maccormack, do not count. With options.takes_jumps they are no errors, and are kept in compiled.jumps_left_out. What
-/// a run can tell from jumps that do not act in it is left to watch_jumps(). Of a scene without a task, whose
-/// parameters are all unknown, those that make switches jump are none afterwards.
+/// Reports unknowns that only move switches, and choices that jump where unknowns or states of the task move their
+/// switch: all in formulas, and the first in a hand-written step. Jumps of schemes, as at the bounds of maccormack, do
+/// not count. With options.takes_jumps they are stored in compiled.jumps_left_out instead. Jumps whose effect only a
+/// run can show are left to watch_jumps(). In a scene without a task all parameters are unknowns; those that make
+/// switches jump are removed.
 void check_switches(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink);
 
-/// The programs of what gradients look at in a run, compiled.watched afterwards: choices and signs that are on one side
-/// where the run begins, as far as formulas tell, and divisors whose signs the derivatives take for granted. With
-/// options.trusts_signs there is none.
+/// Fills compiled.watched and returns the programs that evaluate it, for gradients to check: choices and signs that are
+/// on one side at the start of the run, as far as formulas show, and divisors whose signs the derivatives rely on.
+/// Empty with options.trusts_signs.
 std::vector<stencil::Module> watch_jumps(Compiled& compiled, const CompileOptions& options);
 
-/// Whether something jumps, or would where a field that is divided by came to another sign, as none should.
+/// Whether something jumps, or would if a divisor field changed its sign, which none should.
 bool may_jump(const Compiled& compiled);
 
-/// Errors at the jumps that are left out, as a gradient has them that is not forced.
+/// Errors at the jumps that were left out, for a gradient without --force.
 void report_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 
-/// Warnings at them, for who goes on without them.
+/// Warnings at these jumps, for a gradient with --force.
 void warn_of_jumps_left_out(const Compiled& compiled, DiagnosticSink& sink);
 
-/// And at what may change where no run looks: divisors in solves and kernels.
+/// Warnings at divisors in solves and kernels, which no run checks.
 void warn_of_unwatched(const Compiled& compiled, DiagnosticSink& sink);
 
-/// And at choices that are watched.
+/// Warnings at choices that runs check.
 void warn_of_watched(const Compiled& compiled, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

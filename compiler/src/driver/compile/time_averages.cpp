@@ -9,22 +9,22 @@ namespace {
 
 struct Spread {
   double states;
-  model::Expr length;  // of the time that a state stands for
+  model::Expr length;  // time that a state stands for
 
-  /// One state's part of a whole line.
+  /// Contribution of one state to a mean, integral or sum of a whole line.
   model::Expr counted(const model::Expr& e, model::Reduce::Kind kind) const {
     if (kind == model::Reduce::Kind::mean) return model::binary(BinaryOp::divide, e, states, e->origin);
     if (kind == model::Reduce::Kind::integral) return model::binary(BinaryOp::multiply, length, e, e->origin);
     return e;
   }
 
-  /// As each of its reductions says.
+  /// Applies to each reduction its own kind.
   model::Expr by_terms(const model::Expr& e) const {
-    if (!model::holds_reduction(e)) return counted(e, model::Reduce::Kind::mean);  // of a task that is made up
+    if (!model::holds_reduction(e)) return counted(e, model::Reduce::Kind::mean);  // of a generated task
     if (const model::Reduce* reduce = std::get_if<model::Reduce>(&e->kind)) return counted(e, reduce->reduction);
     if (const model::Neg* neg = std::get_if<model::Neg>(&e->kind)) return model::negate(by_terms(neg->operand));
     const model::Binary* b = std::get_if<model::Binary>(&e->kind);
-    if (b == nullptr) return e;  // not linear in reductions: there is none
+    if (b == nullptr) return e;  // never happens: losses are linear in reductions
     const bool is_sum = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
     const bool left = is_sum || model::holds_reduction(b->left), right = is_sum || model::holds_reduction(b->right);
     return model::binary(b->op, left ? by_terms(b->left) : b->left, right ? by_terms(b->right) : b->right, e->origin);
@@ -35,7 +35,7 @@ struct Spread {
   }
 };
 
-/// By the trapezoidal rule: the first and the last state stand for half a step.
+/// Trapezoidal rule: the first and the last state stand for half a step.
 model::Expr length_of_state(const model::Problem& problem) {
   const double half = problem.step / 2, begin = problem.t_begin, end = begin + problem.steps * problem.step;
   const model::Expr t = model::param("t");

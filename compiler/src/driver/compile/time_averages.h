@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `over time` means for losses and tests: of all states of a run a mean is also the mean, a sum the sum, an
-// integral that over time, by the trapezoidal rule; `, mean over time` and so on say it for a whole line. Of the states
-// behind so many steps an integral is their sum times the step.
+// Meaning of `over time` for losses and tests. Over all states of a run, a mean is the mean over them, a sum the sum,
+// and an integral the integral over time by the trapezoidal rule. `, mean over time` and so on apply to a whole line.
+// Over states at intervals of steps, an integral is their sum times the step.
 #pragma once
 
 #include "model/model.h"
 
 namespace dpde::driver {
 
-/// The problem with each quantity `over time` rewritten so that adding its values at all states gives the quantity.
+/// Returns the problem with each quantity `over time` scaled so that its sum over all states is the quantity.
 model::Problem spread_over_time(model::Problem problem);
 
 }  // namespace dpde::driver

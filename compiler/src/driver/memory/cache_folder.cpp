@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view magic = "dpdecod1";  // the number is the version of the format
+constexpr std::string_view magic = "dpdecod1";  // ends with the format version
 constexpr const char* extension = ".code";
 
 struct Header {
@@ -41,11 +41,11 @@ std::uint64_t checksum_of(std::string_view key, std::string_view code) {
 }
 
 struct BuildId {
-  const void* inside;  // a place in the object that is meant
+  const void* inside;  // an address in the object whose id is looked up
   std::string id;
 };
 
-/// The linker's hash of all that is in an executable or library, from its notes in memory.
+/// Finds the linker's content hash (build id) of an executable or library in its notes in memory.
 int find_build_id(dl_phdr_info* info, std::size_t, void* data) {
   BuildId& wanted = *static_cast<BuildId*>(data);
   const auto place_of = [&](const ElfW(Phdr) & segment) {
@@ -74,7 +74,7 @@ int find_build_id(dl_phdr_info* info, std::size_t, void* data) {
   return 1;
 }
 
-/// What all code of this process depends on beside the keys of the back ends; "" when it cannot be told.
+/// Identity of this process's compiler, which all keys include; "" if it is unknown.
 std::string identity() {
   BuildId dpde{magic.data(), ""};
   dl_iterate_phdr(find_build_id, &dpde);
@@ -97,7 +97,7 @@ class CacheFolder : public codegen::CodeCache {
       ::unlink(path.c_str());
       return std::nullopt;
     }
-    ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);  // used now
+    ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);  // marks it as used now
     return code;
   }
 
@@ -110,14 +110,14 @@ class CacheFolder : public codegen::CodeCache {
       write_private_file_atomically(path_of(whole),
                                     {{reinterpret_cast<const char*>(&header), sizeof header}, whole, code});
     } catch (const Error&) {
-      return;  // no room, no right: the code is compiled again next time
+      return;  // no space or permission: the code is compiled again next time
     }
     shrink();
   }
 
  private:
   fs::path path_of(const std::string& key) const {
-    // Two hashes, so that keys hardly ever share a file; where they do, the key in the file tells.
+    // Two hashes, so that keys rarely share a file. The file has the key, which detects that.
     const std::uint64_t first = hash_bytes(key.data(), key.size()), second = hash_bytes(key.data(), key.size(), first);
     return folder_ / fmt::format("{:016x}{:016x}{}", first, second, extension);
   }
@@ -136,7 +136,7 @@ class CacheFolder : public codegen::CodeCache {
     return std::string(code);
   }
 
-  /// Other processes may do the same at the same time: every failure here means that a file is gone already.
+  /// Other processes may do the same concurrently. Every failure here means that a file is already gone.
   void shrink() const {
     struct Entry {
       fs::file_time_type used;
@@ -156,7 +156,7 @@ class CacheFolder : public codegen::CodeCache {
         total += entry.bytes;
       } else if (entry.used < abandoned &&
                  entry.path.filename().string().find(std::string(extension) + ".tmp-") != std::string::npos) {
-        fs::remove(entry.path, gone);  // of a process that was killed while it wrote
+        fs::remove(entry.path, gone);  // left by a process that was killed while it wrote
       }
     }
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
@@ -177,8 +177,8 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// Why others than this user and root may put something in the place of what lies in a folder; "": they may not. Into a
-/// sticky folder, as /tmp is, others may put what they like, but not in the place of what is there.
+/// Why users other than this one and root may replace the content of a folder; "" if they may not. In a sticky folder
+/// such as /tmp others may add files, but not replace existing ones.
 std::string why_open_to_others(const fs::path& folder, bool is_parent) {
   struct stat status {};
   if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return folder.string() + " is no folder";
@@ -189,8 +189,8 @@ std::string why_open_to_others(const fs::path& folder, bool is_parent) {
   return is_shared && !(is_parent && is_sticky) ? "others may write to " + folder.string() : "";
 }
 
-/// Makes what is missing of a folder and its parents, each for this user alone whatever the umask is: code that this
-/// user will run lies there. What fails is seen where the folder is looked at.
+/// Creates missing folders of the path, each private to this user whatever the umask is, since this user will run code
+/// from there. Failures are found when the folder is checked.
 void make_private(const fs::path& folder) {
   fs::path part;
   for (const fs::path& name : folder) {

@@ -37,7 +37,7 @@ double flops(const loop::Expr& e) {
       [](const loop::Param&) { return 0.0; }, [](const loop::Counter&) { return 0.0; },
       [](const loop::Load&) { return 0.0; }, [](const loop::Local&) { return 0.0; },
       [](const loop::Inside&) { return 0.0; },
-      // Two products and a sum for each axis an interpolation folds, 2^rank - 1 of them.
+      // Interpolation makes 2^rank - 1 linear combinations, each with two products and a sum.
       [](const loop::Interp& i) { return flops_of_all(i.displacement) + 3.0 * (std::exp2(i.displacement.size()) - 1); },
       [](const loop::Neg& n) { return flops(n.operand); }, [](const loop::Rounded& r) { return flops(r.operand); },
       [](const loop::Binary& b) { return 1 + flops(b.left) + flops(b.right); },
@@ -73,8 +73,8 @@ int convolutions_of(loop::NetworkCall::Mode mode) {
   return 0;
 }
 
-/// Convolutions: one forward; two more for the rates, by inputs and by weights, and for the adjoint; to reverse rates
-/// three of each, beside those of the rates.
+/// Number of convolutions, relative to one forward pass. Tangent: two more (by inputs and by weights), adjoint: two
+/// more. Adjoint of the tangent: three for each, in addition to those of the tangent.
 Cost cost_of_network(const loop::Module& module, const loop::NetworkCall& network_call) {
   const auto network = std::ranges::find(module.networks, network_call.network, &network::Network::name);
   const int passes = convolutions_of(network_call.mode);
@@ -104,12 +104,12 @@ Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Oper
           total += {2.0 * static_cast<double>(bytes_of(module.real)), 1};  // reads one field and writes one
         },
         [&](const loop::NetworkCall& network_call) { total += cost_of_network(module, network_call); },
-        [&](const loop::Transform& transform) {  // what the grid decides, 5*log2(cells) for each field, is not in it
+        [&](const loop::Transform& transform) {  // without the grid's part, 5*log2(cells) for each field
           const auto fields = static_cast<double>(transform.terms.size() + 1);
           total += {fields * static_cast<double>(bytes_of(module.real)), 8 * fields};
         },
         [&](const loop::Sweep& sweep) { total += cost_of_row(*module.find_row(sweep.row), module.real); },
-        [&](const loop::Solve& solve) {  // one use of the operator, whatever the method: the grid decides the rest
+        [&](const loop::Solve& solve) {  // one application of the operator; the number of these depends on the grid
           total += cost_of_operations(module, solve.body);
         },
         [&](const loop::Repeat& repeat) {
@@ -147,7 +147,7 @@ Memory memory_of(const Compiled& compiled) {
   if (problem.rate && reads_states_back(compiled)) memory.part = field * states;
   for (const model::Coefficient& c : problem.coefficients) {
     if (!c.is_control() || !compiled.activity.fields.contains(c.name)) continue;
-    memory.gradient += problem.intervals(c.every) * field * 8 / bytes_of(compiled.real());  // what is added up is f64
+    memory.gradient += problem.intervals(c.every) * field * 8 / bytes_of(compiled.real());  // accumulated in f64
   }
   return memory;
 }
@@ -168,10 +168,10 @@ std::int64_t available_memory() {
 
 CopyRate measure_copy(double footprint, int threads) {
   constexpr int trials = 9;
-  constexpr double undisturbed = 0.8;  // of a trial's time the thread has the processor
+  constexpr double undisturbed = 0.8;  // share of a trial's time in which the thread has the processor
   const std::size_t size = std::max<std::size_t>(static_cast<std::size_t>(footprint / 16), 512) / threads * threads;
   std::vector<double> from(size, 1.0), to(size, 0.0);
-  // Small copies are repeated so that each trial takes long enough for the clock.
+  // Small copies are repeated so that each trial is long enough for the clock.
   const int repeats = std::max(1, static_cast<int>(1e6 / static_cast<double>(size)));
   const double bytes = 16.0 * static_cast<double>(size);
   CopyRate rate;
@@ -184,13 +184,13 @@ CopyRate measure_copy(double footprint, int threads) {
       asm volatile("" : : "r"(to.data()) : "memory");
     }
     waited += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const double seconds = thread_cpu_seconds() - before;  // the time that others had is not counted
+    const double seconds = thread_cpu_seconds() - before;  // CPU time: excludes other processes
     worked += seconds;
     rate.best = std::max(rate.best, bytes * repeats / seconds);
     if (threads > 1 && size >= 65536) rate.best = std::max(rate.best, bytes / copy_once(to, from, threads));
   }
   if (double load = 0; getloadavg(&load, 1) == 1) rate.load = load / std::max(1u, std::thread::hardware_concurrency());
-  rate.is_busy = worked < undisturbed * waited || rate.load > 1;  // of the last minute: a short trial may find a gap
+  rate.is_busy = worked < undisturbed * waited || rate.load > 1;  // a short trial may fall into a pause
   return rate;
 }
 

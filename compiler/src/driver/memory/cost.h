@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program costs, counted before it runs, and what the memory of this machine gives.
+// Cost of a program, counted before it runs, and the memory of this machine.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace dpde::driver {
 
-/// Per cell and run of a program. Bytes: those of a value for each field a sweep reads and for each it writes (offsets
-/// of one field count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each,
-/// powers 1; of networks the products of their convolutions and the sums, and the fields that go in and out.
+/// Per cell and run of a program. Bytes: one value for each field that a sweep reads and each that it writes (offsets
+/// of one field count once; write-allocate does not count). Flops: + - * / and comparisons count 1, functions and
+/// powers 1 each. Networks: products and sums of their convolutions, and their input and output fields.
 struct Cost {
   double bytes = 0, flops = 0;
   Cost& operator+=(const Cost& other) {
@@ -24,29 +24,29 @@ struct Cost {
 };
 Cost cost_of(const loop::Module& module, const std::string& program);
 
-/// How fields of the scene lie in memory.
+/// Memory layout of the scene's fields.
 dpde_layout layout_of(const Compiled& compiled);
 
-/// Bytes that `run` takes at its peak (driver/memory/memory_plan.h), and what a gradient adds beside the states it
-/// stores (driver/memory/storage.h): sums of control fields. `part` comes for each part of the step that a Courant
-/// number splits into most; 0 where that stores nothing.
+/// Peak bytes of `run` (driver/memory/memory_plan.h), and bytes that a gradient needs in addition to stored states
+/// (driver/memory/storage.h): sums of control fields. `part`: bytes for each substep that a Courant number splits most
+/// steps into; 0 if that stores nothing.
 struct Memory {
   double run = 0, gradient = 0, part = 0;
 };
 Memory memory_of(const Compiled& compiled);
 
-/// Bytes of memory that can be had now (/proc/meminfo and the limits of a container).
+/// Bytes of memory available now (/proc/meminfo and container limits).
 std::int64_t available_memory();
 
-/// How fast memory is copied: bytes per second (8 read and 8 written an element), and whether others used the processor
-/// meanwhile.
+/// Speed of memory copies in bytes per second (8 read and 8 written for each element), and whether other processes used
+/// the processor meanwhile.
 struct CopyRate {
   double best = 0;
-  double load = 0;  // a core, of the last minute; 0 where it is not known
+  double load = 0;  // load average of the last minute per core; 0 if unknown
   bool is_busy = false;
 };
-/// Between two arrays of together `footprint` bytes, on one thread and on `threads`: the best of several short trials.
-/// What else runs on the machine makes a trial slower, never faster.
+/// Copies between two arrays of together `footprint` bytes, on one thread and on `threads`. Takes the best of several
+/// short trials, since other processes only make a trial slower.
 CopyRate measure_copy(double footprint, int threads);
 
 }  // namespace dpde::driver

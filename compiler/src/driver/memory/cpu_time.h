@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seconds that processors have worked: other programs on the machine do not count.
+// CPU time in seconds; excludes other processes.
 #pragma once
 
 #include <ctime>

@@ -20,8 +20,8 @@ namespace dpde::driver {
 
 namespace {
 
-// Powers of two: 32 KiB, and 128 MiB, more than a core's share of a cache (2026: copies of 64 MiB run at 28 GB/s on a
-// processor with 480 MiB for all cores, of 128 MiB at 7.5 and of 1 GiB at 8.5).
+// Exponents of 2: 32 KiB, and 128 MiB, which exceeds a core's share of the cache (2026: copies of 64 MiB run at 28 GB/s
+// on a processor with 480 MiB for all cores, of 128 MiB at 7.5 and of 1 GiB at 8.5).
 constexpr int smallest_power = 15, largest_power = 27;
 
 double rounded_footprint(double bytes) {
@@ -57,7 +57,7 @@ bool is_of_today(const MachineSpeed& speed) {
   return speed.date.substr(0, day) == date_of_now().substr(0, day);
 }
 
-/// Others disturb for a while: windows that lie apart find a gap where one long one does not.
+/// Several separate windows: other processes come in bursts, so these find a pause where one long window does not.
 MachineSpeed measure(double size, int threads) {
   constexpr int windows = 4;
   constexpr std::chrono::milliseconds apart(15), most(200);
@@ -72,7 +72,7 @@ MachineSpeed measure(double size, int threads) {
     best.flops = std::max(best.flops, measure_flops(threads));
     best.is_busy = rate.is_busy;
     best.load = rate.load;
-    if (rate.load > 1) break;  // of the last minute: no window of the next milliseconds is quiet
+    if (rate.load > 1) break;  // load of the last minute: the next windows are no quieter
   }
   best.date = date_of_now();
   return best;

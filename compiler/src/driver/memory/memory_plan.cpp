@@ -27,7 +27,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// The fields of a Workspace by name, in the order of a session's work; the largest sum of all that is there is kept.
+/// Simulates which Workspace fields a session creates and drops, in order, and records the peak of the total memory.
 class Planner {
  public:
   explicit Planner(const Compiled& compiled)
@@ -48,7 +48,7 @@ class Planner {
     fields_.insert(name);
     keep(of_fields, (count - 1) * field_);
   }
-  /// Bytes that stay.
+  /// Adds permanent bytes.
   void keep(const std::string& owner, double bytes) {
     kept_[owner] += bytes;
     note();
@@ -60,9 +60,9 @@ class Planner {
       making_ = std::max(making_, static_cast<double>(one.making));
     }
   }
-  /// What is made in a first run is made when all the rest is there.
+  /// Adds the temporary memory of making solvers, which happens in the first run when all else is allocated.
   void make() { note(making_, "the making of a solver"); }
-  /// Bytes that are there for a moment.
+  /// Adds temporary bytes.
   void note(double bytes = 0, const std::string& owner = "arrays") {
     double sum = static_cast<double>(fields_.size()) * field_ + bytes;
     for (const auto& [name, kept] : kept_) sum += kept;
@@ -73,7 +73,7 @@ class Planner {
     plan_.shares[owner] += bytes;
   }
 
-  /// Workspace::execute, with states bound elsewhere. What the program works in stays with it.
+  /// Workspace::execute, with states bound elsewhere. The program's own working memory stays allocated.
   void execute(const std::string& name, bool states_given = false) {
     const dpde_program* program = tables_.find(name);
     if (program == nullptr) return;
@@ -90,7 +90,7 @@ class Planner {
     for (int f = program->input_count; f < program->field_count; ++f) fields_.erase(program->fields[f]);
   }
 
-  /// Files are read one by one; of states nothing stays beside the rollout's.
+  /// Values read from files, one file at a time. States are copied to the rollout and not kept elsewhere.
   void given() {
     for (const model::Coefficient& coefficient : problem_.coefficients) {
       const double count = coefficient.is_control() ? problem_.intervals(coefficient.every) : 1;
@@ -98,7 +98,7 @@ class Planner {
       if (!coefficient.value.formula) note(count * array_);
     }
   }
-  /// Engine::update_formulas: states go where the rollout has them.
+  /// Engine::update_formulas: states are computed in the rollout's memory.
   void formulas() {
     for (const model::State& state : problem_.states) note(state.initial.file.empty() ? 0 : array_);
     for (const model::Coefficient& coefficient : problem_.coefficients) {
@@ -108,7 +108,7 @@ class Planner {
     execute(compiled_.names.initial, true);
     release(compiled_.names.initial);
   }
-  /// Workspace::release_coordinates, once formulas have run: those that no program of a rollout has.
+  /// Workspace::release_coordinates after formulas have run: drops coordinates that no program of a rollout reads.
   void release_coordinates() {
     const auto& names = compiled_.names;
     std::set<std::string> formulas = {names.coefficients, names.initial,     names.start, names.observe,
@@ -125,7 +125,7 @@ class Planner {
       if (!read.contains(axis.name)) fields_.erase(axis.name);
     }
   }
-  /// Engine::jump_in_run, which keeps its rollout and fields. A byte a cell is a side; marks are read two at a time.
+  /// Engine::jump_in_run, which keeps its rollout and fields. Sides take a byte for each cell; marks are read in pairs.
   void watch() {
     if (tables_.find(compiled_.names.watched) == nullptr) return;
     execute(compiled_.names.watched, true);
@@ -138,7 +138,7 @@ class Planner {
     for (const Watched& watched : compiled_.watched) sides += (watched.loss > 0 ? 2 : 1) * array_ / 8;
     note(sides + array_ + (has_marks ? 2 * array_ : 0));
   }
-  /// What is said at the end of a run.
+  /// Values computed for the report at the end of a run.
   void report() {
     execute(compiled_.names.observe, true);
     execute(compiled_.names.shown, true);
@@ -149,7 +149,7 @@ class Planner {
       note(2 * array_);
       release(compiled_.names.exact);
     }
-    if (problem_.axes.size() == 1) note(array_);  // of which a curve is made
+    if (problem_.axes.size() == 1) note(array_);  // values of a curve
   }
 
  private:
@@ -162,11 +162,11 @@ class Planner {
   double field_ = 0, array_ = 0;
   std::set<std::string> fields_, executed_, shared_;
   double making_ = 0;
-  std::map<std::string, double> kept_;  // by owner, beside the fields by name
+  std::map<std::string, double> kept_;  // by owner, without the named fields
   MemoryPlan plan_;
 };
 
-/// load_datum: the run of another scene, whose states become fields one by one, or the values of a file.
+/// load_datum: runs another scene, whose states become fields one by one, or reads a file.
 void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
   double count = 1;
   if (!datum.trajectories && datum.when.kind == model::When::Kind::at)
@@ -180,7 +180,7 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
     options.backend.reset();
     const std::optional<Compiled> maker = compile(source, options, silent);
     if (!maker || !maker->problem) return;
-    // Each state is copied out on the grid of the run, and averaged on the own one.
+    // Each state is copied on the run's grid, then averaged to this grid.
     const double copied = 8 * static_cast<double>(cell_count(layout_of(*maker)));
     planner.note(peak_of_run(*maker) + copied + planner.array());
   } else if (!datum.file.empty()) {
@@ -188,7 +188,7 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
   }
 }
 
-/// Places along the axes and the bounds of cells, as often as fields of some placement need them: numbers of a file.
+/// Count of axis positions and cell bounds in a file, for all placements of fields.
 double numbers_of_axes(const model::Problem& problem) {
   double numbers = 0;
   for (std::size_t a = 0; a < problem.axes.size(); ++a)
@@ -202,7 +202,7 @@ MemoryPlan plan_of_run(const Compiled& compiled) {
   Planner planner(compiled);
   planner.given();
   const GradientPlan rollout = plan_of_rollout(compiled);
-  // Pages that nothing has written take no memory: those of stages come with the first step.
+  // Untouched pages take no memory: stages are allocated by the first step.
   const double states = static_cast<double>(compiled.problem->states.size()) * planner.field();
   planner.keep("states and stages", states);
   planner.formulas();
@@ -220,15 +220,15 @@ double bytes_of_outputs(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   const double cells = static_cast<double>(cell_count(layout_of(compiled)));
   const double of_end = static_cast<double>(problem.states.size());
-  double fields = problem.outputs.empty() ? of_end : 0;  // of one instant
+  double fields = problem.outputs.empty() ? of_end : 0;  // at one time
   for (const model::Output& output : problem.outputs)
     fields = std::max(fields, static_cast<double>(output.fields.size()));
-  // An instant at a time goes to the disk, and comes back field by field: as numbers, as they are stored, and
+  // Files are written one time at a time and read back field by field: as numbers, in the stored precision, and
   // compressed.
   const double stored = compiled.real() == Precision::f32 ? 4 : 8;
   const double part = std::max(cells, std::min(cells * (problem.steps + 1), NetcdfContent::values_at_once));
   const double written = (8 + (stored < 8 ? stored : 0)) * part + 3 * stored * NetcdfContent::values_at_once;
-  // Pictures take all of a plane, and nothing of a line or a volume that counts.
+  // Pictures need all of a plane; of a line or a volume they need a negligible part.
   const double pictures = problem.axes.size() == 2 ? 8 * of_end * cells : 0;
   return std::max(8 * fields * cells, written) + 8 * numbers_of_axes(problem) + pictures;
 }
@@ -252,7 +252,7 @@ MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan&
     largest = std::max(largest, count * planner.array());
     if (unknown.from.formula && count == 1) computed += planner.field();
   }
-  planner.keep("unknowns", 2 * unknowns);  // the scene's own values and the start
+  planner.keep("unknowns", 2 * unknowns);  // the scene's values and the start
   planner.execute(compiled.names.start, true);
   planner.note(unknowns + computed);
   planner.keep("unknowns", 2 * unknowns);  // two gradients: the second one is timed
@@ -274,7 +274,7 @@ namespace {
 
 std::string gibibytes(double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); }
 
-/// "fields 1.2 GiB, solve for p 0.4 GiB": the three that hold most.
+/// "fields 1.2 GiB, solve for p 0.4 GiB": the three largest shares.
 std::string text_of(const std::map<std::string, double>& shares) {
   std::vector<std::pair<std::string, double>> sorted(shares.begin(), shares.end());
   std::ranges::stable_sort(sorted, std::ranges::greater{}, &std::pair<std::string, double>::second);

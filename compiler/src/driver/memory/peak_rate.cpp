@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peak rate of arithmetic. Compiled with contraction, where a product and a sum are one instruction if there is
-// one, and with -O3: chains that are no registers measure the first cache.
+// The peak rate of arithmetic. Compiled with contraction, so that a multiply-add is one instruction if there is one,
+// and with -O3: chains that are not in registers would measure the L1 cache.
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -12,14 +12,14 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr int chains = 12;  // as many as hide the latency of an instruction, two of which begin in each cycle
+constexpr int chains = 12;  // hides the latency of an instruction, with two started in each cycle
 constexpr int rounds = 100'000, trials = 9;
 
 typedef double Vector2 __attribute__((vector_size(16)));
 typedef double Vector4 __attribute__((vector_size(32)));
 typedef double Vector8 __attribute__((vector_size(64)));
 
-/// The result keeps the compiler from leaving it out.
+/// Returns a result so that the compiler does not remove the work.
 template <class Vector>
 [[gnu::always_inline]] inline double work() {
   Vector sums[chains], factor = Vector{} + 0.999999, addend = Vector{} + 1e-6;

@@ -21,7 +21,7 @@ bool reads_states(const Compiled& compiled, const std::string& program) {
                              [&](const std::string& field) { return compiled.problem->find_state(field) != nullptr; });
 }
 
-/// The first time a loss is taken at.
+/// First time at which a loss is evaluated.
 double begin_of(const model::When& when, const model::Problem& problem) {
   const double end = problem.t_begin + problem.steps * problem.step;
   if (when.kind == model::When::Kind::over) return problem.t_begin;
@@ -41,13 +41,13 @@ double last_loss(const model::Problem& problem) {
   return last;
 }
 
-/// "" where the step has none.
+/// "" if the step has no adjoint.
 std::string adjoint_of_step(const Compiled& compiled) {
   const auto derived = compiled.derived.find(compiled.step_name());
   return derived == compiled.derived.end() || !derived->second.adjoint ? "" : derived->second.adjoint->program;
 }
 
-/// Whether that is what was compiled: the same problem, and derivatives by the same.
+/// Whether the full problem equals the compiled one, and has the same variables of differentiation.
 bool is_in_full(const Compiled& compiled, const CompileOptions& full) {
   DiagnosticSink silent;
   const auto own = model::from_ast(compiled.ast, compiled.options.selection, silent),
@@ -96,7 +96,7 @@ std::optional<Traffic> traffic_in_full(const SourceFile& source, const Compiled&
   options.after = {};
   if (is_in_full(compiled, options)) return traffic_of(compiled);
   for (const bool adjoint : {true, false}) {
-    DiagnosticSink silent;  // what is wrong with the scene itself was said before
+    DiagnosticSink silent;  // errors of the scene were reported before
     options.adjoint = adjoint && compiled.problem->task;
     const std::optional<Compiled> full = compile(source, options, silent);
     if (full && full->problem) return traffic_of(*full);

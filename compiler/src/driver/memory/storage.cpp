@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t least_budget = std::int64_t{1} << 26;
 
-/// nullptr where the program has no adjoint.
+/// nullptr if the program has no adjoint.
 const dpde_program* adjoint_in(const codegen::ProgramTables& tables, const Compiled& compiled,
                                const std::string& program) {
   const auto derived = compiled.derived.find(program);
@@ -39,7 +39,7 @@ bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, 
   return true;
 }
 
-/// For plans of memory alone: of what makes the steps only what needs room is in it.
+/// For memory plans only: contains just the parts of the set-up that need memory.
 RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& compiled) {
   RolloutSetup setup;
   setup.step = tables.find(compiled.step_name());

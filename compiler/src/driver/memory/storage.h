@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which states a gradient stores, before it runs: the plan is the runtime's own, made of the programs without their
-// code.
+// Predicts which states a gradient stores. The plan is the runtime's own, made from the program tables without code.
 #pragma once
 
 #include <cstdint>
@@ -20,21 +19,20 @@ struct StorageOptions {
   std::string checkpoint_folder;  // "": in memory
 };
 
-/// Bytes that the states of a gradient may take on this machine: in memory no more than half of what is left, so that
-/// it makes states again rather than fail.
+/// Bytes that stored states of a gradient may take. In memory at most half of what is available, so that states are
+/// recomputed rather than memory exhausted.
 std::int64_t budget_of_states(const StorageOptions& options);
 
-/// The states at which a quantity counts, as step numbers of a run of so many steps.
+/// Step numbers of the states at which a quantity is evaluated, in a run of `run_steps` steps.
 std::vector<int> steps_of(const model::When& when, const model::Problem& problem, int run_steps);
 
-/// Of a run without a gradient: what its rollout holds.
+/// Memory of the rollout of a run without a gradient.
 GradientPlan plan_of_rollout(const Compiled& compiled);
 
-/// The same of the run that a gradient makes first of a step that marks what is watched; empty where there is none.
+/// The same for the run that precedes a gradient if its step marks watched values; empty if there is none.
 GradientPlan plan_of_watched_run(const Compiled& compiled);
 
-/// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any
-/// gradient.
+/// nullopt if the step or a loss has no adjoint. @throws Error(input) if the budget is too small for any gradient.
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options);
 
 }  // namespace dpde::driver

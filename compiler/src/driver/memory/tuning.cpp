@@ -9,15 +9,15 @@
 namespace dpde::driver {
 namespace {
 
-constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on sweeps have a choice
+constexpr double least_field_bytes = 4 << 20;  // smallest field for which the runtime tunes sweeps
 
-/// A term of a row takes longer to compile with all optimisations, and less time in each cell of each step: a run of so
-/// many cells times steps takes as long with either: measured, of heat with a sine 1e6, of Burgers' equations 3e6
-/// (tests/bench/README.md). Half of the smaller, since code that comes from the cache spares nothing.
+/// Largest cells times steps for which code is not optimised. Per term of a row, optimisation costs compilation time
+/// and saves time in each cell and step. Measured break-even: 1e6 for heat with a sine, 3e6 for Burgers' equations
+/// (tests/bench/README.md). Half of the smaller, since cached code costs no compilation.
 constexpr double most_quick_cell_steps = 5e5;
-constexpr double runs_of_a_certificate = 10;  // with their gradients
+constexpr double runs_of_a_certificate = 10;  // with gradients
 
-/// The code itself is in its key, the processor in the cache's.
+/// The code key is part of it; the cache adds the processor.
 std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
   return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(),
                      compiled.code_key);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rollouts find out about the fastest way to sweep over large fields (Rollout::tuning), kept in the cache beside
-// the code.
+// Results of rollouts' tuning of sweeps over large fields (Rollout::tuning), cached with the code.
 #pragma once
 
 #include <string>
@@ -10,21 +9,21 @@
 
 namespace dpde::driver {
 
-/// Fields that leave the core's own cache: it depends on the machine which code is fastest for them, and compiling more
-/// of it is nothing beside the run.
+/// Whether fields exceed a core's own cache. Then the fastest code depends on the machine, and compiling variants costs
+/// little compared with the run.
 bool is_worth_tuning(const Compiled& compiled);
 
-/// Whether code that is vectorised and optimised saves more time in the run than it takes to make: both grow with the
-/// terms of the rows, so that the cells times the steps decide. Where those are not known it does.
+/// Whether vectorised, optimised code saves more run time than its compilation takes. Both grow with the terms of the
+/// rows, so cells times steps decide. True if these are not known.
 bool is_worth_optimising(const Compiled& compiled);
-/// Whether its code is not optimised: that of the JIT where it is not worth it.
+/// Whether its code is not optimised: JIT code for which that is not worth it.
 bool has_quick_code(const Compiled& compiled);
-inline constexpr double runs_of_an_iteration = 3;  // of an optimiser with its line search, each with a gradient
+inline constexpr double runs_of_an_iteration = 3;  // by an optimiser with its line search, each with a gradient
 
-/// For RolloutSetup::tuning; "" when nothing is kept.
+/// For RolloutSetup::tuning; "" if nothing is cached.
 std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup);
 
-/// Does nothing where nothing has been found out.
+/// Stores `tuning`; does nothing if it is empty.
 void keep_tuning(const Compiled& compiled, const RolloutSetup& setup, const std::string& tuning);
 
 }  // namespace dpde::driver

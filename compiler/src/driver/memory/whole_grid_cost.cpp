@@ -13,10 +13,10 @@ namespace dpde::driver {
 namespace {
 
 constexpr double number = 8, complex_number = 16;  // bytes
-constexpr double small_system = 10000;             // cells up to which factors are made
-constexpr double levels = 4.0 / 3;                 // of all grids of a cycle together, over the finest
+constexpr double small_system = 10000;             // cells up to which the matrix is factorised
+constexpr double levels = 4.0 / 3;                 // cells of all grids of a multigrid cycle, relative to the finest
 constexpr double cycles = 12, newton_steps = 4;
-constexpr double work_of_cycle = 20;  // flops a cell beside the operator's: smoothing, transfers, sums
+constexpr double work_of_cycle = 20;  // flops per cell in addition to the operator: smoothing, transfers, sums
 
 double cells_of(const Compiled& compiled) {
   double cells = 1;
@@ -26,7 +26,7 @@ double cells_of(const Compiled& compiled) {
 
 double flops_of_transform(double cells) { return 5 * cells * std::log2(std::max(cells, 2.0)); }
 
-/// Complex numbers of real values: along the first axis half of them and one.
+/// Complex numbers in a half spectrum of real values: n/2 + 1 along the first axis.
 double modes_of(const Compiled& compiled, const std::array<bool, loop::max_rank>& along) {
   double modes = 1;
   bool is_halved = false;
@@ -48,7 +48,7 @@ WholeGridCost cost_of(const Compiled& compiled, const loop::Transform& transform
 
 WholeGridCost cost_of(const Compiled& compiled, const loop::Solve& solve) {
   const double fields = static_cast<double>(solve.unknowns.size()), cells = cells_of(compiled), size = fields * cells;
-  double entries = fields;  // of a row
+  double entries = fields;  // of a matrix row
   for (std::size_t a = 0; a < compiled.problem->axes.size(); ++a)
     entries *= solve.reach[a] < 0 ? compiled.problem->axes[a].cells : 2 * solve.reach[a] + 1;
   WholeGridCost once;
@@ -66,7 +66,7 @@ WholeGridCost cost_of(const Compiled& compiled, const loop::Solve& solve) {
   return once;
 }
 
-/// Of all operations of a kind; those of a repeat as often as it goes.
+/// Sums costs over all operations of a kind; operations in a repeat count once for each pass.
 template <class Kind>
 class Costs {
  public:

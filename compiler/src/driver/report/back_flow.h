@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flow that comes in through an open end: nothing says what it brings.
+// Detects inflow through an open end, where no condition says what flows in.
 #pragma once
 
 #include <map>
@@ -10,18 +10,18 @@
 
 namespace dpde::driver {
 
-/// Of the velocity that a constraint binds, on the sides where it is outflow; the worst of the moments looked at.
+/// Checks velocities bound by a constraint, on sides that are outflow. Keeps the worst of the sampled times.
 class BackFlowWatch {
  public:
   explicit BackFlowWatch(Session& session) : session_(&session) {}
 
   void look(double t, const std::vector<void*>& states);
-  /// Nothing where no moment had more than a thousandth of the largest speed of that field coming in.
+  /// Reports nothing if the inflow never exceeded a thousandth of the field's largest speed.
   void report(DiagnosticSink& sink) const;
 
  private:
   struct Worst {
-    double t = 0, inwards = 0, largest = 0;  // largest: of the field, at any place
+    double t = 0, inwards = 0, largest = 0;  // largest: over the whole field
     std::int64_t faces = 0, of = 0;
     double share() const { return largest > 0 ? inwards / largest : 0; }
   };

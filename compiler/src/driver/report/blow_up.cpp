@@ -46,7 +46,7 @@ void report_instabilities(Session& session, DiagnosticSink& sink, const Advice& 
 
 namespace {
 
-/// The states that a step makes `state` of, and those that these are made of.
+/// The states that a step reads to compute `state`, directly or through other states.
 std::set<std::string> read_by(const model::Problem& problem, const std::string& state) {
   std::set<std::string> found;
   std::vector<std::string> open{state};
@@ -63,8 +63,8 @@ std::set<std::string> read_by(const model::Problem& problem, const std::string& 
   return found;
 }
 
-/// What overflows first may only read what blows up: "c has grown from 1 to 1e+100, and u reads it; ", of a field that
-/// does not read u.
+/// A field that overflows first may only read the one that blows up. Text "c has grown from 1 to 1e+100, and u reads
+/// it; " for a field c that does not read u.
 std::string grown_before(Session& session, const std::string& name) {
   constexpr double suspicious = 1e3;
   const model::Problem& problem = session.problem();

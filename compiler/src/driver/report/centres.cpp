@@ -12,7 +12,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// On the low side of the axis; none where the array tells it or nothing does.
+/// Wall value on the low side of the axis; nullopt if the array contains it or there is none.
 std::optional<double> wall_value(const model::Problem& problem, const std::string& field, std::size_t axis) {
   const model::State* state = problem.find_state(field);
   if (state == nullptr || axis >= state->boundary.size()) return std::nullopt;
@@ -21,7 +21,7 @@ std::optional<double> wall_value(const model::Problem& problem, const std::strin
   return side.kind == SideKind::value && number != nullptr ? std::optional(number->value) : std::nullopt;
 }
 
-/// A line of values `stride` apart: each becomes the mean of itself and the one before.
+/// For values `stride` apart: replaces each by the mean of itself and the one before.
 void average(double* line, int cells, std::size_t stride, double before) {
   for (int i = 0; i < cells; ++i) {
     double& value = line[static_cast<std::size_t>(i) * stride];

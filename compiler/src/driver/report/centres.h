@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies on faces, at the centres of the cells: for programs that know no staggered values.
+// Interpolates face values to cell centres, for programs that do not support staggered values.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace dpde::driver {
 
-/// Means of the faces on both sides, of as many states as there are, one after the other, x fastest. Beside a wall that
-/// holds no value in the array it is the boundary's where that is a number, else the line through the two next faces.
-/// `axes`: the problem's with the cells of the values.
+/// Means of the two adjacent faces, x fastest, state after state. If the array has no value on a wall, the boundary's
+/// value is used if it is a number, else linear extrapolation from the next two faces. `axes`: the problem's axes with
+/// the cells of the values.
 std::vector<double> at_centres(const model::Problem& problem, const std::vector<model::Axis>& axes,
                                const std::string& field, std::vector<double> values);
-/// The files of the run have these too. The problem and the axes have to outlive it.
+/// Adds centre values to the files of the run. The problem and the axes must outlive it.
 void add_centres(RunDescription& run, const model::Problem& problem, const std::vector<model::Axis>& axes);
 
 }  // namespace dpde::driver

@@ -19,15 +19,15 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr int cells_of_chessboards = 8, cells_of_noise = 32;  // fewer have jumps that are none
+constexpr int cells_of_chessboards = 8, cells_of_noise = 32;  // with fewer cells, smooth fields look like jumps
 constexpr double unlike_neighbours = -0.1;
-constexpr double driven_away = 1e16;       // times the variance at the start: of that W0801 speaks
-constexpr double deviations_of_noise = 3;  // of white noise, whose neighbours have nothing to do with another
-// What was smooth, or next to nothing, and has become noise: turbulence that its grid does not hold spreads evenly over
-// all waves (measured: drift waves of a plasma 0.6 to 0.98 where they are resolved, 0.05 to -0.6 where they are not).
+constexpr double driven_away = 1e16;       // times the variance at the start; W0801 reports such growth
+constexpr double deviations_of_noise = 3;  // tolerance for white noise, whose neighbours are uncorrelated
+// A field that was smooth or negligible and has become noise: turbulence that the grid does not resolve spreads evenly
+// over all waves (correlation of neighbours, drift waves of a plasma: 0.6 to 0.98 if resolved, 0.05 to -0.6 if not).
 constexpr double noise = 0.2, smooth = 0.5, has_grown = 100;
 
-/// A field as it lies in memory: no copy of it is made.
+/// View of a stored field, without a copy.
 class StoredValues {
  public:
   StoredValues(const dpde_layout& layout, const void* base) : layout_(layout), base_(base) {
@@ -43,7 +43,7 @@ class StoredValues {
   std::int64_t count() const { return cells(0) * cells(1) * cells(2); }
   double variance() const { return variance_; }
 
-  /// The correlation of neighbours along the axis: of waves of n cells cos(2*pi/n), of white noise 0.
+  /// Correlation of neighbours along the axis: cos(2*pi/n) for waves of n cells, 0 for white noise.
   double neighbour_correlation(std::size_t axis) const {
     double sum = 0;
     for_each([&](Cell cell) {
@@ -74,7 +74,7 @@ class StoredValues {
   double mean_ = 0, variance_ = 0;
 };
 
-/// What no derivative joins is an ensemble; what noise drives is as rough as that.
+/// Excludes states without derivatives, which are ensembles, and states driven by noise, which are as rough as it.
 bool is_of_neighbours(const model::Problem& problem, const model::State& state) {
   bool is_driven = false, is_joined = false;
   model::for_each_formula(problem, [&](const model::Use& use) {
@@ -90,8 +90,8 @@ bool is_of_neighbours(const model::Problem& problem, const model::State& state) 
   return state.rhs && is_joined && !is_driven;
 }
 
-/// The sums of squares of the waves of a field along an axis, over some of its lines: of the modes 1, 2, ... up to the
-/// last one that `dealias = two_thirds` leaves.
+/// Spectrum along an axis, summed over some lines of the field: squares of the modes 1, 2, ... up to the last one that
+/// `dealias = two_thirds` keeps.
 std::vector<double> spectrum_to_cut(const std::vector<double>& values, const std::array<std::int64_t, 3>& cells,
                                     std::size_t axis) {
   constexpr std::int64_t most_lines = 64;
@@ -105,7 +105,7 @@ std::vector<double> spectrum_to_cut(const std::vector<double>& values, const std
     for (std::size_t m = 0; m < sums.size(); ++m) {
       const std::complex<double> turn =
           std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(m + 1) / static_cast<double>(n));
-      std::complex<double> wave = 0;  // by Horner's rule
+      std::complex<double> wave = 0;  // Horner's rule
       for (std::int64_t i = n; i-- > 0;) wave = wave * turn + values[static_cast<std::size_t>(first + i * stride)];
       sums[m] += std::norm(wave);
     }
@@ -113,8 +113,8 @@ std::vector<double> spectrum_to_cut(const std::vector<double>& values, const std
   return sums;
 }
 
-/// Whether the waves beyond the cut would hold more than a hundredth of all, a tenth of the field's size: what each
-/// third of the waves has of the third before goes on. What rises to the cut has no end.
+/// Whether the waves beyond the cut would hold more than a hundredth of the energy, i.e. a tenth of the amplitude.
+/// Extrapolates the ratio of the last two thirds of the spectrum; a spectrum that rises to the cut is not bounded.
 bool is_cut_off(const std::vector<double>& spectrum) {
   constexpr double told = 1e-2;
   const auto part = [&](std::size_t third) {
@@ -126,7 +126,7 @@ bool is_cut_off(const std::vector<double>& spectrum) {
   return last >= before ? last > told * all : last * last / (before - last) > told * all;
 }
 
-/// Dealiasing takes out the waves that chessboards are made of: what piles up lies before its cut.
+/// Dealiasing removes the shortest waves, so energy piles up just below its cut.
 void report_pile_up(Session& session, int s, const model::State& state, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   std::array<std::int64_t, 3> cells{1, 1, 1};

@@ -20,11 +20,11 @@ namespace dpde::driver {
 namespace {
 
 constexpr int stride = 4;
-/// Of what is smooth a cell has a quarter of the difference over four, of a jump all of it.
+/// Difference to the next cell over that to the fourth cell: 1/4 for a smooth function, 1 for a jump.
 constexpr double share_of_jump = 0.5;
-constexpr double least_jump = 1e-2;  // of data, of the largest value: less may be noise of what was measured
+constexpr double least_jump = 1e-2;  // of the largest value; smaller jumps in data may be measurement noise
 
-/// Whether some cell beside another along the axis differs from it as much as from those four cells on.
+/// Whether the largest difference of adjacent cells along the axis is comparable with that over four cells.
 bool jumps_along(std::span<const double> values, const std::array<int, 3>& cells, std::size_t axis) {
   std::array<std::size_t, 3> strides{1, static_cast<std::size_t>(cells[0]),
                                      static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1])};
@@ -39,7 +39,7 @@ bool jumps_along(std::span<const double> values, const std::array<int, 3>& cells
   return next > least_jump * largest && next > share_of_jump * farther;
 }
 
-/// A formula as it is judged in an equation, whatever the grid; data by their values.
+/// Formulas are analysed independent of the grid; data are checked by their values.
 bool jumps(Session& session, const model::Coefficient& c, const model::Movement& everywhere) {
   if (c.value.formula) return model::jump_in(*c.value.formula, session.problem(), everywhere).has_value();
   const std::vector<double> values = session.workspace().dense(c.name);
@@ -54,7 +54,7 @@ bool jumps(Session& session, const model::Coefficient& c, const model::Movement&
   return false;
 }
 
-/// What stands in a difference as it is, and not as 1/k in an interpolation.
+/// The expression without the 1/k in interpolations, i.e. without harmonic means.
 model::Expr without_harmonic_means(const model::Expr& e) {
   if (const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind)) {
     const model::Binary* inverse = std::get_if<model::Binary>(&mean->operand->kind);
@@ -63,7 +63,7 @@ model::Expr without_harmonic_means(const model::Expr& e) {
   return model::map_parts(e, without_harmonic_means);
 }
 
-/// What is in the harmonic means of `e`: k of interpolate(1/k).
+/// Calls `f` with k for each interpolate(1/k) in `e`.
 void for_each_harmonic_mean(const model::Expr& e, const std::function<void(const model::Expr&)>& f) {
   const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind);
   const model::Binary* inverse = mean == nullptr ? nullptr : std::get_if<model::Binary>(&mean->operand->kind);
@@ -71,7 +71,7 @@ void for_each_harmonic_mean(const model::Expr& e, const std::function<void(const
   model::for_each_part(e, [&](const model::Expr& part) { for_each_harmonic_mean(part, f); });
 }
 
-/// With numbers for parameters that have one at all times, and the formulas of coefficients.
+/// Replaces parameters by their values and coefficients by their formulas.
 model::Expr with_numbers(const model::Expr& e, const model::Problem& problem) {
   const model::Param* param = std::get_if<model::Param>(&e->kind);
   const model::Parameter* found = param == nullptr ? nullptr : problem.find_param(param->name);
@@ -82,8 +82,8 @@ model::Expr with_numbers(const model::Expr& e, const model::Problem& problem) {
   return model::map_parts(e, [&](const model::Expr& part) { return with_numbers(part, problem); });
 }
 
-/// Where a function of a place jumps inside of an interval; nullopt where it changes little by little. Of halves the
-/// one with the larger change is gone into: what is smooth loses half of its change each time, a jump nothing.
+/// Position of a jump of a function in an interval; nullopt if it is continuous. Bisects into the half with the larger
+/// change: for a smooth function the change halves each time, for a jump it stays.
 std::optional<double> jump_between(const std::function<double(double)>& value, double low, double high) {
   constexpr int halvings = 30;
   constexpr double least = 1e-7, left_of_jump = 0.3;
@@ -100,11 +100,11 @@ std::optional<double> jump_between(const std::function<double(double)>& value, d
   return high;
 }
 
-/// Of a formula of places along the lines of centres, every so many of them, where one jumps inside a cell: where that
-/// is. "" where none does, or what it is of is not known here.
+/// Position where a formula of coordinates jumps inside a cell, sampled along lines of centres. "" if there is none, or
+/// if the formula is not one of coordinates.
 std::string jump_inside_a_cell(const Session& session, const model::Expr& e) {
-  constexpr double beside = 1e-9;  // a face, in widths of a cell
-  constexpr int most_lines = 64;   // along an axis
+  constexpr double beside = 1e-9;  // distance from a face, in cell widths
+  constexpr int most_lines = 64;   // sampled along an axis
   const model::Expr formula = with_numbers(e, session.problem());
   if (!model::is_formula(formula)) return "";
   const std::vector<model::Axis>& axes = session.axes();
@@ -145,7 +145,7 @@ bool holds_derivative(const model::Expr& e, int axis) {
   });
 }
 
-/// Whether grad(u)/interpolate(1/k) can take the place of k*grad(u): of (1 + 9*w)*grad(u) that of w has no use.
+/// Whether grad(u)/interpolate(1/k) can replace k*grad(u). In (1 + 9*w)*grad(u) that is no use for w.
 bool is_factor_in(const model::Expr& flux, const std::string& name) {
   if (const model::Field* field = std::get_if<model::Field>(&flux->kind)) return field->name == name;
   if (const model::Neg* neg = std::get_if<model::Neg>(&flux->kind)) return is_factor_in(neg->operand, name);
@@ -154,8 +154,7 @@ bool is_factor_in(const model::Expr& flux, const std::string& name) {
   return is_factor_in(b->left, name) || (b->op == BinaryOp::multiply && is_factor_in(b->right, name));
 }
 
-/// What steps compute, as a person wrote it. What projections make of a constraint has masks in it that let nothing
-/// flow, which are no coefficients.
+/// Whether the formula is hand-written. Generated projections have masks that block flow; those are not coefficients.
 bool is_written(model::UseKind kind) {
   return kind == model::UseKind::equation || kind == model::UseKind::held_value || kind == model::UseKind::event;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constraints that are not true behind a step.
+// Constraints that do not hold after a step.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace dpde::driver {
 
-/// Of the terms of a constraint: solves end at 1e-10 of their right sides.
+/// Tolerated error relative to the constraint's terms: solves end at 1e-10 of their right-hand sides.
 double rounding_of_constraints(const Session& session);
 
-/// A warning for each that misses by more than rounding: walls that let in more than they let out leave a mean that no
-/// pressure takes away.
+/// Warns of each constraint whose error exceeds rounding. Typically, walls let in more than they let out, and no
+/// pressure removes the remaining mean divergence.
 void report_missed_constraints(const Session& session, const std::vector<Session::Miss>& misses, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

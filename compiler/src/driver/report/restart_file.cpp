@@ -36,7 +36,7 @@ std::string grid_text(const model::Problem& problem) {
   return text;
 }
 
-/// Of controls the formula: a run that goes on beyond the end has more values of it.
+/// For controls, the formula: a run that continues beyond its end needs more values of it.
 std::string params_text(const model::Problem& problem) {
   std::string text;
   for (const model::Parameter& param : problem.params) {
@@ -52,7 +52,7 @@ std::string params_text(const model::Problem& problem) {
   return text;
 }
 
-/// States at the start, coefficients, in so far as they come from files, and weights of networks.
+/// Hash of initial states, coefficients from files, and weights of networks.
 std::uint64_t hash_of_fields(Session& session) {
   std::uint64_t hash = hash_of(std::string_view());
   for (int s = 0; s < session.rollout().state_count(); ++s) hash = hash_of(session.initial(s), hash);
@@ -83,7 +83,7 @@ std::string step_text(const model::Problem& problem) {
 }  // namespace
 
 void add_params(RunIdentity& identity, std::string params) {
-  // Before the programs, of which fixed ones are a part.
+  // Before the entry of the back end, since fixed parameters affect programs.
   const auto programs = std::ranges::find(identity, "back end", &RunIdentity::value_type::first);
   identity.insert(programs, {"set of parameters", std::move(params)});
 }
@@ -101,7 +101,7 @@ RunIdentity identity_of(const Compiled& compiled) {
   while (scheme.ends_with('\n')) scheme.pop_back();
   const auto& backend = compiled.options.backend;
   stencil::Module programs = compiled.stencil;
-  programs.loops.clear();  // they hold the number of steps, which may grow
+  programs.loops.clear();  // they contain the number of steps, which may grow
   return {{"scene", problem.scene},
           {"grid", grid_text(problem)},
           {"step", step_text(problem)},

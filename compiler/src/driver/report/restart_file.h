@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that stopped on its way, on disk: the state it had reached, and what it is a run of.
+// File of an interrupted run: the state it had reached, and an identification of the run.
 //
-// File: "dpderst3", then texts and numbers with their lengths, then a checksum of all before it. Written atomically.
+// Format: "dpderst3", then texts and numbers with their lengths, then a checksum of all that precedes. Written
+// atomically.
 #pragma once
 
 #include <filesystem>
@@ -17,29 +18,30 @@
 
 namespace dpde::driver {
 
-/// What has to be the same for a run to go on to the same end: by name ("grid", "step"), in the order of their weight.
+/// Properties that must be equal for a run to continue to the same result: name ("grid", "step") and value, most
+/// important first.
 using RunIdentity = std::vector<std::pair<std::string, std::string>>;
 RunIdentity identity_of(Session& session);
-/// The same but for parameters and the start, which hosts set; and with parameters.
+/// The same without parameters and start, which hosts set; add_params adds the parameters.
 RunIdentity identity_of(const Compiled& compiled);
 void add_params(RunIdentity& identity, std::string params);
 
 struct Restart {
   RunIdentity identity;
   int step = 0;
-  std::vector<std::vector<double>> states;  // dense, in the order of the rollout
-  StepController controller;                // of steps under a tolerance
-  std::string record;                       // the caller's own
+  std::vector<std::vector<double>> states;  // without ghost cells, in the order of the rollout
+  StepController controller;                // for steps with a tolerance
+  std::string record;                       // data of the caller
 };
 
-/// With a checksum behind it; and what is before it, nullopt where it does not fit: so files that a kill or a disk has
-/// damaged are known.
+/// sealed: appends a checksum. unsealed: the content without it, or nullopt if the checksum does not match, i.e. the
+/// file is damaged.
 std::string sealed(std::string content);
 std::optional<std::string_view> unsealed(std::string_view bytes);
 
-/// Reports machine-failed; false then.
+/// Returns false and reports machine-failed on failure.
 bool save_restart(const std::filesystem::path& path, const Restart& restart, DiagnosticSink& sink);
-/// Reports cannot-read, bad-array-file when it is damaged, and restart-differs when it is of another run.
+/// Reports cannot-read; bad-array-file if it is damaged; restart-differs if it belongs to another run.
 std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity,
                                     DiagnosticSink& sink);
 

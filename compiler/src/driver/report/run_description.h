@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the files of a run say of it beside its values.
+// Description of a run that its files contain in addition to values.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace dpde::driver {
 
-/// What makes a result again: `dpde VERB FILE NAME` with its options.
+/// Command that reproduces a result: `dpde VERB FILE NAME` with its options.
 struct RunOrigin {
   std::string verb = "run";
   std::string file, name;
@@ -21,21 +21,22 @@ struct RunOrigin {
   std::uint64_t seed = 0;
 };
 
-/// What readers call an axis: lon of x on a sphere.
+/// Conventional name of an axis: lon for x on a sphere.
 std::string called(const model::Problem& problem, const std::string& axis);
-/// Where a state or what is shown lies.
+/// Placement of a state or a shown field.
 model::Placement placement_of(const model::Problem& problem, const std::string& field);
 
 /// For record_plan().
 std::vector<Series> run_outputs(const model::Problem& problem);
 std::vector<RunAxis> run_axes(const model::Problem& problem, const std::vector<model::Axis>& axes);
-/// All parameters that are one number in a whole run.
+/// All parameters that are constant during a run.
 std::vector<RunNumber> run_params(const model::Problem& problem);
-/// Names that variables of the user have.
+/// Names used by the user's variables.
 std::set<std::string> taken_names(const model::Problem& problem);
-/// Of the file: text, settings and numbers.
+/// Attributes of the file: text, settings and numbers.
 NetcdfAttributes attributes_of(const model::Problem& problem, const SourceFile& source, const RunOrigin& origin);
-/// `axes`: the problem's with other cells. `states`: what a run steps, with what schemes and solves keep.
+/// `axes`: the problem's axes with other cell counts. `states`: all states of the run's steps, with those of schemes
+/// and solves.
 RunDescription describe_run(const model::Problem& problem, const std::vector<model::Axis>& axes,
                             const std::vector<std::string>& states, const SourceFile& source, const RunOrigin& origin);
 

@@ -12,7 +12,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// The solve for a field, in blocks too; null where there is none.
+/// The solve for a field, also inside repeats; null if there is none.
 const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statements, const std::string& unknown) {
   for (const stencil::Statement& statement : statements) {
     const stencil::Solve* found = match(
@@ -29,7 +29,7 @@ const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statemen
   return nullptr;
 }
 
-/// The stages of a step solve the same equation.
+/// Merges notes: all stages of a step solve the same equation.
 void add_note(SolveNote& to, const SolveNote& note) {
   to.solves += note.solves;
   to.iterations += note.iterations;
@@ -50,7 +50,7 @@ void add_note(SolveNote& to, const SolveNote& note) {
 
 namespace {
 
-/// In the step, or else in any program: those of adjoints solve for names of their own.
+/// Searches the step first, then all programs: solves of adjoints have their own unknowns.
 const stencil::Solve* find_solve(const Compiled& compiled, const std::string& unknown) {
   const stencil::Program& step = *compiled.stencil.find_program(compiled.step_name());
   const stencil::Solve* found = find_solve(step.body, unknown);
@@ -59,7 +59,7 @@ const stencil::Solve* find_solve(const Compiled& compiled, const std::string& un
   return found;
 }
 
-/// "psi_last and a formula of the model"; "" for none.
+/// "psi_last and a formula of the model"; "" if none.
 std::string begun_with(const Compiled& compiled, const stencil::Solve& solve) {
   std::vector<std::string> names;
   for (const std::string& guess : solve.guesses) {
@@ -71,7 +71,7 @@ std::string begun_with(const Compiled& compiled, const stencil::Solve& solve) {
   return fmt::format("{}", fmt::join(names, " and "));
 }
 
-/// Of a processor: what a guess saves shows here, too.
+/// CPU time, so that it also shows savings of an initial guess.
 std::string times_of(const SolveNote& note) {
   const double each = note.seconds / static_cast<double>(std::max<std::int64_t>(note.solves, 1));
   return fmt::format("{:.3g} ms a solve, {:.3g} ms to set up", 1e3 * each, 1e3 * note.setup);
@@ -138,7 +138,7 @@ std::string text_of(const std::vector<SolveReport>& solves) {
 
 namespace {
 
-/// What solves them, as it was tried; of more cells than methods are tried on what is known of these iterations.
+/// Advice on the method, found by trials; if there are too many cells for trials, from known iteration counts.
 std::string what_solves(const SolveNote& note) {
   const std::string tried = note.advice ? note.advice() : "";
   if (!tried.empty() || !(note.residual < 1)) return tried;
@@ -156,8 +156,8 @@ void report_solves(const model::Problem& problem, const std::vector<SolveReport>
                   {solve.field, fmt::format("{}", note.missed), fmt::format("{}", note.solves),
                    fmt::format("{:.3g}", note.residual), fmt::format("{:.3g}", note.tolerance)},
                   what_solves(note));
-    if (solve.is_adjoint) continue;  // what is out of reach there is what no right side can change
-    const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // W0807 says it in its own words
+    if (solve.is_adjoint) continue;  // its unreachable part can be changed by no right-hand side
+    const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // reported by W0807
     if (!(note.out_of_reach.part > rounding) || is_constraint) continue;
     sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.out_of_reach.part)},
                 "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left "

@@ -13,7 +13,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// Those in values of boundaries have no adjoint yet; those in weights of mixed ones have.
+/// Parameters in boundary values, which have no adjoint yet. Weights of mixed conditions have one.
 std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   std::set<std::string> params;
   const auto collect = [&](const stencil::Expr& e) {
@@ -35,7 +35,7 @@ bool is_learned(const model::Problem& problem, const std::string& network) {
          });
 }
 
-/// Whether the coefficient is an unknown or a formula of one.
+/// Whether the coefficient is an unknown or its formula contains one.
 bool is_sought(const model::Problem& problem, const model::Coefficient& coefficient) {
   if (!problem.task) return false;
   const auto is_unknown = [&](const model::Unknown& unknown) {
@@ -85,7 +85,7 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   }
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown && !options.by_everything) continue;
-    // What a task seeks is no input to leave out: where there is no derivative by it, that is an error.
+    // Unknowns of a task are always kept: if there is no derivative, that is an error.
     if (param.unknown && !(compiled.problem->task && compiled.problem->task->certifies)) {
       wrt.params.insert(param.name);
     } else {

@@ -25,7 +25,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// The step of a run nearest to `t`, or -1 when no step falls on it.
+/// Step of a run nearest to `t`, or -1 if `t` is not a multiple of the step.
 int step_at(const Session& session, double t) {
   const double position = (t - session.problem().t_begin) / session.problem().step;
   const double nearest = std::round(position);
@@ -55,7 +55,7 @@ std::string mismatch(const std::vector<model::Axis>& from, const std::vector<mod
   return "";
 }
 
-/// The times at which a datum is wanted, of a run of so many steps.
+/// Times at which a datum is needed, in a run of `steps` steps.
 std::vector<double> times_of(const model::Problem& problem, int steps, const model::When& when) {
   switch (when.kind) {
     case model::When::Kind::end: return {problem.t_begin + steps * problem.step};
@@ -68,9 +68,9 @@ std::vector<double> times_of(const model::Problem& problem, int steps, const mod
   return times;
 }
 
-/// Settings for the scene that makes the data, so that the task's --set cells, step and end reach it: along an axis
-/// where it would no longer fit it keeps its ratio to the task's scene, or takes the same cells; a finer grid needs its
-/// steps too.
+/// Settings of the scene that makes the data, so that the task's --set cells, step and end apply to it. Along an axis
+/// where its grid would no longer fit, it keeps its ratio to the task's scene, or takes the same cells; a finer grid
+/// needs proportionally more steps.
 std::map<std::string, std::string> followed_settings(const Compiled& compiled, const model::Datum& datum) {
   const model::Selection& selection = compiled.options.selection;
   std::map<std::string, std::string> settings;
@@ -101,11 +101,11 @@ double observed(Session& session, const std::string& name, const Snapshot& snaps
   unreachable("the model level knows the observables of a scene");
 }
 
-/// Takes the state at the k-th of the wanted times: as they come, so that there is one copy of each.
+/// Receives the state at the k-th time, one at a time, so that only one copy exists.
 using TakeState = std::function<void(std::size_t k, std::span<const double> values)>;
 
-/// Runs the other scene and gives a field, or the value of an observable in all cells, at the wanted times. False where
-/// it cannot.
+/// Runs the other scene and passes on a field, or an observable's value in all cells, at the given times. Returns false
+/// on failure.
 bool run_other_scene(Session& session, const model::Datum& datum, const std::vector<double>& times,
                      const TakeState& take, const SourceFile& source, DiagnosticSink& sink) {
   const SourceRange where = datum.origin.range;
@@ -125,7 +125,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   if (!difference.empty() && !datum.series) return fail(difference);
   const int state = other->rollout().state_index(datum.field);
   if (state < 0 && !datum.series) return fail("it has no state " + datum.field);
-  std::multimap<int, std::size_t> wanted;  // times by step of the other run
+  std::multimap<int, std::size_t> wanted;  // maps steps of the other run to indices of times
   int every = 0;
   for (std::size_t k = 0; k < times.size(); ++k) {
     const int step = step_at(*other, times[k]);
@@ -135,7 +135,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   }
   std::vector<double> values;
   const auto keep = [&](const Snapshot& snapshot) {
-    const auto first = wanted.lower_bound(snapshot.step);  // a run until steady stays where it ends
+    const auto first = wanted.lower_bound(snapshot.step);  // a run until steady stays at its last state
     const auto last = snapshot.is_last ? wanted.end() : wanted.upper_bound(snapshot.step);
     if (first == last) return;
     if (datum.series) {
@@ -166,7 +166,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   return true;
 }
 
-/// Others for each datum: of the difference of two nothing would be left.
+/// Random values, different for each datum: the difference of two data must not vanish.
 std::vector<double> made_up(const model::Task& task, const std::string& datum, std::size_t cells) {
   const auto number = std::ranges::find(task.data, datum, &model::Datum::name) - task.data.begin();
   std::mt19937_64 random(static_cast<std::uint64_t>(number) + 1);
@@ -176,7 +176,7 @@ std::vector<double> made_up(const model::Task& task, const std::string& datum, s
   return state;
 }
 
-/// The times of the states in losses that the datum stands in.
+/// Times of the states in losses that contain the datum.
 std::vector<double> compared_at(const model::Problem& problem, int steps, const model::Datum& datum) {
   std::vector<double> result;
   for (const model::Loss& loss : problem.task->losses) {
@@ -188,8 +188,8 @@ std::vector<double> compared_at(const model::Problem& problem, int steps, const 
   return result;
 }
 
-/// What the file of a datum holds, one state behind the other: of one number a state, or on the grid of the scene.
-/// Whoever runs a task and whoever only looks at its files reads them here.
+/// Reads the file of a datum, one state after the other: one number for each state, or values on the scene's grid. Used
+/// for running a task and for checking its files.
 std::optional<std::vector<double>> load_file(const model::Problem& problem, int steps, const model::Datum& datum,
                                              const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
@@ -293,12 +293,12 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
 
 namespace {
 
-/// Of a task that learns, its data and what it is tested on.
+/// Checks the training and test data of a learning task.
 void check_trajectories(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
   std::set<std::string> seen;
   if (const model::Datum* windows = problem.task->datum_of_windows()) {
     const auto learnt = files::load_learnt_trajectories(problem, source, sink);
-    const bool has_all = !learnt || learnt->names_of_data.empty();  // and there is no need to look at it again
+    const bool has_all = !learnt || learnt->names_of_data.empty();  // complete, so it need not be read again
     if (has_all) seen.insert(windows->file);
   }
   for (const std::vector<model::Test>* tests : {&problem.task->tests, &problem.task->growths}) {
@@ -344,7 +344,7 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
 std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
                                  const std::vector<model::Axis>& to, const model::Placement& placement) {
   std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
-  std::array<std::vector<double>, 3> weights{{{1}, {1}, {1}}};  // of each fine cell in its coarse one
+  std::array<std::vector<double>, 3> weights{{{1}, {1}, {1}}};  // of each fine cell in its coarse cell
   for (std::size_t a = 0; a < to.size(); ++a) {
     n[a] = to[a].cells;
     ratio[a] = from[a].cells / to[a].cells;
@@ -395,7 +395,7 @@ std::string field_of(const model::Datum& datum, std::size_t k) {
   return k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k);
 }
 
-/// Of the window that the session begins with.
+/// Data of the session's first training sample.
 DataStates frames_of_window(Session& session, const model::Datum& datum) {
   const WindowStart& window = *session.options().window;
   const std::vector<double>& frames = window.data.at(datum.name);
@@ -420,8 +420,7 @@ DataStates frames_of_window(Session& session, const model::Datum& datum) {
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
   if (datum.begins_windows()) return DataStates{datum.name, {}, {}};
-  // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is
-  // compared with.
+  // Each training sample has its own trajectory. A session without samples needs a run, whatever it is compared with.
   if (datum.trajectories && session.options().window != nullptr) return frames_of_window(session, datum);
   const bool is_made_up =
       !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());

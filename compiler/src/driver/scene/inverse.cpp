@@ -62,7 +62,7 @@ const model::Coefficient* Inverse::control_field(const Part& part) const {
   return coefficient != nullptr && coefficient->is_control() ? coefficient : nullptr;
 }
 
-/// Of the fields that begin by a formula of the task; the scene's own values stay where they are.
+/// Values of the fields for which the task has a start formula; the scene's own values are not changed.
 std::map<std::string, std::vector<double>> Inverse::start_by_formulas() {
   Workspace& workspace = session_.workspace();
   std::map<std::string, std::vector<double>> values;
@@ -89,7 +89,7 @@ std::map<std::string, std::vector<double>> Inverse::start_by_formulas() {
   return values;
 }
 
-/// A number, or the values of a file; nullopt when `sink` has an error afterwards.
+/// Start of one part: a number, or the values of a file. nullopt if `sink` has an error afterwards.
 std::optional<std::vector<double>> Inverse::start_of(const Part& part, const SourceFile& source, DiagnosticSink& sink) {
   const model::Source& from = unknown_of(part).from;
   if (part.is_network()) return session_.workspace().weights().find(part.name)->second.values;
@@ -128,7 +128,7 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
-/// Numbers were checked with the model; fields are known now.
+/// Numbers were checked with the model; fields are checked here.
 bool Inverse::check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const {
   const model::Unknown& unknown = unknown_of(part);
   const Precision real = session_.problem().scheme.real;
@@ -152,7 +152,7 @@ void Inverse::assign(const Eigen::VectorXd& x) {
   session_.engine().begin(session_.rollout());
 }
 
-/// Whether the conditions at walls are ones with these values of the parameters that are sought.
+/// Whether the boundary conditions are well-defined for these values of the unknown parameters.
 bool Inverse::has_walls(const Eigen::VectorXd& x) {
   model::KnownValues values;
   for (const model::Parameter& parameter : session_.problem().params) values[parameter.name] = parameter.value;
@@ -163,7 +163,7 @@ bool Inverse::has_walls(const Eigen::VectorXd& x) {
   return !misfit_;
 }
 
-/// A search that tries too long a step is to take a shorter one.
+/// NaN instead of an error, so that a line search takes a shorter step.
 double Inverse::or_none(const Eigen::VectorXd& x, const std::function<double()>& loss) {
   unsolved_.clear();
   try {
@@ -187,7 +187,7 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
     return NAN;
   }
   session_.engine().set_unknowns(x);
-  gradient.setConstant(NAN);  // of what has no solution
+  gradient.setConstant(NAN);  // result if there is no solution
   return or_none(x, [&] {
     return session_.engine().gradient({gradient.data(), static_cast<std::size_t>(gradient.size())});
   });

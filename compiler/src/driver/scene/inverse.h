@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest; of a
-// control field one interval after the other), then parameters. An unknown parameter also acts through the formulas of
-// initial states and coefficients.
+// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest; control
+// fields interval after interval), then parameters. An unknown parameter also acts through the formulas of initial
+// states and coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ class Inverse {
   struct Part {
     std::string name;
     model::Unknown::Kind kind;
-    int index;  // of the state, of an initial one
+    int index;  // of the state, for an initial state
     Eigen::Index offset, size;
     bool is_field() const { return kind == model::Unknown::Kind::initial || kind == model::Unknown::Kind::coefficient; }
     bool is_control() const { return kind == model::Unknown::Kind::control; }
@@ -33,45 +33,44 @@ class Inverse {
     std::vector<double> of(const Eigen::VectorXd& x) const { return {x.data() + offset, x.data() + offset + size}; }
   };
 
-  /// The session's problem has a task. null when `sink` has errors afterwards. The session must outlive the result.
+  /// Requires a task in the session. Returns null if `sink` has errors afterwards. The session must outlive the result.
   static std::unique_ptr<Inverse> open(Session& session, const SourceFile& source, DiagnosticSink& sink);
 
   const std::vector<Part>& parts() const { return parts_; }
-  /// The coefficient that the part is, where that is a control field; else null.
+  /// The coefficient of the part if it is a control field; else null.
   const model::Coefficient* control_field(const Part& part) const;
-  /// The scene's own values of a field that is sought.
+  /// The scene's values of an unknown field.
   const std::vector<double>& own(const Part& part) const { return own_.at(part.name); }
-  /// Where the task starts: `from`, or else the scene's own values.
+  /// Start of the task: `from`, or else the scene's values.
   const Eigen::VectorXd& start() const { return start_; }
-  /// Of the unknowns; empty when none has bounds.
+  /// Bounds of the unknowns; empty if there are none.
   Bounds bounds() const;
   Eigen::Index size() const { return start_.size(); }
 
-  /// Not a number where a solve finds no solution for x, unless the task starts there: then it throws NoSolution.
+  /// The loss at x. NaN if a solve has no solution there; at the task's start it throws NoSolution instead.
   double value(const Eigen::VectorXd& x);
-  /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with
-  /// these values.
+  /// Also sets `gradient`, which must have size(). NaN also if the session's stop flag was raised, or if a boundary
+  /// condition is not well-defined for x.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
-  /// The loss, and `gradient` as value_and_gradient() has it, of the state at rest beside which a run until steady
-  /// ends; not a number where none is found.
+  /// Loss and gradient, as above, at the steady state near the end of a run until steady; NaN if none is found.
   double value_and_gradient_at_rest(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
   /// See Engine::hold_steps.
   void hold_steps(bool hold) { session_.engine().hold_steps(hold); }
-  /// The condition at a wall that was none with the last values, if there was one.
+  /// The boundary condition that was not well-defined for the last x, if there was one.
   const std::optional<model::WallMisfitAt>& misfit() const { return misfit_; }
-  /// What had no solution with the last values; "" where all had one.
+  /// The equation without a solution for the last x; "" if all had one.
   const std::string& unsolved() const { return unsolved_; }
-  /// Of the last value_and_gradient.
+  /// Result of the last value_and_gradient.
   const GradientResult& last() const { return session_.engine().last_gradient(); }
-  /// The rate of the loss at x in a direction, by tangents.
+  /// Directional derivative of the loss at x, by tangents.
   double rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction);
-  /// Whether there are second derivatives; of Gauss and Newton only where each loss is a sum of squares.
+  /// Whether Hessian products exist; for Gauss-Newton only if each loss is a sum of squares.
   bool has_products(Curvature curvature) const { return session_.engine().why_no_products(curvature).empty(); }
-  /// The Hessian at x times v: `result` has size(). Not a number when the session's stop flag was raised.
+  /// The Hessian at x times v; `result` must have size(). NaN if the session's stop flag was raised.
   void product(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result, Curvature curvature);
-  /// The task's tests at x, in order; the state's run is repeated once.
+  /// Values of the task's tests at x, in order; runs the scene once.
   std::vector<std::pair<std::string, double>> tests(const Eigen::VectorXd& x);
-  /// Makes the rollout start from x.
+  /// Sets the start of the rollout to x.
   void assign(const Eigen::VectorXd& x);
 
  private:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of what the programs of a scene have as parameters.
+// Values of the parameters of a scene's programs.
 #pragma once
 
 #include "driver/compile/pipeline.h"
 
 namespace dpde::driver {
 
-/// Parameters, spacings, the step, the number of cells. What seeds and counts is not among them.
+/// Parameters, spacings, the step and the number of cells; without seeds and counters.
 loop::ParamValues values_of(const Compiled& compiled);
 
 }  // namespace dpde::driver

@@ -19,7 +19,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// In the vector of all of them; within a kind that of the task.
+/// Order in the vector of all unknowns; within a kind, the order of the task.
 constexpr model::Unknown::Kind order_of_unknowns[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
                                                       model::Unknown::Kind::parameter, model::Unknown::Kind::control,
                                                       model::Unknown::Kind::network};
@@ -47,7 +47,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
   options.takes_jumps = options.trusts_signs = needs.takes_jumps;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
-  DiagnosticSink first_sink;  // the same again comes from the second compilation
+  DiagnosticSink first_sink;  // the second compilation reports the same again
   const std::optional<Compiled> first = compile(source, options, first_sink);
   options.runs = any_number_of_runs;
   options.adjoint = first && first->problem && first->problem->task;
@@ -94,11 +94,11 @@ struct SceneTable::Storage {
   std::deque<codegen::NetworkTable> network_tables;
   std::vector<const dpde_network*> networks;
   files::NetworkWeights given_weights;
-  std::vector<const double*> weights;  // one a network
+  std::vector<const double*> weights;  // one for each network
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
-  /// What is known of it beside what a run takes.
+  /// Facts about the scene that a run does not need.
   struct Facts {
     std::vector<dpde_put_in> put_in;
     std::vector<dpde_unit> units;
@@ -110,7 +110,8 @@ struct SceneTable::Storage {
 };
 
 const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
-  const bool is_fixed = axis.stretch || axis.runs_down() || compiled->problem->metric;  // on so many cells
+  const bool is_fixed = axis.stretch || axis.runs_down() || compiled->problem->metric;  // these centres are valid for
+                                                                                        // this cell count only
   if (!is_fixed) return nullptr;
   std::vector<double>& places = centres.emplace_back();
   for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
@@ -125,7 +126,7 @@ dpde_instants SceneTable::Storage::instants(const model::When& when) {
   return {static_cast<int32_t>(list.size()), list.data()};
 }
 
-/// A control field that is sought begins where its task does.
+/// An unknown control field starts where its task does.
 void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient) {
   const model::Problem& problem = *compiled->problem;
   if (!coefficient.is_control()) {
@@ -168,8 +169,7 @@ void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
   }
 }
 
-/// Of the second derivatives; "" when they are there. A program that nothing sought acts through has none and needs
-/// none.
+/// Why there are no second derivatives; "" if there are. A program that no unknown affects has none and needs none.
 std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
   if (!compiled->options.tangent &&
       std::ranges::none_of(compiled->derived, [](const auto& each) { return each.second.tangent.has_value(); })) {
@@ -183,7 +183,7 @@ std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
   return "";
 }
 
-/// What there is of a tangent and the adjoint of that.
+/// The tangent and its adjoint, as far as they exist.
 dpde_second SceneTable::Storage::second_of(const std::string& program) const {
   const auto found = compiled->derived.find(program);
   if (found == compiled->derived.end()) return {};
@@ -201,7 +201,7 @@ void SceneTable::Storage::add_second(const model::Task& task) {
   for (std::size_t i = 0; i < losses.size(); ++i) {
     const std::string& name = compiled->names.losses[i];
     const auto found = compiled->derived.find(name);
-    if (found == compiled->derived.end()) continue;  // nothing that is sought reaches it
+    if (found == compiled->derived.end()) continue;  // does not depend on unknowns
     const Derived& loss = found->second;
     losses[i].full = second_of(name);
     if (!loss.squares || !loss.squares_adjoint) continue;
@@ -221,7 +221,7 @@ void SceneTable::Storage::add_task(const model::Task& task) {
     return false;
   };
   for (const model::Datum& datum : task.data) {
-    if (!is_read(datum.name)) continue;  // the task's tests alone
+    if (!is_read(datum.name)) continue;  // used only by the task's tests
     dpde_instants at = instants(datum.when);
     if (at.count == 1) at = {0, nullptr};
     data.push_back({text(datum.name), at, datum.series ? 1 : 0});
@@ -255,7 +255,7 @@ void SceneTable::Storage::add_step() {
   scene.kept_adjoint = compiled->program(kept_of(*compiled).adjoint_name());
 }
 
-/// How steps are made in parts.
+/// Substeps of steps.
 void SceneTable::Storage::add_parts() {
   const model::Problem& problem = *compiled->problem;
   scene.rate = compiled->program(compiled->names.rate);
@@ -286,7 +286,7 @@ void SceneTable::Storage::add_facts() {
 void SceneTable::Storage::add_outputs() {
   scene.output_program = compiled->program(compiled->names.shown);
   if (scene.output_program == nullptr) return;
-  // The program keeps one field for each, in their order.
+  // The program stores one field for each, in order.
   auto kept = compiled->stencil.find_program(compiled->names.shown)->keeps.begin();
   for (const model::OutputField& shown : compiled->problem->shown)
     facts.outputs.push_back({text(shown.name), text(*kept++)});

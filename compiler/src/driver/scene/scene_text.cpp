@@ -19,7 +19,7 @@ namespace {
 
 using Values = std::map<std::string, double>;
 
-/// `e` with numbers in place of parameters that no program of the scene takes: a scene of programs knows the others.
+/// Replaces parameters that no program of the scene takes by their values: a scene of programs only knows the others.
 model::Expr with_values(const model::Expr& e, const Values& values) {
   const auto all = [&](std::vector<model::Expr> parts) {
     for (model::Expr& part : parts) part = with_values(part, values);
@@ -54,7 +54,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Apply& a) {
         return model::apply({a.function, all(a.arguments), a.component, a.places, a.results});
       },
-      [&](const model::NetworkCall& i) {  // below the model outputs have no names of their own
+      [&](const model::NetworkCall& i) {  // below the model level outputs have no names
         return model::network_call(
             {i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
       },
@@ -67,8 +67,8 @@ std::string text_of(const model::Source& source, const Values& values) {
   return source.formula ? print(with_values(*source.formula, values)) : print(source);
 }
 
-/// What the programs of the scene take from outside: of the step, and then of the others, so that the text reads back
-/// to itself.
+/// Parameters and fields that the scene's programs take, first of the step, then of the others, so that the text reads
+/// back to itself.
 struct Taken {
   std::vector<std::string> params, fields;
 };
@@ -94,7 +94,7 @@ Taken taken_by(const Compiled& compiled) {
   return taken;
 }
 
-/// What the words of a scene of a program cannot say.
+/// Reasons why the scene cannot be written as a scene of a program.
 std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
   std::vector<std::string> reasons;
   const auto add = [&](bool is_there, const std::string& what) {

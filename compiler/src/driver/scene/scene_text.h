@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene written again for its lowered step, so that the stencil stage of a scene is a file that runs.
+// Writes a scene of its lowered step, so that the stencil stage of a scene is a file that runs.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace dpde::driver {
 
-/// `scene NAME : NAME_step { ... }` with the grid, parameters, coefficients, initial states, exact solutions, times and
-/// observables of the problem, overrides applied. Boundaries stand in the program's fills. Of a problem that holds more
-/// than these can say, a comment that says what.
+/// `scene NAME : NAME_step { ... }` with the problem's grid, parameters, coefficients, initial states, exact solutions,
+/// times and observables, overrides applied. Boundaries are in the program's fills. If the problem has more than this
+/// can express, a comment that lists it.
 std::string scene_text(const Compiled& compiled);
 
 }  // namespace dpde::driver

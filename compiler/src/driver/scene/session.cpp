@@ -83,7 +83,7 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
       {true, options_.steps, options_.made_up, options_.window == nullptr ? 0 : options_.window->every}, sink);
   if (!table_) return false;
   engine_ = std::make_unique<Engine>(table_->scene(), engine_options(), table_);
-  for (const std::string& name : compiled_->code->names()) {  // of programs beside the scene's
+  for (const std::string& name : compiled_->code->names()) {  // programs other than the scene's
     const dpde_program& program = *compiled_->code->find(name);
     for (int n = 0; n < program.network_count; ++n) workspace().add_weights(*program.networks[n], nullptr);
   }
@@ -119,7 +119,7 @@ bool Session::load_data(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
-/// Its values on the session's grid.
+/// Values resampled to the session's grid.
 std::vector<double> Session::on_grid(const std::vector<double>& values) const {
   return options_.cells.empty() ? values : resample(values, problem().axes, axes_);
 }
@@ -129,7 +129,7 @@ void Session::load_window() {
   for (const auto& [name, value] : options_.window->params) engine_->set_param(name, value);
 }
 
-/// A window has what its losses look at.
+/// A training sample comes with the data of its losses.
 bool Session::has_data_for_losses(DiagnosticSink& sink) {
   if (options_.window != nullptr) return true;
   for (std::size_t i = 0; problem().task && i < problem().task->losses.size(); ++i) {
@@ -169,7 +169,7 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
-/// Of all intervals of a control field.
+/// Checks all intervals of a control field.
 bool Session::coefficients_finite(DiagnosticSink& sink) {
   for (const model::Coefficient& coefficient : problem().coefficients) {
     const ControlField* control = workspace().find_control_field(coefficient.name);
@@ -198,13 +198,13 @@ bool Session::starts_finite(DiagnosticSink& sink) {
   return true;
 }
 
-/// What the rollout has found out is kept for the next one.
+/// Stores the rollout's tuning for the next session.
 Session::~Session() {
   if (engine_ == nullptr || !engine_->is_open()) return;
   try {
     const std::string found = rollout().tuning();
     if (found != tuning_) keep_tuning(*compiled_, engine_->setup(), found);
-  } catch (const std::exception&) {  // a cache is no promise, and the run is over
+  } catch (const std::exception&) {  // failure is harmless: tuning is optional, and the run is over
   }
 }
 
@@ -279,7 +279,7 @@ std::map<std::string, std::vector<double>> Session::shown(double t, const std::v
   std::map<std::string, std::vector<double>> values;
   if (program == nullptr) return values;
   workspace().run(*program, t, bind_states(states));
-  // The program keeps one field for each, in their order.
+  // The program stores one field for each, in order.
   auto kept = compiled_->stencil.find_program(compiled_->names.shown)->keeps.begin();
   for (const model::OutputField& shown : problem().shown) values.emplace(shown.name, workspace().dense(*kept++));
   workspace().release(*program);
@@ -302,7 +302,7 @@ std::vector<Session::Miss> Session::misses(double t, const std::vector<void*>& s
 
 namespace {
 
-/// In units of the largest value: squares above 1e154 are no numbers. `weights` are 1 in the mean.
+/// Scaled by the largest value, since squares above 1e154 overflow. `weights` have mean 1.
 double root_mean_square(const std::vector<double>& values, const std::vector<double>& weights) {
   double largest = 0, sum = 0;
   for (const double v : values) largest = std::max(largest, std::abs(v));
@@ -311,9 +311,9 @@ double root_mean_square(const std::vector<double>& values, const std::vector<dou
   return unit * std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-constexpr double size_on_pole = 1e-12;  // over the mean: of faces on a pole, where the boundary says what they hold
+constexpr double size_on_pole = 1e-12;  // relative to the mean: faces on a pole, whose values the boundary sets
 
-/// Each cell counts once, or where coordinates are no lengths by its volume; not at all where it has none.
+/// 1 for each cell; with curvilinear coordinates its volume relative to the mean, 0 on poles.
 std::vector<double> weights_of_errors(const Session& session, const model::State& state) {
   const std::size_t cells = session.workspace().cell_count();
   if (!session.problem().metric) return std::vector<double>(cells, 1.0);
@@ -335,7 +335,7 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
   if (program == nullptr) return norms;
   workspace().run(*program, t);
   std::vector<double> computed(workspace().cell_count());
-  // The program keeps one field for each state with an exact solution, in the order of the states.
+  // The program stores one field for each state with an exact solution, in the order of the states.
   auto kept = compiled_->stencil.find_program(compiled_->names.exact)->keeps.begin();
   for (const model::State& state : problem().states) {
     const int index = rollout().state_index(state.name);
@@ -396,7 +396,7 @@ void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange
                             dynamic_cast<const std::length_error*>(&error) != nullptr;
   const bool fails_as_it_runs = dynamic_cast<const std::runtime_error*>(&error) != nullptr;
   if (!lacks_memory && !fails_as_it_runs) {
-    // A key that a map does not have, for one, is a mistake of neither the user's nor the machine's.
+    // E.g. a key that is missing in a map: a fault of dpde, not of the user or the machine.
     sink.report("broken-invariant", range, {"run", error.what()},
                 "please report it, with the text that brings it about");
     return;

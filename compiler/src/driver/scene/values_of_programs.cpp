@@ -21,7 +21,7 @@ const ast::Scene* find_scene(const ast::File& file, const std::string& name) {
   return nullptr;
 }
 
-/// Where a kernel of the file declares the parameter.
+/// Source range of the parameter's declaration in a kernel.
 SourceRange declared_in(const ast::File& file, const std::string& param) {
   for (const ast::Declaration& declaration : file.declarations) {
     const ast::Kernel* kernel = std::get_if<ast::Kernel>(&declaration.kind);

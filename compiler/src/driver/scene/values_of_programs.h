@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of a scene take from it.
+// Checks the parameter values that a scene gives to its programs.
 #pragma once
 
 #include "model/model.h"
@@ -9,8 +9,8 @@
 
 namespace dpde::driver {
 
-/// Reports parameters without a value. Those of the step have one: the model level says which have not. Other programs
-/// of the text may take more.
+/// Reports parameters without a value. The model level checks those of the step; other hand-written programs may take
+/// more.
 void check_values(const ast::File& file, const model::Problem& problem, const stencil::Module& module,
                   DiagnosticSink& sink);
 

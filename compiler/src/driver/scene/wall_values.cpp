@@ -22,8 +22,8 @@ struct Wall {
 };
 using Look = std::function<void(const model::Coefficient&, const Wall&)>;
 
-/// Of the first cell whose line has another sign on the wall; x fastest, several states of a control field one after
-/// the other.
+/// Reports the first cell whose extrapolation has another sign on the wall. x fastest; control fields state after
+/// state.
 void look_at(const Session& session, const model::Coefficient& coefficient, const std::vector<double>& values,
              const Wall& wall, DiagnosticSink& sink) {
   const std::vector<model::Axis>& axes = session.axes();
@@ -45,7 +45,7 @@ void look_at(const Session& session, const model::Coefficient& coefficient, cons
   }
 }
 
-/// Of all coefficients that the step's fills lead beyond a wall.
+/// Visits all coefficients that the step's fills extrapolate beyond a wall.
 void for_each_led_beyond(const Compiled& compiled, const Look& look) {
   const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
   if (step == nullptr) return;
@@ -59,7 +59,7 @@ void for_each_led_beyond(const Compiled& compiled, const Look& look) {
   });
 }
 
-/// Of those that the value or slope of a state has as they are on the wall.
+/// Visits the coefficients whose wall value appears in the boundary value or slope of a state.
 void for_each_led_to(const model::Problem& problem, const Look& look) {
   const auto look_at_side = [&](const model::Side& side, const Wall& wall) {
     if (condition_of(side.kind).takes_rate()) return;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coefficients that go on as straight lines to walls and beyond them (model/boundary/wall_coefficient.h), and what that
-// makes of rough ones.
+// Coefficients that are extrapolated linearly to walls and beyond (model/boundary/wall_coefficient.h), and the effect
+// on rough ones.
 #pragma once
 
 #include "driver/scene/session.h"
 
 namespace dpde::driver {
 
-/// A warning of each coefficient that has another sign on a wall than beside it: a diffusivity that is negative there
-/// lets grow what it should damp. A field of the session is read only where the step's fills go on so.
+/// Warns of each coefficient whose sign on a wall differs from that in the adjacent cell: a diffusivity that is
+/// negative there amplifies instead of damping. Reads only coefficients that are extrapolated.
 void warn_of_wall_values(Session& session, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

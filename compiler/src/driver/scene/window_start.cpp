@@ -18,7 +18,7 @@ const model::Datum* datum_of_windows(const Compiled& compiled) {
   return compiled.problem->task->datum_of_windows();
 }
 
-/// A memory of steps before the window that the file does not hold; "" where there is none.
+/// Names a state of past steps that the file does not contain; "" if there is none.
 std::string missing_memory(const model::Problem& problem, const files::Trajectories& from) {
   const auto is_missing = [&](const model::State& state) {
     return !state.history_of.empty() && !state.is_guess &&
@@ -34,7 +34,7 @@ std::string first_error_of(const DiagnosticSink& sink) {
   return error == sink.all().end() ? "" : error->message;
 }
 
-/// A state that is 0 everywhere says little of derivatives: the first frame where none is, else the first one.
+/// First frame that is not 0 everywhere, since a zero state says little of derivatives; else frame 0.
 int first_frame(const files::Trajectories& from, int frames) {
   const auto is_zero = [&](int frame) {
     return std::ranges::all_of(from.states, [&](const std::string& state) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the first window of a task that learns from trajectories begins whose state is not 0: with a frame of its data;
-// and the frames behind that. What derivatives are certified at: the scene's own start, which no window begins with,
-// may be 0 everywhere.
+// Start of the first training sample of a learning task, at the first frame whose state is not 0, and the frames after
+// it. Derivatives are certified there: the scene's own start, which no sample uses, may be 0 everywhere.
 #pragma once
 
 #include <map>
@@ -17,27 +16,27 @@ struct WindowStart {
   std::string path;
   int run = 0, frame = 0;
   double t = 0;   // of the frame
-  int every = 1;  // steps from one state that losses look at to the next
+  int every = 1;  // steps between states used by losses
   std::size_t cells = 0;
   std::map<std::string, std::vector<double>> states;
   std::map<std::string, double> params;             // of the run
-  std::map<std::string, std::vector<double>> data;  // by datum: the frames behind, one after the other
+  std::map<std::string, std::vector<double>> data;  // by datum: the following frames, one after the other
 
-  /// So many steps that they end with such a state: `steps`, or the next number below, and at least one of them.
+  /// Number of steps that ends at such a state: `steps` rounded down, at least one interval.
   int whole_frames(int steps) const;
 };
 
-/// What is known of the first window of a task: neither of the two for one that has no windows.
+/// The first sample of a task; both members are empty if the task has no samples.
 struct FirstWindow {
   std::shared_ptr<const WindowStart> start;
-  std::string missing;  // why there is none
+  std::string missing;  // why there is no sample
 };
 
-/// Reads the task's file. Silent: whoever learns from the file reports what is wrong with it.
+/// Reads the task's file. Reports nothing: training reports errors of the file.
 FirstWindow first_window(const Compiled& compiled, const SourceFile& source);
 /// "from frame 0 of run 0 of train.nc (t = 0.5)"
 std::string text_of(const WindowStart& start);
-/// Changes when the file of the windows does; "" for a task that has none.
+/// Changes when a sample file changes; "" if the task has none.
 std::string stamp_of_windows(const Compiled& compiled, const SourceFile& source);
 
 }  // namespace dpde::driver

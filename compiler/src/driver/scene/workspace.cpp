@@ -32,7 +32,7 @@ Workspace make_workspace(const model::Problem& problem, const codegen::CompiledM
   for (const model::Control& control : problem.controls) setup.controls[control.name] = {control.every, control.values};
   for (const std::uint64_t seed : problem.noises()) setup.noises.push_back({model::noise_name(seed), seed});
   Workspace workspace(std::move(setup));
-  // Also those whose terms were dropped, and of hand-written programs without a problem.
+  // Includes networks whose terms were dropped, and those of hand-written programs without a problem.
   for (const network::Network& network : problem.networks)
     workspace.add_weights(*codegen::NetworkTable(network).get(), nullptr);
   for (const std::string& name : code.names()) {

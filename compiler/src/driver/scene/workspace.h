@@ -9,8 +9,8 @@
 
 namespace dpde::driver {
 
-/// A workspace for every program of `code`, with what the problem says of parameters, controls, noise and networks.
-/// `cells`: one number an axis, in place of the scene's; empty: the scene's.
+/// Creates a workspace for every program of `code`, with the problem's parameters, controls, noise and networks.
+/// `cells`: overrides the scene's cell counts, one for each axis; empty: the scene's.
 Workspace make_workspace(const model::Problem& problem, const codegen::CompiledModule& code,
                          const std::vector<int>& cells);
 
