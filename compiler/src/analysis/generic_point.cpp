@@ -10,13 +10,13 @@ namespace {
 
 double largest(const Eigen::VectorXd& values) { return values.size() == 0 ? 0 : values.cwiseAbs().maxCoeff(); }
 
-/// What is of one sign everywhere, as a depth or a conductivity, stays so: with the other an operator may be singular.
+/// Keeps the sign of fields with one sign, as a depth or conductivity: another sign might make an operator singular.
 double moved(double value, double by, double sign) {
   if (sign == 0) return value + by;
   return value == 0 ? sign * std::abs(by) : value * std::exp(std::clamp(by / value, -0.5, 0.5));
 }
 
-/// Of all that are not 0; 0 where they differ.
+/// Common sign of all nonzero values; 0 if they differ.
 double sign_of(const Eigen::VectorXd& values) {
   if ((values.array() >= 0).all()) return 1;
   return (values.array() <= 0).all() ? -1 : 0;
@@ -38,13 +38,13 @@ Point generic_point(driver::Session& session, const driver::Inverse& inverse, st
     const double scale_of_all = magnitude > 0 ? magnitude : 1;
     const double sign = part.is_field() && magnitude > 0 ? sign_of(x) : 0;
     for (Eigen::Index i = 0; i < part.size; ++i) {
-      // Of a network each weight by its own: a last layer that begins small keeps the run stable.
+      // Network weights are scaled each by its own size: a small initial last layer keeps the run stable.
       const double scale = part.is_network() ? std::abs(x[i]) + 1e-3 * scale_of_all : scale_of_all;
       x[i] = moved(x[i], 0.02 * scale * normal(random), sign);
       d[i] = scale * normal(random);
     }
-    // Of the parameters of a scene without a task, those without a derivative (of boundary values) stay as they are.
-    // What a task seeks moves, whatever is known of its derivative.
+    // In a scene without a task, parameters without a derivative (in boundary values) are not moved. Unknowns of a task
+    // are always moved.
     const bool is_sought =
         !session.compiled().options.certify || session.compiled().activity.params.contains(part.name);
     if (!part.is_field() && !is_sought) d.setZero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where certificates look: a point beside a task's start, so that nothing sits on a kink by chance, and a direction.
+// Point and direction of certificates: near a task's start, so that no value is on a kink by chance.
 #pragma once
 
 #include <Eigen/Core>

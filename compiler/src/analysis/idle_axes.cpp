@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Axes along which nothing varies.
+// Detects axes along which nothing varies.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,7 +13,7 @@ namespace dpde::analysis {
 
 namespace {
 
-/// x fastest; several states of a control field one after the other.
+/// Order of values: x fastest; states of a control field one after the other.
 bool is_same_along(const std::vector<double>& values, const std::vector<model::Axis>& axes, std::size_t axis) {
   std::size_t stride = 1;
   for (std::size_t a = 0; a < axis; ++a) stride *= static_cast<std::size_t>(axes[a].cells);
@@ -24,7 +24,7 @@ bool is_same_along(const std::vector<double>& values, const std::vector<model::A
   return true;
 }
 
-/// What a side across the axis puts beyond it is what lies inside.
+/// Whether the condition continues constant values beyond the wall.
 bool continues(const stencil::Side& side) {
   return condition_of(side.kind).keeps_constants() && stencil::is_literal(side.value, 0) && !side.on_wall;
 }
@@ -43,12 +43,12 @@ bool asks_for_the_wall(const stencil::Module& module, const stencil::Program& pr
   return found;
 }
 
-/// Whether a step of what is the same along the axis is so too.
+/// Whether a step keeps values constant along the axis that are so before.
 bool commutes_with_shifts(const driver::Compiled& compiled, const std::string& name, std::size_t axis) {
   const stencil::Program* program = compiled.stencil.find_program(name);
   if (program == nullptr) return true;
   if (program->axes[axis] == Topology::periodic) return true;
-  if (!stencil::interface_of(compiled.stencil, *program).networks.empty()) return false;  // walls pad their planes
+  if (!stencil::interface_of(compiled.stencil, *program).networks.empty()) return false;  // they pad at walls
   bool continues_all = true;
   stencil::for_each_fill(*program, [&](const stencil::Fill& fill) {
     continues_all = continues_all && continues(fill.axes[axis].low) && continues(fill.axes[axis].high);
@@ -64,7 +64,7 @@ bool may_vary_by_task(const model::Problem& problem) {
          });
 }
 
-/// What the programs read, as the session has it.
+/// Values of the fields that programs read.
 class Fields {
  public:
   Fields(const driver::Compiled& compiled, driver::Session& session) : compiled_(compiled), session_(session) {}
@@ -83,7 +83,7 @@ class Fields {
   }
 
  private:
-  /// A task may read what its scene does without: terms of a parameter that is 0 there.
+  /// A task may read fields that its scene omits: terms with a parameter that is 0 there.
   bool is_known(const std::string& field) const {
     return session_.engine().state_index(field) >= 0 || session_.problem().find_coefficient(field) != nullptr;
   }
@@ -97,8 +97,7 @@ class Fields {
   driver::Session& session_;
 };
 
-/// Of steps, of all that is told of states, and of the formulas that these are compared with. Fields before the run are
-/// looked at where they are read.
+/// Programs of steps, of outputs, and of exact solutions. Fields computed before the run are checked by their values.
 std::vector<std::string> programs_of_a_run(const driver::Compiled& compiled) {
   const stencil::ProgramNames& names = compiled.names;
   std::vector<std::string> programs{compiled.step_name(), names.rate, names.observe, names.shown, names.exact};

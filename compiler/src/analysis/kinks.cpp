@@ -11,7 +11,7 @@ namespace dpde::analysis {
 
 namespace {
 
-/// Whether anything of `e` moves with what is differentiated: conditions and places, which have no derivative, too.
+/// Whether any part of `e` depends on an active variable, also conditions and positions, which have no derivative.
 bool moves(const stencil::Expr& e, const adjoint::Varied& varied) {
   bool found = false;
   stencil::visit(e, [&](const stencil::Expr& part) {
@@ -35,7 +35,7 @@ bool bends_or_jumps(Fn fn) {
   return fn == Fn::abs || fn == Fn::min || fn == Fn::max || fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction;
 }
 
-/// A switch that nothing unknown moves, as one by t or by places, is none.
+/// A switch that no unknown moves, as one by t or coordinates, is no kink.
 bool is_kink(const stencil::Expr& e, const adjoint::Varied& varied) {
   if (const auto* call = std::get_if<stencil::Call>(&e->kind)) return bends_or_jumps(call->fn) && moves(e, varied);
   if (const auto* select = std::get_if<stencil::Select>(&e->kind)) return moves(select->condition, varied);

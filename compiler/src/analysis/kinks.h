@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what was differentiated has kinks where unknowns move: abs, max, if, floor, interpolation at computed places,
-// layers that bend.
+// Whether differentiated programs have kinks that unknowns move: abs, max, if, floor, interpolation at displaced
+// positions, activations with kinks.
 #pragma once
 
 #include "driver/compile/pipeline.h"
 
 namespace dpde::analysis {
 
-/// Of the programs that have derivatives. They may jump there too.
+/// For all programs with derivatives. They may also jump there.
 bool has_kinks(const driver::Compiled& compiled);
 
-/// Whether formulas or a hand-written step of the task jump where its unknowns or states move a switch, and derivatives
-/// go on without that.
+/// Whether the task's formulas or a hand-written step jump when its unknowns or states move a switch, and derivatives
+/// ignore that.
 bool has_jumps(const driver::Compiled& compiled);
 
 }  // namespace dpde::analysis

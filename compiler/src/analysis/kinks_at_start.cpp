@@ -11,8 +11,8 @@ namespace dpde::analysis {
 
 namespace {
 
-/// The slopes at the three smallest steps at which rounding is below a hundredth of their difference; false where the
-/// difference shrinks with the step, as it does of what is smooth.
+/// Finds the one-sided slopes at the three smallest steps with rounding below a hundredth of their difference. Returns
+/// false if the difference shrinks with the step, as for smooth functions.
 bool has_kink(const std::vector<Quotient>& quotients, Quotient& at) {
   std::vector<double> jumps;
   for (auto q = quotients.rbegin(); q != quotients.rend() && jumps.size() < 3; ++q) {
@@ -36,7 +36,7 @@ std::vector<KinkAtStart> kinks_at_start(driver::Inverse& inverse, std::mt19937_6
   std::uniform_real_distribution<double> part_of_one(0.5, 1.5);
   for (double& one : all) one = part_of_one(random);
   for (const driver::Inverse::Part& part : inverse.parts()) {
-    if (part.size == 1) all[part.offset] = 1;  // of a number the slopes are those by it
+    if (part.size == 1) all[part.offset] = 1;  // for a number: slopes with respect to it
   }
   std::vector<double> steps;
   for (int k = 0; k < 12; ++k) steps.push_back(1e-2 * std::exp2(-2 * k));

@@ -19,8 +19,7 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// What the named results of a program depend on: fields, parameters and networks that are left when nothing else of
-/// the program is kept.
+/// Fields, parameters and networks on which the named results of a program depend, by eliminating dead code.
 Names sources_of(const driver::Compiled& compiled, const std::string& program, const Names& results) {
   if (compiled.stencil.find_program(program) == nullptr) return {};
   stencil::Module part = driver::extract(compiled.stencil, {program});
@@ -35,7 +34,7 @@ Names sources_of(const driver::Compiled& compiled, const std::string& program, c
   return sources;
 }
 
-/// All that a program reads.
+/// Inputs that a program reads.
 Names inputs_of(const driver::Compiled& compiled, const std::string& program) {
   const stencil::Program* found = compiled.stencil.find_program(program);
   if (found == nullptr) return {};
@@ -43,14 +42,14 @@ Names inputs_of(const driver::Compiled& compiled, const std::string& program) {
   return {needs.inputs.begin(), needs.inputs.end()};
 }
 
-/// What depends on what in one step, and in the formulas before the first.
+/// Dependences in one step, and in the formulas before the first step.
 class Dependence {
  public:
   explicit Dependence(const driver::Compiled& compiled) : problem_(*compiled.problem) {
     const Names rate = sources_of(compiled, compiled.names.rate, {compiled.names.rate_field});
     for (const model::State& state : problem_.states) {
       step_[state.name] = sources_of(compiled, compiled.step_name(), {state.name});
-      step_[state.name].insert(rate.begin(), rate.end());  // into how many parts a step is split
+      step_[state.name].insert(rate.begin(), rate.end());  // inputs of the number of substeps
       formula_[state.name] = sources_of(compiled, compiled.names.initial, {state.name});
     }
     for (const model::Coefficient& c : problem_.coefficients) {
@@ -60,7 +59,7 @@ class Dependence {
     }
   }
 
-  /// The states that `wanted` depend on, after any number of steps.
+  /// All states on which `wanted` depend, after any number of steps.
   Names behind(Names wanted) const {
     for (std::size_t before = 0; before != wanted.size();) {
       before = wanted.size();
@@ -71,7 +70,7 @@ class Dependence {
     return wanted;
   }
 
-  /// What depends on `changed`, after any number of steps.
+  /// All fields that depend on `changed`, after any number of steps.
   Names reached_by(Names changed) const {
     for (std::size_t before = 0; before != changed.size();) {
       before = changed.size();
@@ -98,7 +97,7 @@ Names read_by_losses(const driver::Compiled& compiled) {
   return read;
 }
 
-/// What a person asked to see; empty: the states themselves.
+/// Requested results; empty: the states themselves.
 Names observed(const driver::Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   Names seen = read_by_losses(compiled);
@@ -112,9 +111,9 @@ Names observed(const driver::Compiled& compiled) {
   return seen;
 }
 
-/// Not what a scheme or an equation of second order adds to a person's fields.
+/// False for states added by a scheme or by a second-order equation.
 bool is_declared(const model::State& state) { return state.history_of.empty() && state.velocity_of.empty(); }
-/// A constraint gives it, whoever looks at it.
+/// True if a constraint computes it, used or not.
 bool is_multiplier(const driver::Compiled& compiled, const std::string& state) {
   return compiled.problem->find_projection(state) != nullptr;
 }
@@ -157,7 +156,7 @@ void add_adjoints(const driver::Compiled& compiled, const Dependence& dependence
   }
 }
 
-/// All fields of a grid have halos of one width: as wide as the widest read of a run, or of a task's gradient.
+/// All fields of a grid have ghost layers of one width, that of the widest stencil of a run or of a task's gradient.
 void add_halos(const driver::Compiled& compiled, std::vector<Unused>& result) {
   const model::Problem& problem = *compiled.problem;
   using Halo = std::array<int, stencil::max_rank>;
@@ -188,13 +187,13 @@ void add_halos(const driver::Compiled& compiled, std::vector<Unused>& result) {
                                   fmt::join(idle, " and "), cells, cells == 1 ? "" : "s", cells == 1 ? "is" : "are"),
                       place});
   };
-  if (!model::is_implicit(problem.scheme.time)) {  // else what is solved for is read in the place of a state
+  if (!model::is_implicit(problem.scheme.time)) {  // otherwise the unknown of the solve is read instead of the state
     for (const model::State& state : problem.states) add(state.name, state.origin.range);
   }
   for (const model::Coefficient& c : problem.coefficients) add(c.name, c.value.origin.range);
 }
 
-/// States that lie in memory for the way back, and those that it reads.
+/// Reports states stored for the reverse sweep that it does not read.
 void add_histories(const driver::Compiled& compiled, std::vector<Unused>& result) {
   const model::Problem& problem = *compiled.problem;
   const auto derived = compiled.derived.find(compiled.step_name());
@@ -211,8 +210,7 @@ void add_histories(const driver::Compiled& compiled, std::vector<Unused>& result
   }
 }
 
-/// Another text may be another scene.
-/// The text, and what is set in it: other numbers may need other digits.
+/// Includes the scene's text and its settings: other numbers may need more digits.
 std::string key_of_precision(const driver::Compiled& compiled, const SourceFile& source) {
   std::string key = fmt::format("precision\n{}\n{}\n", compiled.problem->scene, compiled.options.selection.scheme);
   for (const auto& [name, value] : compiled.options.selection.overrides) {

@@ -23,7 +23,7 @@ namespace dpde::analysis {
 namespace {
 
 constexpr double most_cells = 4e5;
-constexpr double most_cells_and_steps = 1e5;  // of the reference interpreter, which takes some seconds for them
+constexpr double most_cells_and_steps = 1e5;  // for the reference interpreter, which takes some seconds for them
 constexpr int steps_on_small_grids = 3;
 
 using Random = std::mt19937_64;
@@ -39,21 +39,22 @@ std::string run_text(const driver::Session& session) {
   return fmt::format("{} steps", session.steps());
 }
 
-/// How far tangent and adjoint may be apart in a precision.
+/// Allowed difference of tangent and adjoint in a precision.
 struct Tolerance {
   double largest_error;
-  double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
+  double rounding;      // of a loss or of a derivative's terms; remains where the derivative is 0
   double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
-  double epsilon;       // the distance of 1 to the next number
-  const char* in;       // what runs, "the run", for messages
+  double epsilon;       // machine epsilon
+  const char* in;       // subject of messages, "the run"
 };
 
-/// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes, `rounding` what was measured of it.
+/// Tangent and adjoint on one grid; `scale`: sum of the terms' magnitudes, `rounding`: its measured rounding.
 struct Comparison {
   std::string grid, what;
   double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
-  std::string left_out;                          // why it says nothing
-  std::function<double()> rounding_of_run = {};  // of the derivative; absent where it is more than that can be
+  std::string left_out;                          // why the comparison is not meaningful
+  std::function<double()> rounding_of_run = {};  // of the derivative; absent if the derivative exceeds any possible
+                                                 // rounding
 
   double size() const { return std::max(std::abs(forward), std::abs(backward)); }
   double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }
@@ -63,10 +64,10 @@ void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
   adjoint::nudge({values.data(), static_cast<std::size_t>(values.size())}, epsilon, random);
 }
 
-/// What rounding of values that may be as large as `size` and in differences of high order can amount to.
+/// Bound of rounding for values up to `size`, which may be amplified by high-order differences.
 double most_rounding(double epsilon, double size) { return adjoint::most_roundings * epsilon * size; }
 
-/// Whether the run is not finite, or a solve of it has no solution.
+/// Whether the run is not finite or a solve in it has no solution.
 bool blows_up(driver::Session& session) {
   try {
     return session.rollout().run().blow_up.has_value();
@@ -75,7 +76,7 @@ bool blows_up(driver::Session& session) {
   }
 }
 
-/// Empty where it does not: what each step multiplies, rounding too, no derivative can be compared by.
+/// Why rounding is amplified by each step, so that no derivative can be compared; "" if it is not.
 std::string why_rounding_grows(driver::Session& session, const char* in) {
   constexpr double suspicious = 1e3;
   if (blows_up(session)) return fmt::format("{} is not finite", in);
@@ -85,7 +86,7 @@ std::string why_rounding_grows(driver::Session& session, const char* in) {
                                        growths[0].before, growths[0].after);
 }
 
-/// What rounding alone does to the derivative at a point.
+/// Rounding error of the derivative at a point.
 using RoundingAt = std::function<double(const Point&)>;
 
 RoundingAt rounding_in_run(const SourceFile& source, const driver::Compiled& compiled, driver::SessionOptions options,
@@ -122,7 +123,7 @@ Comparison compare_at(driver::Session& session, driver::Inverse& inverse, const 
     };
     const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
     result.rounding = adjoint::rounding_between(nudged, tolerance.epsilon, most_rounding(tolerance.epsilon, size));
-    // Points beside this one show nothing of terms that cancel in all of them.
+    // Nearby points do not show the rounding of terms that cancel at all of them.
     if (std::abs(result.forward - result.backward) > result.rounding)
       result.rounding = std::max(result.rounding, rounding_at(point));
   }
@@ -142,8 +143,8 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
                     rounding_in_run(source, *compiled, options, *session), random);
 }
 
-/// Numbers that agree may be rounding too, where both ways add the same few terms, as on one cell. That is asked until
-/// one of them is more: then something is tested. The small grids, which are the last, cost least.
+/// Tangent and adjoint may agree on a rounding error if both add the same few terms, as on one cell. Checks this until
+/// one case exceeds rounding, which proves a test. Starts with the small grids, the last and cheapest.
 void find_agreeing_roundings(const std::vector<Comparison>& found, double largest_error, std::vector<DotCase>& cases) {
   std::size_t k = cases.size();
   for (auto one = found.rbegin(); one != found.rend(); ++one) {
@@ -182,7 +183,7 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
 
 constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, "the run"};
 
-/// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
+/// v.Hw against w.Hv on one grid, for the Hessian and, if there is one, the Gauss-Newton matrix.
 bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                        const driver::SessionOptions& options, Random& random, std::vector<Comparison>& found,
                        DiagnosticSink& sink) {
@@ -195,16 +196,16 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
   const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
   Eigen::VectorXd gradient(v.size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of
-  // them, some hundred roundings, which a run of many steps on one cell has.
+  // A product that vanishes except for rounding of the gradient's terms is compared with these terms: 1e-10 of the
+  // product is 1e-13 of them, some hundred roundings, as in a run of many steps on one cell.
   const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
     if (!inverse->has_products(curvature)) continue;
-    session->engine().release_products();  // each has the states of a run
+    session->engine().release_products();  // these store the states of a run
     Eigen::VectorXd hv(v.size()), hw(v.size());
     inverse->product(point.x, v, hv, curvature);
     inverse->product(point.x, w, hw, curvature);
-    if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
+    if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products report that
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
     Comparison& result =
         found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {}", what, run_text(*session)), w.dot(hv),
@@ -225,7 +226,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
   return true;
 }
 
-/// The scene's grid, or one of at most most_cells cells.
+/// The scene's cells (empty), or a coarser grid of at most most_cells cells.
 std::vector<int> affordable_grid(const model::Problem& problem) {
   std::vector<int> cells;
   for (const model::Axis& axis : problem.axes) cells.push_back(axis.cells);
@@ -249,7 +250,7 @@ QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& der
   return judge(quotients_of(f, steps, rounding_of(f, 1e-8, 0x1p-52)), derivative);
 }
 
-/// Of a derivative that is 0 on this grid but for rounding; else 0.
+/// Rounding of a derivative that vanishes on this grid; else 0.
 double rounding_where_zero(const std::vector<DotCase>& cases, const std::string& grid) {
   double result = 0;
   for (const DotCase& one : cases) {
@@ -258,8 +259,8 @@ double rounding_where_zero(const std::vector<DotCase>& cases, const std::string&
   return result;
 }
 
-/// The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would
-/// show in the others: its remainder is of first order.
+/// Ignores the first four, largest steps: they may cross a kink of a loss that is linear around the point. A wrong
+/// gradient would show in the others, as its remainder is of first order.
 bool is_only_rounding(const std::vector<Remainder>& remainders, double rounding) {
   return std::all_of(remainders.begin() + 4, remainders.end(),
                      [&](const Remainder& r) { return r.value <= 100 * rounding; });
@@ -272,15 +273,15 @@ std::string note_on(const Certificate& certificate, const std::string& grid) {
                                    : "the remainder shows no slope";
 }
 
-/// The second derivative along the direction.
+/// Second derivative along the direction.
 double bend_along(driver::Inverse& inverse, const Point& point) {
   Eigen::VectorXd product(inverse.size());
   inverse.product(point.x, point.direction, product, Curvature::full);
   return point.direction.dot(product);
 }
 
-/// Of the slope along the line, which have a rounding of their own: they settle on the second derivative where the
-/// third one is so large that no remainder of the loss above rounding falls as its cube.
+/// Difference quotients of the slope along the line, with their own rounding. They converge to the second derivative
+/// even if the third one is so large that no remainder of the loss above rounding falls as h^3.
 QuotientEvidence quotients_of_gradient(driver::Inverse& inverse, const Point& point, double bend) {
   Eigen::VectorXd gradient(inverse.size());
   const Line slope = [&](double step) {
@@ -291,7 +292,7 @@ QuotientEvidence quotients_of_gradient(driver::Inverse& inverse, const Point& po
                {bend, largest_asymmetry * std::abs(bend)});
 }
 
-/// Unknowns whose terms are less than what tangent and adjoint may differ by; all, where these tell nothing.
+/// Unknowns whose terms are below the allowed difference of tangent and adjoint; all if nothing was tested.
 std::vector<std::string> hidden_unknowns(const driver::Inverse& inverse, const Eigen::VectorXd& gradient,
                                          const Certificate& certificate) {
   const Eigen::VectorXd terms = gradient.cwiseProduct(certificate.point.direction).cwiseAbs();
@@ -303,7 +304,7 @@ std::vector<std::string> hidden_unknowns(const driver::Inverse& inverse, const E
   return names;
 }
 
-/// Tangent against adjoint in each unknown that the others hide; what tells nothing there either stays untested.
+/// Tests each unknown hidden by others on its own; it stays untested if that test is not meaningful either.
 bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                 const driver::SessionOptions& options, const Tolerance& tolerance, Random& random,
                 Certificate& certificate, DiagnosticSink& sink) {
@@ -329,8 +330,8 @@ bool test_alone(const SourceFile& source, const std::shared_ptr<const driver::Co
   return true;
 }
 
-/// A jump of the loss beside the point. Remainders that fall as squares at small steps may hide one of a formula that
-/// jumps or has kinks, as a steep ramp, and rounding at the small ones one of anything.
+/// Looks for a jump of the loss near the point. Remainders that fall as h^2 at small steps may hide a jump, or a steep
+/// ramp, of a formula with jumps or kinks. If remainders are rounding, they may hide any jump.
 void look_for_jump(const driver::Compiled& compiled, const Line& along, const DirectionalDerivative& derivative,
                    Certificate& certificate) {
   const bool may_jump = driver::may_jump(compiled);
@@ -365,7 +366,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
     certificate.remainders.push_back({step, std::abs(rest)});
     with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
   }
-  // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
+  // If terms of the loss cancel, its rounding exceeds that of its value. Kinks add almost nothing between such close
+  // points.
   const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
   const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(*session));
   const double rounding = std::max(
@@ -374,7 +376,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
   certificate.only_rounding = finite && is_only_rounding(certificate.remainders, rounding);
-  // Another slope is that of steps that cross kinks.
+  // Other slopes come from steps that cross kinks.
   if (certificate.only_rounding && !has_slope_of_two(certificate.slope)) certificate.slope.reset();
   if (has_hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
@@ -400,7 +402,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
   return true;
 }
 
-/// Symmetry on the scene's grid and on small ones; the slope comes with the gradient's.
+/// Tests symmetry on the scene's grid and on small ones; add_taylor adds the slope.
 bool add_second_order(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                       const driver::SessionOptions& options, Random& random, Certificate& certificate,
                       DiagnosticSink& sink) {
@@ -417,7 +419,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const driv
   }
   std::vector<DotCase>& cases = certificate.second->cases;
   add_cases(found, second_order_tolerance, cases, certificate.skipped);
-  // Of a derivative that is rounding at points without a choice, what agrees of its own derivatives is rounding too.
+  // If a derivative is only rounding at points without choices, then its own derivatives are too.
   for (DotCase& one : cases) {
     one.is_rounding = one.is_rounding || (certificate.tests_nothing() && one.relative_error <= largest_asymmetry);
   }
@@ -425,7 +427,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const driv
   return true;
 }
 
-/// The scene's grid with all steps and with one, then small grids.
+/// The scene's grid with all steps and with one step, then small grids.
 std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& compiled, const CertifyOptions& options) {
   const model::Problem& problem = *compiled.problem;
   driver::SessionOptions own;
@@ -436,7 +438,7 @@ std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& comp
   own.trusts_signs = true;  // points are made up
   driver::SessionOptions one_step = own;
   one_step.steps = std::min(1, problem.steps);
-  // Data belong to times of the whole run; on a grid given by hand they are made up.
+  // Data belong to times of the whole run; on an explicit grid they are made up.
   if (one_step.cells.empty()) {
     for (const model::Axis& axis : problem.axes) one_step.cells.push_back(axis.cells);
   }
@@ -446,7 +448,7 @@ std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& comp
     small.cells = cells;
     small.steps = std::min(steps_on_small_grids, problem.steps);
   }
-  runs.front().judge = options.judge;  // the only one that has the data of other scenes
+  runs.front().judge = options.judge;  // only this run uses data of other scenes
   return runs;
 }
 
@@ -476,7 +478,7 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink))
     return std::nullopt;
   driver::SessionOptions own = runs_to_compare(*compiled, options).front();
-  own.judge = {};  // it was asked above
+  own.judge = {};  // was called above
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
   if (!add_taylor(source, compiled, own, random, certificate, sink) ||
       !test_alone(source, compiled, own, tolerance, random, certificate, sink))

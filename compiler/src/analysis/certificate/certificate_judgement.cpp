@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the numbers of a certificate say.
+// Verdicts from the numbers of a certificate.
 #include <algorithm>
 #include <cmath>
 

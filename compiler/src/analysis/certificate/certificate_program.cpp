@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certification of hand-written programs that no scene uses: one run on random inputs, on small grids.
+// Certification of hand-written programs without a scene: one run with random inputs on small grids.
 #include <cmath>
 #include <random>
 
@@ -52,7 +52,7 @@ Certificate certify_programs(const driver::Compiled& compiled, const CertifyOpti
     }
     Certificate taylor;
     check_on(std::vector<int>(last.size(), 7)).taylor(taylor);
-    // Of several programs the one furthest from slope 2 speaks for all.
+    // Of several programs, keeps the one with the slope farthest from 2.
     const auto distance = [](const Certificate& c) {
       return c.slope ? std::abs(*c.slope - 2) : c.only_rounding ? -1.0 : INFINITY;
     };

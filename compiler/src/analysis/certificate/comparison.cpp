@@ -13,7 +13,7 @@ bool is_usable(const CostAndError& scheme) {
   return std::isfinite(scheme.cost) && std::isfinite(scheme.error) && scheme.cost > 0 && scheme.error > 0;
 }
 
-/// y at x on the line through two points of logarithms.
+/// Log-log interpolation: y at x on the line through two points.
 double between(double x, double x0, double y0, double x1, double y1) {
   if (x0 == x1) return y0;
   const double share = std::log(x / x0) / std::log(x1 / x0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene's error is worth in plain schemes: what they cost for the same error, and lose for the same cost.
+// Compares a scene with plain schemes: their cost at the same error, and their error at the same cost.
 #pragma once
 
 #include <optional>
@@ -8,36 +8,36 @@
 
 namespace dpde::analysis {
 
-/// Both positive; cost in seconds a unit of simulated time.
+/// Both must be positive; cost in seconds per unit of simulated time.
 struct CostAndError {
   std::string scene;
   double cost = 0, error = 0;
 };
 
 struct Equal {
-  /// Where the schemes do not reach that far there is no number.
+  /// beyond_all, within_all: outside the range of the schemes, see below.
   enum class Kind { found, beyond_all, within_all } kind = Kind::found;
   double value = 0;
-  std::string from, to;  // the scenes between which it was interpolated, of a single one twice its name
+  std::string from, to;  // the scenes between which it was interpolated; twice the same name for a single one
 };
 
-/// Those of which no other is at most as dear and has at most the same error; cheapest first. What is not finite and
-/// positive is left out.
+/// The Pareto front: schemes for which no other has at most the same cost and error. Cheapest first; omits values that
+/// are not finite and positive.
 std::vector<CostAndError> best_of(std::vector<CostAndError> schemes);
 
-/// By interpolation of the logarithms between neighbours of best_of(schemes). beyond_all: none reaches the error.
-/// within_all: even the cheapest one does, `value` its cost.
+/// Log-log interpolation between neighbours of best_of(schemes). beyond_all: no scheme reaches the error. within_all:
+/// even the cheapest one does; `value` is its cost.
 Equal cost_of_equal_error(const std::vector<CostAndError>& schemes, double error);
-/// beyond_all: none is as cheap. within_all: even the dearest one is cheaper, `value` its error.
+/// beyond_all: no scheme is as cheap. within_all: even the most expensive one is cheaper; `value` is its error.
 Equal error_of_equal_cost(const std::vector<CostAndError>& schemes, double cost);
 
-/// After how many runs what was spent beforehand is earned.
+/// Number of runs after which an investment pays off.
 struct BreakEven {
   enum class Kind { after, never, unknown } kind = Kind::unknown;
-  double runs = 0;  // not a whole number
+  double runs = 0;  // not necessarily an integer
 };
-/// Of a network that costs `cost` a unit of time, and had `spent` spent on it, against plain schemes of the same error;
-/// runs of so much time. never: the plain scheme is at most as dear. unknown: none reaches the error.
+/// Compares a network of `cost` per unit of time, for which `spent` was spent, with plain schemes of the same error, in
+/// runs of `length` units of time. never: the plain scheme is as cheap or cheaper. unknown: none reaches the error.
 BreakEven break_even(const Equal& equal_error, double cost, double length, double spent);
 
 }  // namespace dpde::analysis

@@ -16,7 +16,7 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Of the mean of values that vary like these; 0 of one, which tells none.
+/// Estimated variance of the mean of the values; 0 for a single value.
 double variance_of_mean(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double mean = mean_of(values), count = static_cast<double>(values.size());
@@ -25,7 +25,7 @@ double variance_of_mean(const std::vector<double>& values) {
   return squares / (count - 1) / count;
 }
 
-/// Of Student's t within `t` to both sides: with t = sqrt(freedom)*tan(a) that is 2C times the integral of
+/// Probability that Student's t is within [-t, t]. With t = sqrt(freedom)*tan(a) this is 2C times the integral of
 /// cos(a)^(freedom - 1), by Simpson's rule.
 double share_within(double t, double freedom) {
   constexpr int parts = 200;
@@ -42,7 +42,7 @@ double share_within(double t, double freedom) {
 }  // namespace
 
 double student_95(double freedom) {
-  double low = 1.9, high = 12.8;  // that of normal numbers is 1.96, that of one degree 12.71
+  double low = 1.9, high = 12.8;  // 1.96 for the normal distribution, 12.71 for one degree of freedom
   while (high - low > 1e-10) {
     const double middle = (low + high) / 2;
     (share_within(middle, freedom) < 0.95 ? low : high) = middle;
@@ -67,7 +67,7 @@ PairedRatio paired_ratio(const std::vector<std::vector<double>>& ratios) {
   PairedRatio found{std::exp(mean), none, none, static_cast<int>(of_runs.size()), static_cast<int>(of_seeds.size())};
   if (found.runs < 2 && found.seeds < 2) return found;
   const double variance = by_runs + by_seeds;
-  double parts = 0;  // of Satterthwaite's formula
+  double parts = 0;  // denominator of Satterthwaite's formula
   if (found.runs > 1) parts += by_runs * by_runs / (found.runs - 1);
   if (found.seeds > 1) parts += by_seeds * by_seeds / (found.seeds - 1);
   const double half = variance > 0 ? student_95(variance * variance / parts) * std::sqrt(variance) : 0;

@@ -61,7 +61,7 @@ void ProgramCheck::set_inputs() {
   }
 }
 
-/// The weights stay as they begin.
+/// Keeps the initial weights.
 void ProgramCheck::choose_weight_rates() {
   for (const std::string& network : interface_.networks) {
     if (!compiled_.activity.params.contains(network)) continue;
@@ -143,7 +143,8 @@ double ProgramCheck::forward() {
   return total;
 }
 
-/// From all inputs, coordinates and spacings too, rates and seeds moved by roundings; they are as before afterwards.
+/// Rounding error, measured by perturbing all inputs (also coordinates and spacings), rates and seeds by roundings;
+/// they are restored afterwards.
 double ProgramCheck::rounding(double epsilon) {
   const auto inputs = inputs_, rates = rates_, seeds = seeds_, weight_rates = weight_rates_;
   const auto params = params_, param_rates = param_rates_, sum_seeds = sum_seeds_;
@@ -204,7 +205,7 @@ DotCase ProgramCheck::dot_product(bool single) {
   return result;
 }
 
-/// seeds . results + (seeds . results^2)/2, so that a linear program too has a remainder.
+/// seeds . results + (seeds . results^2)/2; the square gives linear programs a remainder too.
 double ProgramCheck::functional() {
   const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
   double total = 0;
@@ -222,7 +223,7 @@ void ProgramCheck::taylor(Certificate& certificate) {
   const std::map<std::string, Values> weights = seeds_;
   const std::map<std::string, double> sum_weights = sum_seeds_;
   const double base = functional();
-  // The functional's own derivative is the seed of the adjoint.
+  // The derivative of the functional is the seed of the adjoint.
   const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
   for (auto& [result, seed] : seeds_) {
     const Values values = workspace_.dense(result);

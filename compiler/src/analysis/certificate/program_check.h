@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of a program and of its derivatives on random inputs: what certificates of single programs are made of.
+// One run of a program and of its derivatives with random inputs, for certificates of single programs.
 #pragma once
 
 #include <map>
@@ -14,18 +14,18 @@
 
 namespace dpde::analysis {
 
-/// One program with its derivatives on one grid. What `problem` has no value for is random.
+/// One program with its derivatives on one grid. Inputs without a value in `problem` are random.
 class ProgramCheck {
  public:
-  /// `tangents` has the code of `tangent`; program and adjoint are those of `compiled`.
+  /// `tangents`: code of `tangent`; program and adjoint are those of `compiled`.
   ProgramCheck(const driver::Compiled& compiled, const stencil::Program& program, const adjoint::Derivative& tangent,
                const codegen::CompiledModule& tangents, const model::Problem& problem, const std::vector<int>& cells,
                std::mt19937_64& random);
 
-  /// Errors are relative to the larger of the two numbers and to a thousandth of the sum of the terms' magnitudes, of
-  /// programs in single precision to a tenth. An error above the limit may be rounding: that is measured, and said.
+  /// Errors are relative to the larger number and to a thousandth (single precision: a tenth) of the sum of the terms'
+  /// magnitudes. For an error above the limit, rounding is measured and recorded.
   DotCase dot_product(bool single = false);
-  /// Adds remainders of the gradient and their slope.
+  /// Adds remainders of the gradient, and their slope.
   void taylor(Certificate& certificate);
 
  private:
@@ -49,7 +49,7 @@ class ProgramCheck {
   const dpde_program& tangent_code_;
   stencil::Interface interface_;
   std::mt19937_64& random_;
-  Workspace workspace_, forward_;                                   // of program and adjoint, and of the tangent
+  Workspace workspace_, forward_;                                   // of program and adjoint; of the tangent
   std::map<std::string, Values> inputs_, rates_, seeds_;            // fields by primal name
   std::map<std::string, Values> weight_rates_;                      // by network
   std::map<std::string, double> params_, param_rates_, sum_seeds_;  // scalars by primal name

@@ -30,16 +30,17 @@ namespace dpde::analysis {
 
 namespace {
 
-using driver::thread_cpu_seconds;  // what a certificate affords is the same on a busy machine
+using driver::thread_cpu_seconds;  // CPU time: a busy machine does not change the budget
 
-constexpr double largest_share = 0.1;  // of the time the compilation took
-/// Of that time for code that is not optimised: the median of 0.19 to 0.43 of dsl-examples (tests/bench/README.md).
+constexpr double largest_share = 0.1;  // share of the compilation time
+/// Part of the compilation time for code that is not optimised: the median of 0.19 to 0.43 in dsl-examples
+/// (tests/bench/README.md).
 constexpr double quick_code = 0.37;
-/// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms,
-/// 0.7 to 2 per cent of compilation by the JIT.
+/// Cost of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6
+/// ms, 0.7 to 2 per cent of JIT compilation.
 constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
 
-/// Narrower than most stencils, and wider.
+/// Grids narrower and wider than most stencils.
 std::vector<std::vector<int>> quick_grids(std::size_t rank, const std::vector<network::Network>& networks) {
   std::vector<std::vector<int>> grids{{1, 2, 3}, {4, 3, 2}};
   if (rank == 1) grids = {{1}, {3}, {6}};
@@ -66,7 +67,7 @@ int size_of(const stencil::Kernel& kernel) {
 }
 
 struct Size {
-  double nodes = 0, executed = 0;  // those of repeats once, and in each pass
+  double nodes = 0, executed = 0;  // counting repeats once; in each pass
 };
 
 Size size_of(const stencil::Module& module, const std::vector<stencil::Statement>& statements) {
@@ -91,14 +92,14 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
   return size;
 }
 
-/// The code, its programs, and what is done with them.
+/// Cache key: the code, its programs, and the scene and task.
 std::string key_of(const driver::Compiled& compiled, const SourceFile& source) {
   const std::string problem = compiled.problem ? print(*compiled.problem) : "";
   return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop) +
          driver::stamp_of_windows(compiled, source);
 }
 
-/// One value a line; the last line tells that nothing is missing.
+/// One value for each line; the last line marks the end.
 std::string text_of(const QuickCertificate& c) {
   std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid,
                                  c.run.grid, c.run.steps, c.run.directions, c.run.unknown, c.run.error, c.run.rounding,
@@ -114,7 +115,7 @@ bool read(const std::string& line, Number& number) {
   return error == std::errc{} && rest == line.data() + line.size();
 }
 
-/// What text_of() wrote; nullopt for anything else, and for an error that is no certificate.
+/// Inverse of text_of(); nullopt for other text and for an error above `most`.
 std::optional<QuickCertificate> certificate_of(const std::string& text, double most) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -153,7 +154,7 @@ model::Problem problem_for(const driver::Compiled& compiled, const stencil::Prog
   return problem;
 }
 
-/// Whether it computes in single precision: its fields, or a network that it applies.
+/// Whether the program uses single precision, in its fields or in a network.
 bool is_single(const driver::Compiled& compiled, const std::string& program) {
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(program));
   return compiled.real() == Precision::f32 || std::ranges::any_of(interface.networks, [&](const std::string& network) {
@@ -161,13 +162,13 @@ bool is_single(const driver::Compiled& compiled, const std::string& program) {
          });
 }
 
-/// What a tangent is run by.
+/// A tangent and its code.
 struct TangentCode {
   adjoint::Derivative tangent;
   std::shared_ptr<const codegen::CompiledModule> code;
 };
 
-/// Nothing where the program has no tangent.
+/// nullopt if the program has no tangent.
 std::optional<TangentCode> interpreted_tangent(const driver::Compiled& compiled, const std::string& name) {
   DiagnosticSink silent;
   TangentCode result;
@@ -192,14 +193,14 @@ std::optional<TangentCode> tangent_in(const driver::Compiled& compiled, const st
   return TangentCode{*found->second.tangent, compiled.code};
 }
 
-/// By the back end of the adjoint.
+/// Compiled with the back end of the adjoint.
 std::optional<TangentCode> compiled_tangent(const SourceFile& source, const driver::Compiled& compiled,
                                             const std::string& name) {
   const std::optional<driver::Compiled> again = compile_with_tangents(source, compiled.options);
   return again ? tangent_in(*again, name) : std::nullopt;
 }
 
-/// Tangent against adjoint of one program, on those grids where both are finite.
+/// Tangent against adjoint of one program, on the grids where both are finite.
 std::vector<DotCase> cases_of(const driver::Compiled& compiled, const std::string& name, const TangentCode& tangent,
                               bool single, std::vector<double>& scales) {
   const stencil::Program& program = *compiled.stencil.find_program(name);
@@ -213,14 +214,15 @@ std::vector<DotCase> cases_of(const driver::Compiled& compiled, const std::strin
       if (!std::isfinite(result.relative_error)) continue;
       scales.push_back(result.scale);
       cases.push_back(std::move(result));
-    } catch (const NoSolution&) {  // for these values, which are made up
+    } catch (const NoSolution&) {  // for made-up values
       continue;
     }
   }
   return cases;
 }
 
-/// Whether a solve of the program leaves more than rounding, or may: it is the adjoint of none to the last digits then.
+/// Whether a solve of the program leaves more than rounding, or may. Then tangent and adjoint do not agree to the last
+/// digits.
 bool leaves_residuals(const std::vector<stencil::Statement>& statements) {
   return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
     return match(
@@ -241,7 +243,7 @@ std::string help_for(const driver::Compiled& compiled) {
              : "this is a bug of dpde: the gradient would be wrong. dpde verify shows more";
 }
 
-/// Those that say something: the others are 0 but for rounding.
+/// Removes cases that are 0 except for rounding.
 std::vector<DotCase> telling(std::vector<DotCase> cases, const std::vector<double>& scales, bool single) {
   const double most = single ? largest_single_error : largest_dot_error;
   const double least = (single ? single_rounding_of_loss : rounding_of_loss) * usual_scale(scales);
@@ -251,8 +253,8 @@ std::vector<DotCase> telling(std::vector<DotCase> cases, const std::vector<doubl
   return cases;
 }
 
-/// Of a program whose solves leave residuals: what is compared where none does. Solves that do not come to an end are
-/// left out; nothing where the text of a program says how far they go.
+/// For a program whose solves leave residuals: the cases with solves iterated to rounding. Omits solves that do not
+/// converge; empty if the program's text sets their tolerance.
 std::vector<DotCase> told_when_solved(const SourceFile& source, const driver::Compiled& compiled,
                                       const std::string& name, bool single) {
   if (!compiled.problem) return {};
@@ -264,10 +266,10 @@ std::vector<DotCase> told_when_solved(const SourceFile& source, const driver::Co
   return telling(std::move(cases), scales, single);
 }
 
-/// Adds the errors of one program, or that it was not compared; false and an error where they are too large. What the
-/// interpreter makes of solves that have many solutions, or none, as between obstacles for values that are made up, is
-/// not what the runtime makes of them. So what differs from an interpreted tangent is compared with a compiled one;
-/// `compiling` grows by the seconds that takes.
+/// Adds the errors of one program, or a note that it was not compared. Returns false with an error if they are too
+/// large. For solves with many solutions or none, as between obstacles with made-up values, interpreter and runtime
+/// differ. So a difference from the interpreted tangent is checked with a compiled one; `compiling` grows by the time
+/// for that.
 bool certify_program(const SourceFile& source, const driver::Compiled& compiled, const std::string& name,
                      QuickCertificate& worst, double& compiling, DiagnosticSink& sink) {
   const bool single = is_single(compiled, name);
@@ -343,7 +345,7 @@ QuickCertificate not_certified(const driver::Compiled& compiled, const std::stri
   return result;
 }
 
-/// How long the code took to compile when nothing of it was kept; that is kept beside it.
+/// Compilation time without a cache; stored next to the code.
 double seconds_from_nothing(const driver::Compiled& compiled, codegen::CodeCache* cache) {
   if (cache == nullptr) return compiled.seconds;
   const std::string key = compiled.code_key + "\nseconds\n";
@@ -384,7 +386,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
   if (expected_seconds(*compiled) > affordable)
     return not_certified(*compiled, "it would take more than a tenth of the compilation; --certify does it");
   QuickCertificate result;
-  double again = 0;  // compiling once more
+  double again = 0;  // seconds for compiling again
   for (const std::string& name : certified_programs(*compiled)) {
     if (!certify_program(source, *compiled, name, result, again, sink)) return std::nullopt;
   }

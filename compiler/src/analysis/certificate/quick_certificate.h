@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every gradient is checked by before it is used, on a few cells:
+// Checks on a few cells that every gradient passes before it is used:
 //
-//  - the compiled adjoint of each program against the program's tangent, by a dot product. The tangent is not
-//    compiled but interpreted: that costs less than differences would and, unlike these, is exact to rounding and
-//    has nothing to fear from kinks. Where they differ, a compiled tangent decides;
-//  - the gradient of a whole short run against difference quotients of its losses (run_check.h), which see what
-//    lies between the programs: formulas, losses, controls, halos that programs share, links, and what tangent and
-//    adjoint have wrong alike.
+// - Each program's compiled adjoint against its tangent, by a dot product. The tangent is interpreted, not compiled:
+//   this costs less than differences, is exact to rounding and is not affected by kinks. If they differ, a compiled
+//   tangent decides.
+// - The gradient of a whole short run against difference quotients of its losses (run_check.h). These also detect
+//   errors between programs (formulas, losses, controls, shared ghost cells, links), and errors common to tangent and
+//   adjoint.
 //
-// Both together take less than a tenth of the compilation (for code that is not optimised: of what optimised code would
-// take), or say what was left out. A certificate is kept in the cache beside the code, under the code's key, the text
-// of the programs and that of the scene and its task, which are no part of the code.
+// Both together take less than a tenth of the compilation time (for quick code: of that for optimised code), or report
+// what was left out. The certificate is cached with the code. Its key is the code's key, the text of the programs, and
+// the scene and its task, which are not part of the code.
 #pragma once
 
 #include <optional>
@@ -21,28 +21,28 @@
 
 namespace dpde::analysis {
 
-/// How far tangent and adjoint may differ in double and in single precision (see SinglePrecisionCheck). Over the tasks
-/// of dsl-examples sound derivatives stay below 1e-14.
+/// Allowed difference of tangent and adjoint in double and in single precision (see SinglePrecisionCheck). In the tasks
+/// of dsl-examples correct derivatives stay below 1e-14.
 constexpr double largest_dot_error = 1e-11, largest_single_error = 1e-4;
 
 enum class Certifying { when_cheap, always, never };
 
 struct QuickCertificate {
-  double dot_product = 0;     // the largest error of all programs and grids
-  std::string program, grid;  // where; "" where nothing was compared
+  double dot_product = 0;     // largest error over all programs and grids
+  std::string program, grid;  // of that error; "" if nothing was compared
   RunCheck run;
-  std::vector<std::string> left_out;  // what was not checked, and why: what the run left out too
+  std::vector<std::string> left_out;  // parts not checked, and why; includes those of the run
   bool from_cache = false;
   double seconds = 0;
 };
 
-/// nullopt: it is not wanted, or there is no compiled code; or `sink` has an error, as tangent and adjoint or gradient
-/// and losses disagree. A failure is not kept, nor a certificate that lacked time: the same call fails again.
+/// nullopt if it is not requested, if there is no compiled code, or with an error in `sink` if tangent and adjoint, or
+/// gradient and losses disagree. Failures are not cached, nor certificates that lacked time: the same call fails again.
 std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
                                                 const std::shared_ptr<const driver::Compiled>& compiled, Certifying how,
                                                 DiagnosticSink& sink);
 
-/// Seconds that its first part is expected to take.
+/// Expected CPU seconds of the dot-product part.
 double expected_seconds(const driver::Compiled& compiled);
 
 }  // namespace dpde::analysis

@@ -20,7 +20,7 @@ class Intervals {
   Intervals(driver::Session& session, std::atomic<bool>& stop, const StoredFrames& frames)
       : session_(session), stop_(stop), frames_(frames), sums_(frames.states.size()) {}
 
-  /// False when the steps blow up.
+  /// Returns false if the steps blow up.
   bool add(int interval) {
     Rollout& rollout = session_.rollout();
     for (std::size_t s = 0; s < sums_.size(); ++s) rollout.initial(static_cast<int>(s)).copy_in(frame(s, interval));
@@ -30,7 +30,7 @@ class Intervals {
       if (snapshot.step != end) return;
       for (std::size_t s = 0; s < sums_.size(); ++s) compare(s, interval, snapshot.states[s]);
       is_there = true;
-      stop_ = true;  // the rest of the run is not wanted
+      stop_ = true;  // the rest of the run is not needed
     };
     rollout.run({std::gcd(frames_.first, frames_.every), look}, begin);
     stop_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well stored frames satisfy a scene: its own discrete steps from one frame should lead to the next. They do to the
-// last bit where the frames are the scene's own; what down-sampling has taken away shows as a residual.
+// How well stored frames satisfy a scene: the scene's discrete steps from one frame should lead to the next. For the
+// scene's own frames they do to the last bit; down-sampling shows as a residual.
 #pragma once
 
 #include <atomic>
@@ -11,23 +11,20 @@
 
 namespace dpde::analysis {
 
-/// Of a state in a run, over cells and the intervals that are looked at; not numbers where that is not known.
+/// For one state of a run, over cells and the sampled intervals; NaN if unknown.
 struct Residual {
-  double rate = std::numeric_limits<double>::quiet_NaN();  // root of the mean square of what the steps miss the next
-                                                           // frame by, in a unit of time
-  double relative = std::numeric_limits<double>::quiet_NaN();  // in parts of the change from frame to frame; 0 where
-                                                               // nothing is missed
+  double rate = std::numeric_limits<double>::quiet_NaN();      // RMS difference from the next frame per unit of time
+  double relative = std::numeric_limits<double>::quiet_NaN();  // relative to the change between frames; 0 if equal
 };
 
 /// Frames at steps `first`, `first + every`, ... of a run.
 struct StoredFrames {
-  const std::vector<std::vector<double>>& states;  // of each state of the session's rollout, one frame after the other
+  const std::vector<std::vector<double>>& states;  // for each state of the session's rollout, frame after frame
   int first = 0, every = 1, count = 0;
 };
 
-/// Of each state, from at most `most` intervals at equal distances. The session is on the grid of the frames, its
-/// option `stop` is `stop`, which is false afterwards unless it becomes true from outside. Infinite where the steps
-/// blow up.
+/// Residual of each state, from at most `most` equidistant intervals. The session must be on the grid of the frames and
+/// have `stop` as its stop flag. The flag is false afterwards, unless set from outside. Infinite if the steps blow up.
 std::vector<Residual> residuals_of(driver::Session& session, std::atomic<bool>& stop, const StoredFrames& frames,
                                    int most);
 

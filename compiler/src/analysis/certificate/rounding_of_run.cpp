@@ -17,7 +17,7 @@ namespace dpde::analysis {
 
 namespace {
 
-constexpr double allowance = 8;  // for what so few samples do not show
+constexpr double allowance = 8;  // safety factor for so few samples
 
 std::shared_ptr<const driver::Compiled> moved_by_roundings(const driver::Compiled& compiled, double phase) {
   auto moved = std::make_shared<driver::Compiled>(compiled);

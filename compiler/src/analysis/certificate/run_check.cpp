@@ -29,14 +29,15 @@ namespace {
 constexpr int fewest_steps = 3, most_steps = 12;
 constexpr std::uint64_t first_seed = 20240229, other_seeds[] = {20240301, 20240302, 20240303};
 
-/// Wider than most stencils, and as few cells as that allows.
+/// The smallest grid that is wider than most stencils.
 std::vector<int> cells_of_run(const driver::Compiled& compiled) {
   constexpr int cells[3][3] = {{6}, {5, 4}, {4, 3, 2}};
   const std::size_t rank = compiled.problem->axes.size();
   return network::grid_for(compiled.stencil.networks, std::vector<int>(cells[rank - 1], cells[rank - 1] + rank));
 }
 
-/// So many that multistep schemes have their memory, and every control and event its second interval, if that is near.
+/// Enough steps to fill the history of multistep schemes and to reach, if near, the second interval of every control
+/// and event.
 int steps_of_run(const model::Problem& problem) {
   int steps = fewest_steps;
   const auto reach = [&](int every) {
@@ -48,7 +49,7 @@ int steps_of_run(const model::Problem& problem) {
   return std::min(steps, problem.steps);
 }
 
-/// How losses along a line are looked at in a precision.
+/// Steps and tolerances of difference quotients in a precision.
 struct Precisions {
   std::vector<double> steps;
   double spacing, unit, rounding_of_derivative, largest_error;
@@ -65,10 +66,10 @@ Precisions precisions_of(const driver::Compiled& compiled) {
 
 class RunChecker {
  public:
-  /// At a point, along a direction.
+  /// Rounding at a point along a direction.
   using Rounding = std::function<RunRounding(const Eigen::VectorXd&, const Eigen::VectorXd&)>;
 
-  /// To be done `seconds` after `start`. `stop`: what the session looks at before each step.
+  /// The check must end `seconds` after `start`. `stop`: the session's stop flag.
   RunChecker(driver::Session& session, driver::Inverse& inverse, Rounding rounding, double start, double seconds,
              std::atomic<bool>& stop, RunCheck& result)
       : session_(session),
@@ -81,7 +82,7 @@ class RunChecker {
         result_(result),
         may_jump_(has_jumps(session.compiled())) {}
 
-  /// False where the run cannot be made, or there is no time for it.
+  /// Returns false if the run is impossible or there is no time for it.
   bool check();
 
  private:
@@ -113,20 +114,20 @@ class RunChecker {
   Point point_;
   Eigen::VectorXd gradient_;
   double seconds_a_loss_ = 0;
-  double moved_at_end_ = 0;  // of a run until steady: what a loss knows of where the state comes to rest
+  double moved_at_end_ = 0;  // for a run until steady: uncertainty of the steady state in a loss
   bool may_jump_;
   bool is_out_of_time_ = false;
 };
 
-/// How far the loss of a run until steady may be from that of the state at rest, wherever between 0 and the tolerance
-/// its last change lies: what is left of it falls with that change.
+/// Bound of the difference between the loss at the end of a run until steady and that of the steady state. The last
+/// change may be anywhere between 0 and the tolerance; the error is proportional to it.
 double RunChecker::not_at_rest(const SteadyAdjoint& adjoint) const {
   const double change = adjoint.state.change, tolerance = session_.problem().steady;
   return change > 0 ? std::abs(adjoint.unsteady) * std::max(1.0, tolerance / change) : 0;
 }
 
-/// Whether the run until steady ends while there is time; nobody knows after how many steps it does. Its gradient takes
-/// such a run and what goes back, that of the check at least one more.
+/// Whether the run until steady ends in time; its number of steps is not known beforehand. The gradient takes such a
+/// run and a reverse sweep, the check at least one more run.
 bool RunChecker::comes_to_rest() {
   constexpr int steps_between_looks = 16;
   inverse_.assign(point_.x);
@@ -138,8 +139,8 @@ bool RunChecker::comes_to_rest() {
   return !is_out_of_time_;
 }
 
-/// What goes back from a steady state is a linear solve, and nobody knows how long that takes; nor how long runs beside
-/// the point do.
+/// Limits the time of the gradient: the adjoint of a steady state is a linear solve of unknown duration, and so are
+/// runs near the point.
 void RunChecker::watch_steady() {
   const auto has_time = [this](const GradientProgress&) {
     is_out_of_time_ = is_out_of_time_ || spent() > seconds_;
@@ -148,7 +149,7 @@ void RunChecker::watch_steady() {
   session_.engine().watch_gradients(has_time, 1);
 }
 
-/// A point with its gradient; false where that is not finite, or there is no time for it.
+/// Sets the point and its gradient. Returns false if that is not finite or there is no time for it.
 bool RunChecker::begin(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   point_ = generic_point(session_, inverse_, random);
@@ -170,7 +171,7 @@ bool RunChecker::begin(std::uint64_t seed) {
   }
 }
 
-/// NaN where a solve has no solution for the values, which are made up.
+/// NaN if a solve has no solution for the made-up values.
 double RunChecker::loss_at(const Eigen::VectorXd& x) {
   try {
     return inverse_.value(x);
@@ -179,7 +180,7 @@ double RunChecker::loss_at(const Eigen::VectorXd& x) {
   }
 }
 
-/// False, and at the first point again, where none of the others is finite.
+/// Tries other points. Returns false, back at the first point, if none of them is finite.
 bool RunChecker::begin_elsewhere() {
   for (const std::uint64_t seed : other_seeds) {
     if (begin(seed)) return true;
@@ -188,7 +189,7 @@ bool RunChecker::begin_elsewhere() {
   return false;
 }
 
-/// In one unknown, or in all of them.
+/// Direction in one unknown, or in all of them.
 Eigen::VectorXd RunChecker::direction_in(const driver::Inverse::Part* part) const {
   if (part == nullptr) return point_.direction;
   Eigen::VectorXd direction = Eigen::VectorXd::Zero(point_.direction.size());
@@ -200,7 +201,7 @@ Line RunChecker::line_along(const Eigen::VectorXd& direction) {
   return [this, direction](double step) { return loss_at(point_.x + step * direction); };
 }
 
-/// Whether the loss jumps beside the point, so that differences over larger steps come to another number.
+/// Whether the loss jumps near the point, so that quotients of larger steps converge to another number.
 bool RunChecker::jumps(const driver::Inverse::Part* part) {
   if (!may_jump_) return false;
   const Eigen::VectorXd direction = direction_in(part);
@@ -217,7 +218,7 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
   const Eigen::VectorXd direction = direction_in(part);
   const Line loss = line_along(direction);
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
-  // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
+  // A state may not move at all if each step changes it by less than its rounding; values at close points do not show
   // that.
   const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
   const double standstill = (1 + result_.steps) * precisions_.unit * size;
@@ -227,14 +228,14 @@ QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
   std::vector<Quotient> quotients = quotients_of(loss, precisions_.steps, rounding);
   const QuotientEvidence found = judge(quotients, derivative);
   if (!found.is_elsewhere || result_.is_steady) return found;
-  const RunRounding of_terms = rounding_(point_.x, direction);  // of what cancels the sizes above know nothing
+  const RunRounding of_terms = rounding_(point_.x, direction);  // the sizes above miss terms that cancel
   derivative.rounding += of_terms.derivative;
   for (Quotient& quotient : quotients) quotient.rounding = std::max(quotient.rounding, of_terms.loss / quotient.step);
   return judge(quotients, derivative);
 }
 
-/// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step. Says nothing where the
-/// time runs out.
+/// An error counts only if it occurs at two points: at one of them a kink may be nearer than any step. Reports nothing
+/// if time runs out.
 void RunChecker::check_direction(const driver::Inverse::Part* part) {
   const std::string name = part == nullptr ? "all unknowns" : part->name;
   QuotientEvidence found = evidence_for(part);
@@ -284,8 +285,7 @@ std::string RunChecker::run_text() const {
                            : fmt::format("{} steps on {} cells", result_.steps, result_.grid);
 }
 
-/// A solve, there or back, that did not come to its tolerance and was to go on with a warning, or whose tolerance is
-/// a loose one.
+/// A solve, forward or adjoint, that missed its tolerance with a warning, or that has a loose tolerance.
 std::optional<SolveNote> RunChecker::stopped_early() const {
   const bool are_loose = has_loose_solves(session_.compiled());
   std::optional<SolveNote> worst;
@@ -319,7 +319,8 @@ bool RunChecker::check() {
   return check_directions(what);
 }
 
-/// There is time for one at least, by what a loss takes at the point. False where it ran out before any was certified.
+/// Time suffices for at least one direction, as estimated from a loss. Returns false if time ran out before any was
+/// certified.
 bool RunChecker::check_directions(const std::string& what) {
   if (result_.lacked_time) {
     leave_out("each unknown by itself", "no time");
@@ -337,7 +338,7 @@ bool RunChecker::check_directions(const std::string& what) {
   return result_.directions > 0;
 }
 
-/// Of so many steps; none: until steady. False where it cannot be made, or there is no time for it.
+/// Checks a run of `steps` steps; nullopt: until steady. Returns false if it is impossible or there is no time for it.
 bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                  std::optional<int> steps, double start, double seconds, RunCheck& result) {
   const driver::FirstWindow window = driver::first_window(*compiled, source);
@@ -351,7 +352,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   options.made_up = true;
   std::atomic<bool> stop{false};
   options.stop = &stop;
-  DiagnosticSink silent;  // the run that follows reports what is wrong with the input
+  DiagnosticSink silent;  // the later run reports errors of the input
   const auto session = driver::Session::open(source, compiled, options, silent);
   const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
   if (!inverse) {
@@ -369,7 +370,7 @@ bool check_steps(const SourceFile& source, const std::shared_ptr<const driver::C
   return RunChecker(*session, *inverse, rounding, start, seconds, stop, result).check();
 }
 
-/// As it was compiled.
+/// Checks the run with the code as compiled.
 RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
                        double seconds) {
   const double start = driver::thread_cpu_seconds();
@@ -378,7 +379,7 @@ RunCheck check_own_run(const SourceFile& source, const std::shared_ptr<const dri
   const model::Problem& problem = *compiled->problem;
   if (problem.task->unknowns.empty() || problem.task->losses.empty()) return result;
   result.untested = unknowns_of(*compiled);
-  const double of_steady = seconds / 2;  // where that is not enough a short run has the other half
+  const double of_steady = seconds / 2;  // if that is not enough, a short run has the other half
   if (problem.steady > 0 && check_steps(source, compiled, std::nullopt, start, of_steady, result)) return result;
   const bool lacked_time = result.lacked_time;
   check_steps(source, compiled, steps_of_run(problem), start, seconds, result);

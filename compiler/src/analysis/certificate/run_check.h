@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a whole short run of a task, on a few cells, against difference quotients of the run's own losses.
-// The gradient is the one that the task gets: compiled programs, their adjoints, rollout, formulas, losses, controls,
-// halos that programs share, and which array is whose derivative. The quotients know nothing of derivatives, so nothing
+// Checks the gradient of a whole short run of a task, on a few cells, against difference quotients of the run's losses.
+// The gradient is computed as for the task: compiled programs, their adjoints, rollout, formulas, losses, controls,
+// shared ghost cells, and links of derivative arrays. Quotients need no derivatives, so they also detect errors common
+// to tangent and adjoint.
 // that is wrong in the tangent and in the adjoint alike is hidden from them.
 //
-// Each unknown has a direction of its own, so that none hides behind another; where there is no time for that, one
-// direction is in all of them. No file is read: what files hold is made up.
+// Each unknown has its own direction, so that none hides another; if time is short, one direction covers all of them.
+// No file is read: the values of files are made up.
 //
-// Of runs until steady it is the gradient of the steady state, and losses are of runs that end there: what these know
-// of it, by the tolerance of until steady, counts as rounding. Where such a run comes to no end on a few cells, or
-// takes too long, a short run is checked, and that is said.
+// For runs until steady, it checks the gradient of the steady state with losses of runs that end there; their
+// uncertainty, from the tolerance of until steady, counts as rounding. If such a run does not end on a few cells, or
+// takes too long, a short run is checked instead and this is reported.
 #pragma once
 
 #include <memory>
@@ -21,31 +22,31 @@
 namespace dpde::analysis {
 
 struct RunCheck {
-  std::string grid;  // "" where no run was made
+  std::string grid;  // "" if no run was made
   int steps = 0;
-  std::string window;      // where it begins, "" for the scene's own start
-  bool is_steady = false;  // it goes on until the state is steady, and the gradient is that of the steady state
-  int directions = 0;      // that prove the gradient
-  std::string unknown;     // the one with the largest error, or "all unknowns"
-  double error = 0;        // of the quotients, relative to the derivative
-  double rounding = 0;     // the largest that rounding may make of one of them
-  std::vector<std::string> left_out;  // what was not checked, and why
-  std::vector<std::string> untested;  // unknowns that no direction proves the gradient by
-  std::string wrong;                  // not empty: the quotients agree on another number
+  std::string window;                 // its start, "" for the scene's own start
+  bool is_steady = false;             // run until steady, with the gradient of the steady state
+  int directions = 0;                 // number that prove the gradient
+  std::string unknown;                // the one with the largest error, or "all unknowns"
+  double error = 0;                   // of the quotients, relative to the derivative
+  double rounding = 0;                // largest rounding of one of them
+  std::vector<std::string> left_out;  // parts not checked, and why
+  std::vector<std::string> untested;  // unknowns for which no direction proves the gradient
+  std::string wrong;                  // not empty: the quotients converge to another number
   bool lacked_time = false;
-  bool is_in_doubt = false;  // they do so at one point, and no other one was finite
-  bool stops_early = false;  // they do so where a solve leaves more than rounding
+  bool is_in_doubt = false;  // they do so at one point, and no other point was finite
+  bool stops_early = false;  // they do so while a solve leaves more than rounding
 };
 
-/// Of its task, as `untested` has them.
+/// Names of the task's unknowns, as in `untested`.
 std::vector<std::string> unknowns_of(const driver::Compiled& compiled);
 
-/// Why a derivative may be exactly 0: no test tells which of these it is, or whether it should be.
+/// Possible reasons for a derivative of exactly 0. No test can tell which applies, or whether 0 is right.
 std::string causes_of_zero(const driver::Compiled& compiled);
 
-/// What solves that are stopped early have left is no fault of a gradient: where one was, and quotients and gradient
-/// differ, `wrong` is what they come to where those solves are done. Takes about `seconds`, or there again, and says
-/// what it has left out for lack of time.
+/// Residuals of solves that stop early are no fault of a gradient. If there are such solves and quotients and gradient
+/// differ, `wrong` is the result with those solves completed. Takes about `seconds`, or twice that, and reports parts
+/// left out for lack of time.
 RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds);
 
 }  // namespace dpde::analysis

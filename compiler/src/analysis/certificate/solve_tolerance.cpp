@@ -12,12 +12,12 @@ namespace dpde::analysis {
 namespace {
 
 constexpr double how_much_larger = 100, tightest = 1e-13;
-constexpr int enough_iterations = 1000;  // of a solve that was stopped early
+constexpr int enough_iterations = 1000;  // for a solve that was stopped early
 
 struct Found {
   Eigen::VectorXd gradient;
   bool solves = false, is_by_steps = false;
-  double left = 0;  // of right sides, where a solve was stopped early
+  double left = 0;  // relative residual of a solve that was stopped early
 };
 
 std::optional<Found> gradient_of(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
@@ -38,7 +38,7 @@ std::optional<Found> gradient_of(const SourceFile& source, const std::shared_ptr
   return found.gradient.allFinite() ? std::optional(found) : std::nullopt;
 }
 
-/// The same with another tolerance; a solve that rounding keeps from it is no error.
+/// The same with another tolerance. A solve that cannot reach it because of rounding is no error.
 std::optional<Found> gradient_with(const SourceFile& source, const driver::Compiled& compiled, SolveBy by,
                                    const driver::SessionOptions& session) {
   driver::CompileOptions options = compiled.options;
@@ -77,7 +77,7 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
   if (!compiled->problem) return std::nullopt;
   const SolveBy& by = compiled->problem->scheme.solve;
   driver::SessionOptions session;
-  session.trusts_signs = true;  // the certificate has looked
+  session.trusts_signs = true;  // the certificate has checked them
   session.threads = options.threads;
   session.stop = options.stop;
   session.window = options.window;
@@ -99,7 +99,7 @@ std::optional<ToleranceEffect> effect_of_tolerance(const SourceFile& source,
     effect.error = size == 0 ? 0 : (other->gradient - own->gradient).norm() / size;
     effect.bound = effect.error * (is_measured ? 1.1 : how_much_larger);
     return effect;
-  } catch (const Error&) {  // the certificate says what does not run
+  } catch (const Error&) {  // the certificate reports failures
     return std::nullopt;
   }
 }

@@ -10,17 +10,17 @@ namespace dpde::analysis {
 
 namespace {
 
-/// How many standard deviations of rounding a difference has to be apart to be one.
+/// A difference is significant if it exceeds this many standard deviations of rounding.
 constexpr double sure = 10;
-/// Quotients agree with one another where they differ by less than so much of what they differ from the derivative by.
+/// Quotients agree if their spread is less than this part of their distance from the derivative.
 constexpr double agreement_of_quotients = 0.1;
 
-/// Of three neighbouring points: their mean slope, and by how much the two differ.
+/// For three adjacent points: mean of the two slopes, and their difference.
 struct LocalSlope {
   double mean, spread;
 };
 
-/// Those above `floor`, of larger steps first.
+/// Slopes above `floor`, largest steps first.
 std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, double floor) {
   std::vector<LocalSlope> slopes;
   for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
@@ -34,8 +34,7 @@ std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, d
   return slopes;
 }
 
-/// Whether the quotients of the three smallest steps at which they differ from the derivative by more than rounding
-/// agree.
+/// Whether the quotients agree at the three smallest steps where they differ from the derivative by more than rounding.
 bool agree_elsewhere(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative) {
   std::vector<double> apart;
   for (auto q = quotients.rbegin(); q != quotients.rend() && apart.size() < 3; ++q) {
@@ -45,7 +44,7 @@ bool agree_elsewhere(const std::vector<Quotient>& quotients, const DirectionalDe
     const bool is_between = derivative.value > low - noise && derivative.value < high + noise;
     const bool is_apart = std::abs(difference) > noise && !is_between;
     if (is_apart) apart.push_back(difference);
-    if (!is_apart && !apart.empty()) return false;  // larger steps come nearer: no number of their own
+    if (!is_apart && !apart.empty()) return false;  // larger steps converge to the derivative: no other limit
   }
   if (apart.size() < 3) return false;
   const auto [low, high] = std::ranges::minmax(apart);
@@ -83,7 +82,7 @@ bool falls_as_squares(const std::vector<Remainder>& remainders, double floor) {
 
 double rounding_of(const Line& f, double spacing, double unit) {
   constexpr int order = 4;
-  constexpr double variances = 70;  // of one value in a fourth difference: 1 + 16 + 36 + 16 + 1
+  constexpr double variances = 70;  // variance of a fourth difference over that of a value: 1 + 16 + 36 + 16 + 1
   std::array<double, 8> values{};
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = f(spacing * static_cast<double>(i));
   const double least = unit * std::abs(values[0]);
@@ -108,7 +107,7 @@ std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& ste
 }
 
 std::optional<JumpOnLine> jump_within(const Line& f, double reach, double rounding, double closest) {
-  constexpr int parts = 16, levels = 8;  // the last points are 5e-10 of the reach apart
+  constexpr int parts = 16, levels = 8;  // the closest points are 5e-10 of the reach apart
   JumpOnLine found{-reach, 0};
   double width = 2 * reach;
   for (int level = 0; level < levels; ++level, width /= parts) {
@@ -138,7 +137,7 @@ std::optional<JumpOnLine> jump_within(const Line& f, double reach, double roundi
 
 std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const std::vector<double>& steps,
                                       double rounding) {
-  constexpr double disagreement = 1e-3, least_share = 1e-2;  // of a remainder, that a jump makes up
+  constexpr double disagreement = 1e-3, least_share = 1e-2;  // smallest part of a remainder due to the jump
   const double here = f(0);
   std::vector<Remainder> apart;
   for (const double step : steps) {
@@ -148,7 +147,7 @@ std::optional<JumpOnLine> jump_beside(const Line& f, double derivative, const st
     if (rest > disagreement * size && rest > sure * rounding) apart.push_back({step, rest});
   }
   if (apart.empty()) return std::nullopt;
-  for (const Remainder& one : {apart.front(), apart.back()}) {  // few jumps near, and those that are far
+  for (const Remainder& one : {apart.front(), apart.back()}) {  // few near jumps, and distant ones
     const std::optional<JumpOnLine> jump = jump_within(f, one.step, rounding, steps.back());
     if (jump && jump->size > least_share * one.value) return jump;
   }

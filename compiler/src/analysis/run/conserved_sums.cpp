@@ -26,13 +26,13 @@ namespace dpde::analysis {
 namespace {
 
 constexpr int steps = 3;
-constexpr int shorter = 8;            // times, in as many more steps
-constexpr double first_order = 0.75;  // what is lost by steps in time goes down by their number to this power, or more
-constexpr double most_of_steps = 0.05;                        // relative drift by steps so short
-constexpr int most_tries = 5;                                 // of steps that do not blow up
-constexpr double most_growth = 4;                             // of squares in such steps
-constexpr double most_of_squares = 1;                         // the same of runs that are no blow-up
-constexpr double tolerance = 1e-12, single_tolerance = 1e-5;  // relative drift that rounding may make
+constexpr int shorter = 8;              // factor of shorter steps, with as many more of them
+constexpr double first_order = 0.75;    // losses by time steps must fall with their number to at least this power
+constexpr double most_of_steps = 0.05;  // largest relative drift of such short steps
+constexpr int most_tries = 5;           // to find steps that do not blow up
+constexpr double most_growth = 4;       // of squares in such steps
+constexpr double most_of_squares = 1;   // drift of squares in runs that do not blow up
+constexpr double tolerance = 1e-12, single_tolerance = 1e-5;  // relative drift due to rounding
 constexpr std::uint64_t seed = 20261124;
 
 std::vector<int> few_cells(const driver::Compiled& compiled) {
@@ -46,8 +46,8 @@ std::vector<double> squares_of(std::vector<double> values) {
   return values;
 }
 
-/// With the scene's own step: its Courant numbers would be so small on few cells that what the scheme loses could not
-/// be told from rounding.
+/// Step with the scene's Courant numbers. With the scene's own step these would be so small on few cells that losses of
+/// the scheme would be below rounding.
 double step_of(const model::Problem& problem, const std::vector<int>& cells) {
   double factor = std::numeric_limits<double>::infinity();
   for (std::size_t a = 0; a < cells.size(); ++a)
@@ -55,7 +55,7 @@ double step_of(const model::Problem& problem, const std::vector<int>& cells) {
   return problem.step * std::max(1.0, factor);
 }
 
-/// All sums that there are, one value a state of the run.
+/// All candidate sums, with one value for each state of the run.
 class Candidates {
  public:
   explicit Candidates(driver::Session& session) : session_(session) {}
@@ -81,7 +81,7 @@ class Candidates {
     for (const auto& [name, value] : session_.observe(t, fields)) add_number(of({name, {}, false}), value);
   }
 
-  /// Relative, by name; of what has a magnitude.
+  /// Relative drifts by name, for sums with a magnitude.
   std::map<std::string, double> drifts() const {
     std::map<std::string, double> drifts;
     for (const auto& [name, candidate] : candidates_) {
@@ -90,7 +90,7 @@ class Candidates {
     }
     return drifts;
   }
-  /// Of the square that has grown most since the first state.
+  /// Factor by which the fastest growing square has grown since the first state.
   double growth() const {
     double largest = 0;
     for (const auto& [name, candidate] : candidates_) {
@@ -117,14 +117,14 @@ class Candidates {
 
 using States = std::vector<std::vector<double>>;
 
-/// Where a run begins, with what its controls are all the time.
+/// Start of a run, with constant values of its controls.
 struct Start {
   States states;
   double t = 0;
   std::map<std::string, double> controls = {};
 };
 
-/// From 0.7 to 1.3.
+/// States with values from 0.7 to 1.3.
 Start random_start(driver::Session& session) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> noise(0.7, 1.3);
@@ -136,7 +136,7 @@ Start random_start(driver::Session& session) {
   return start;
 }
 
-/// Sums before and behind so many steps; nullopt where they cannot be made.
+/// Sums before and after `count` steps; nullopt if the run is not possible.
 std::optional<Candidates> sums_of_run(driver::Session& session, const Start& start, double step, int count) {
   RolloutSetup setup = session.engine().setup();
   setup.steps = count;
@@ -160,7 +160,7 @@ std::optional<Candidates> sums_of_run(driver::Session& session, const Start& sta
     for (std::size_t s = 0; s < states.size(); ++s)
       copy_out(session.workspace().layout(), rollout.final_states()[s], states[s]);
     sums.look(start.t + count * step, states, rollout.final_states());
-  } catch (const Error& error) {  // a solve finds nothing for values that are made up, or on these few cells
+  } catch (const Error& error) {  // a solve fails for made-up values or so few cells
     if (error.kind() != ErrorKind::run) throw;
     return std::nullopt;
   }
@@ -169,14 +169,14 @@ std::optional<Candidates> sums_of_run(driver::Session& session, const Start& sta
 
 using Drifts = std::map<std::string, double>;
 
-/// Nothing where the run cannot be made.
+/// Empty if the run is not possible.
 Drifts drifts_of(const std::optional<Candidates>& sums) { return sums ? sums->drifts() : Drifts{}; }
 Drifts drifts_of_run(driver::Session& session, const Start& start, double step, int count) {
   return drifts_of(sums_of_run(session, start, step, count));
 }
 
-/// Random states on few cells may blow up in steps that the scene's own state bears: beside what is as large then any
-/// drift is rounding. `step` becomes so short that none does, if need be; the sums are those of its run.
+/// Random states on few cells may blow up with a step that suits the scene's own state; then any drift would count as
+/// rounding. If necessary, shortens `step` until the run is bounded; returns the sums of that run.
 std::optional<Candidates> sums_of_bounded_run(driver::Session& session, const Start& start, double& step) {
   for (int tries = 0;; ++tries) {
     std::optional<Candidates> sums = sums_of_run(session, start, step, steps);
@@ -185,16 +185,16 @@ std::optional<Candidates> sums_of_bounded_run(driver::Session& session, const St
   }
 }
 
-/// Of squares by longer steps: more than rounding, and no more than steps may lose.
+/// For squares with longer steps: the drift exceeds rounding, but not the largest loss of time steps.
 bool is_lost(double drift, double rounding) { return drift > 100 * rounding && drift <= most_of_steps; }
 
-/// Whether a drift is of the steps in time alone, as far as runs with eight times as many say: they leave an eighth of
-/// it or less. So it has to be twice.
+/// Whether a drift comes only from the time steps: eight times as many steps must leave an eighth or less. Required
+/// twice.
 bool is_less_by_steps(double by_shorter, double drift) {
   return by_shorter <= most_of_steps && by_shorter <= std::pow(shorter, -first_order) * drift;
 }
 
-/// Drifts that are made when they are asked for first.
+/// Drifts that are computed on first use.
 class LazyDrifts {
  public:
   explicit LazyDrifts(std::function<Drifts()> make) : make_(std::move(make)) {}
@@ -208,7 +208,7 @@ class LazyDrifts {
   std::optional<Drifts> made_;
 };
 
-/// The scene's own, as far as they are no more than some thousands.
+/// The scene's cells, limited to some thousands.
 std::vector<int> own_cells(const model::Problem& problem) {
   constexpr int most_along[] = {4096, 96, 20};
   std::vector<int> cells;
@@ -217,8 +217,8 @@ std::vector<int> own_cells(const model::Problem& problem) {
   return cells;
 }
 
-/// What a step of a scheme with a memory goes on from where nothing is known of the steps before: rates of 0, which
-/// leave a sum as it is, and states as they are.
+/// Sets the history of a multistep scheme, which is unknown: time derivatives of 0, which do not change a sum, and past
+/// states equal to the present one.
 void forget(driver::Session& session, Start& start) {
   const model::Problem& problem = session.problem();
   for (int s = 0; s < session.rollout().state_count(); ++s) {
@@ -234,8 +234,8 @@ void forget(driver::Session& session, Start& start) {
   }
 }
 
-/// The scene's own state with a tenth of noise, at some moments of the run with what controls are there, where what
-/// depends on t changes or is largest, and with the smallest and the largest that controls are.
+/// Starts: the scene's state with ten per cent noise, at some times of the run with the controls there; at times where
+/// conditions on t change or values of t are largest; and with the smallest and largest values of controls.
 std::vector<Start> starts_of(driver::Session& session) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> noise(-0.1, 0.1);
@@ -248,7 +248,7 @@ std::vector<Start> starts_of(driver::Session& session) {
     first.states.push_back(std::move(values));
   }
   const model::Problem& problem = session.problem();
-  // Later steps of schemes with a memory go on from states before, which are not known.
+  // Later steps of multistep schemes need past states, which are unknown.
   const bool has_memory = !std::ranges::all_of(problem.states, &std::string::empty, &model::State::history_of);
   std::vector<Start> starts;
   const auto add = [&](int step) {
@@ -272,8 +272,8 @@ std::vector<Start> starts_of(driver::Session& session) {
   return starts;
 }
 
-/// Without those that steps of the scene itself do not leave: random states on few cells may not meet what changes
-/// them, a mask, a threshold, a source that begins late. What shorter steps lose less of is kept but for steps.
+/// Removes sums that the scene's own steps change: random states on few cells may miss a mask, a threshold or a late
+/// source. Sums for which shorter steps lose less are marked but_for_steps.
 void take_out_changed(driver::Session& session, double rounding, std::vector<ConservedSum>& found) {
   for (const Start& start : starts_of(session)) {
     double step = session.problem().step;
@@ -292,8 +292,8 @@ void take_out_changed(driver::Session& session, double rounding, std::vector<Con
   }
 }
 
-/// Those that stand in what steps compute, parameters among them: states that a source is switched on by, with a
-/// condition, max, tanh or exp, lie about one, or about its square or root.
+/// Numbers in the step's formulas, and parameters. States that switch a source (by a condition, max, tanh or exp) are
+/// near one of them, its square or its root.
 std::vector<double> numbers_of_steps(const driver::Compiled& compiled) {
   const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
   std::set<double> numbers;
@@ -316,7 +316,7 @@ std::vector<double> numbers_of_steps(const driver::Compiled& compiled) {
   return {numbers.begin(), numbers.end()};
 }
 
-/// Each value near one of the numbers, by a third of it or a ten thousandth; some of them negative if `of_both_signs`.
+/// Random states near the numbers, at relative distances from 1e-4 to a third; some are negative if `of_both_signs`.
 States states_near(const driver::Session& session, std::size_t count, const std::vector<double>& numbers,
                    bool of_both_signs, std::mt19937_64& random) {
   std::uniform_real_distribution<double> exponent(-4, -0.5), part_of_one;
@@ -331,7 +331,7 @@ States states_near(const driver::Session& session, std::size_t count, const std:
   return states;
 }
 
-/// Those that steps from other states than the run's change. Sums that steps lose say nothing there.
+/// Marks sums that steps from states other than the run's change. Not for sums that time steps lose.
 void mark_switched(driver::Session& session, double rounding, std::vector<ConservedSum>& found) {
   constexpr int tries = 8;
   const std::vector<double> numbers = numbers_of_steps(session.compiled());
@@ -371,11 +371,11 @@ std::optional<std::vector<ConservedSum>> conserved_sums(const SourceFile& source
   const double rounding = compiled->real() == Precision::f64 ? tolerance : single_tolerance;
   const auto drifts = [&](double length, int count) { return drifts_of_run(*session, start, length * step, count); };
   constexpr int shortest = shorter * shorter;
-  // Each is made where it is asked for: long runs of an interpreter take seconds.
+  // Computed on first use: long interpreted runs take seconds.
   LazyDrifts by_shorter([&] { return drifts(1.0 / shorter, steps * shorter); }),
       by_shortest([&] { return drifts(1.0 / shortest, steps * shortest); }),
       by_longer([&] { return drifts(shorter, steps); }), by_longest([&] { return drifts(shortest, steps); });
-  // What is no sum of squares may drift by rounding alone where longer steps blow up.
+  // Sums other than squares may drift by rounding if longer steps blow up.
   const auto is_bounded = [&](const Drifts& longer) {
     return std::ranges::all_of(longer, [&](const auto& entry) {
       return !sums->sum(entry.first).of_squares || entry.second <= most_of_squares;

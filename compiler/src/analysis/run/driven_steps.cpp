@@ -16,11 +16,11 @@ namespace dpde::analysis {
 
 namespace {
 
-constexpr int most_moments = 2000;              // along the run
-constexpr std::size_t most_driven_parts = 400;  // of formulas
+constexpr int most_moments = 2000;              // sampled times of the run
+constexpr std::size_t most_driven_parts = 400;  // subexpressions of formulas
 constexpr std::size_t most_driven_steps = 32;
 
-/// With numbers for parameters and the place, and the first coordinate for t.
+/// Replaces parameters and coordinates by numbers, and t by the first coordinate.
 model::Expr of_time(const model::Expr& e, const model::Problem& problem, const std::array<double, 3>& place) {
   if (const auto* at = std::get_if<model::Coordinate>(&e->kind))
     return model::number(place[static_cast<std::size_t>(at->axis)], e->origin);
@@ -35,7 +35,7 @@ model::Expr of_time(const model::Expr& e, const model::Problem& problem, const s
 class DrivenSteps {
  public:
   explicit DrivenSteps(const model::Problem& problem) : problem_(problem) {
-    for (int i = 0; i < places; ++i) {  // along the diagonal
+    for (int i = 0; i < places; ++i) {  // points on the diagonal
       std::array<double, 3> place{};
       for (std::size_t a = 0; a < problem.axes.size(); ++a) {
         const model::Axis& axis = problem.axes[a];
@@ -63,7 +63,7 @@ class DrivenSteps {
       model::is_condition(formula) ? look_for_changes(formula) : look_for_extremes(formula);
       if (!model::any_part(
               e, [](const model::Expr& part) { return std::holds_alternative<model::Coordinate>(part->kind); }))
-        return;  // it is the same at all places
+        return;  // does not depend on the point
     }
   }
 
@@ -84,7 +84,7 @@ class DrivenSteps {
   }
   int stride() const { return std::max(1, problem_.steps / most_moments); }
 
-  /// The first step behind the first change to each side.
+  /// Adds the first step after the first change to each truth value, by bisection.
   void look_for_changes(const model::Expr& formula) {
     std::set<double> met;
     double before = value(formula, 0);
@@ -101,7 +101,7 @@ class DrivenSteps {
     }
   }
 
-  /// Each between its neighbours, by thirds.
+  /// Adds the steps with extreme values, refined between neighbouring samples by ternary search.
   void look_for_extremes(const model::Expr& formula) {
     for (const double sign : {1.0, -1.0}) {
       int best = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// When a run is driven by the time: at which of its steps conditions of t change, and where numbers of t are smallest
-// and largest. What is looked at there has met each source that is on for a while.
+// Steps of a run at which conditions on t change and functions of t are smallest or largest. Tests at these steps see
+// every source that is on for some time.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace dpde::analysis {
 
-/// Of what steps compute and sides are given, in order; empty where nothing of it depends on t. A combination of
-/// conditions changes where one of them does, so each of its values is met right behind such a change.
+/// Considers formulas of steps and boundary values; sorted, empty if nothing depends on t. A combination of conditions
+/// changes only if one of them does, so each of its values occurs right after such a change.
 std::vector<int> driven_steps(const model::Problem& problem);
 
 }  // namespace dpde::analysis

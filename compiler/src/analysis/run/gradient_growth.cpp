@@ -11,19 +11,19 @@ namespace dpde::analysis {
 namespace {
 
 constexpr int most_looks = 256;
-constexpr double work_of_pair = 1e9;  // cells times comparisons
+constexpr double work_of_pair = 1e9;  // cells times samples
 constexpr int fewest_pairs = 64, most_pairs = 2048;
-constexpr double same_rate = 0.7;  // of the rate at half the step
-/// A gradient follows how fast states part, which changes by more of itself than they do: thirty times as much, about.
+constexpr double same_rate = 0.7;  // relative to the growth rate at half the step
+/// A gradient depends on the states' divergence; its relative change is about thirty times that of the states.
 constexpr double sensitivity_of_gradients = 30;
 constexpr std::uint64_t seed_of_pair = 20261125;
 
 double unit_rounding(Precision real) { return real == Precision::f64 ? 0x1p-53 : 0x1p-24; }
 
-/// Times, and logarithms of what grows: the growth itself may be beyond all numbers.
+/// Times, and logarithms of growth, which itself may overflow.
 using Logarithms = std::vector<std::pair<double, double>>;
 
-/// The slope by least squares, and the largest rise behind the first.
+/// Least-squares slope, and the largest rise above the first value.
 std::optional<Growth> fit(const Logarithms& line) {
   const auto n = static_cast<double>(line.size());
   double mean_t = 0, mean_y = 0, products = 0, squares = 0;
@@ -42,7 +42,7 @@ std::optional<Growth> fit(const Logarithms& line) {
   return growth;
 }
 
-/// The session's step from its initial state, and the same from a start beside it.
+/// The session's run from its initial state, and a run from a perturbed start.
 class Pair {
  public:
   Pair(driver::Session& session, int parts)
@@ -55,15 +55,15 @@ class Pair {
     const auto cells = static_cast<std::size_t>(session.workspace().cell_count());
     states_.assign(static_cast<std::size_t>(own_.state_count()), std::vector<double>(cells));
     beside_ = states_;
-    // Steps chosen for each of them would differ by more than the perturbation does.
+    // Separately chosen steps would differ by more than the perturbation.
     if (session.problem().step_control) other_.follow(&own_.record());
     perturb();
   }
 
   double size() const { return norm_of(states_); }
 
-  /// Of the difference over so many steps; makes it as small beside the state as it was at first. Not finite where a
-  /// run is.
+  /// Growth of the difference over `steps` steps. Then rescales the difference to its first relative size. Not finite
+  /// if a run is not.
   double advance(int steps) {
     if (own_.advance(steps).blow_up || other_.advance(steps).blow_up) return INFINITY;
     const double before = distance_;
@@ -127,7 +127,7 @@ class Pair {
   dpde_layout layout_;
   Rollout own_, other_;
   std::vector<std::vector<double>> states_, beside_;
-  double part_;  // of the state, that the difference is made
+  double part_;  // initial size of the difference relative to the state
   double distance_ = 0;
 };
 

@@ -12,7 +12,7 @@
 namespace dpde::analysis {
 
 std::string instability(driver::Session& session) {
-  constexpr double disturbance = 1e-6;  // of the largest value: a start that is the same everywhere grows by no mode
+  constexpr double disturbance = 1e-6;  // relative to the largest value: a uniform start excites no unstable mode
   Rollout& rollout = session.rollout();
   const auto blow_up_of = [&](const RunResult& done) {
     return fmt::format("{} is no longer finite after step {} of {}", rollout.state_name(done.blow_up->state),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether it is the step that makes a loss or its gradient infinite.
+// Whether an unstable step makes a loss or its gradient infinite.
 #pragma once
 
 #include <string>
@@ -8,9 +8,8 @@
 
 namespace dpde::analysis {
 
-/// How the run from where the session begins, or from there slightly disturbed in every cell, leaves all bounds: "u
-/// grows from 1 to 3e+40"; "" where it does not. The run is made anew: initial states and final states of the session
-/// are others afterwards.
+/// Describes how the run becomes unbounded, from the session's start or from a slightly perturbed one: "u grows from 1
+/// to 3e+40"; "" if it does not. Repeats the run, so the session's initial and final states change.
 std::string instability(driver::Session& session);
 
 }  // namespace dpde::analysis

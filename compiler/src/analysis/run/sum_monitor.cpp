@@ -15,7 +15,7 @@ struct WeightedSums {
   double sum = 0, magnitude = 0;
 };
 
-/// Row by row: sums of rows err by the square root of all cells less than one sum would.
+/// Sums row by row, which reduces the rounding error compared with one sum over all cells.
 template <class Real>
 WeightedSums sums_over(const dpde_layout& layout, const Real* base, const std::vector<double>& volumes,
                        bool of_squares) {
@@ -73,9 +73,9 @@ std::vector<std::pair<std::string, double>> SumMonitor::sizes(double t, const st
   return session_.observe(t, bases);
 }
 
-/// How large the other components of the vector are: one that is 0 but for their rounding has no size of its own.
+/// Size of the vector's other components: a component that is 0 except for rounding has no size of its own.
 double SumMonitor::size_beside(const std::vector<void*>& states, const std::string& field, bool of_square) const {
-  const std::string vector = field.substr(0, field.find('.') + 1);  // with the dot; "" of a number
+  const std::string vector = field.substr(0, field.find('.') + 1);  // with the dot; "" for a scalar
   double size = 0;
   for (std::size_t s = 0; !vector.empty() && s < states.size(); ++s) {
     const std::string& other = session_.rollout().state_name(static_cast<int>(s));
