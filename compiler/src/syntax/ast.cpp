@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of ast.h that need Node to be complete.
+// Members of ast.h that need the complete type Node.
 #include "syntax/ast.h"
 
 namespace dpde::ast {

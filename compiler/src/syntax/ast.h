@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of a .dpde file as types. True here and not later: names are as written, nothing is resolved,
-// every node has a range, comments are kept. `Error` is poison: whoever meets it stays silent.
+// The grammar of a .dpde file as types. On this level names are as written and unresolved, every node has a source
+// range, and comments are kept. `Error` marks an error that was already reported: code that finds it reports nothing
+// more.
 #pragma once
 
 #include <map>
@@ -17,7 +18,7 @@
 
 namespace dpde::ast {
 
-/// A class of its own, and not another name, so that copies of all kinds are compiled once, in ast.cpp.
+/// A class and not a type alias, so that the copy functions of all kinds are compiled only once, in ast.cpp.
 struct ItemKind
     : Variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, SolvedItem, ConstraintItem,
               HeldItem, GridItem, CoordinatesItem, ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem,
@@ -47,11 +48,11 @@ struct Model {  // model NAME { ... }
 };
 struct Scene {  // scene NAME : MODEL [, MODEL] [with SCHEME] { ... }     scene NAME = SCENE [with SCHEME] { ... }
   Identifier name, of;
-  std::vector<Identifier> also;  // the models behind the first
+  std::vector<Identifier> also;  // further models, after the first
   std::optional<Identifier> scheme;
   std::vector<Item> items;
-  std::optional<Identifier> like = {};     // the scene behind =; with_whole_scenes puts its items in
-  std::vector<std::string> left_out = {};  // and says in words which do not hold here
+  std::optional<Identifier> like = {};     // scene after `=`; with_whole_scenes inserts its items
+  std::vector<std::string> left_out = {};  // items of that scene that are dropped here, as text
 };
 struct Scheme {  // scheme NAME { key = value; ... }
   Identifier name;
@@ -65,10 +66,10 @@ struct Task {  // task NAME : SCENE [with SCHEME] { ... }
 struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) [on 2 axes] { ... }
   Identifier name;
   std::vector<KernelParameter> parameters;
-  std::optional<int> axes;                         // on 2 axes: where no offset in the body tells
+  std::optional<int> axes;                         // on 2 axes: needed if no offset in the body shows it
   std::vector<Item> items;                         // LetItem, AssignItem, ScatterItem, AdjointItem
-  std::string copy_of = {};                        // the kernel that this one was copied from for a repeat
-  std::map<std::string, std::string> copied = {};  // and its fields there, by what they are here
+  std::string copy_of = {};                        // name of the original kernel, for copies made by repeats
+  std::map<std::string, std::string> copied = {};  // original names of its fields, by new name
 };
 struct Program {  // program NAME { fill ...; run ...; swap ... }
   Identifier name;
@@ -82,17 +83,17 @@ struct Loop {  // loop t in 0 .. 32 { wave_step }
 struct Function {  // function f(a, b) = expr       operator lap9(u) order 2 = (u[+1, 0] + ...)/hx^2
   Identifier name;
   std::vector<Identifier> parameters;
-  std::optional<int> order;  // of operators, whose parameters are read at neighbours
+  std::optional<int> order;  // only of operators, which read neighbours of their parameters
   Expr body;
-  std::vector<AdjointItem> adjoints;  // of operators: lines below the body
+  std::vector<AdjointItem> adjoints;  // only of operators: lines below the body
 };
 
-struct Import {  // import "flow.dpde"       its blocks stand behind those of this file
+struct Import {  // import "flow.dpde"       its blocks follow those of this file
   std::string path;
-  SourceRange range;  // of the text
+  SourceRange range;  // of the path
 };
 
-/// network NAME(u: vector, nu) -> vector { ... }      below the model level of so many channels: network NAME(3) -> 2
+/// network NAME(u: vector, nu) -> vector { ... }      below the model level with channel counts: network NAME(3) -> 2
 struct Network {
   struct Input {
     Identifier name;
@@ -100,7 +101,7 @@ struct Network {
   };
   Identifier name;
   std::vector<Input> inputs;
-  std::vector<Identifier> outputs;  // none: scalar; the word `scalar` or `vector`, or names
+  std::vector<Identifier> outputs;  // empty: scalar; the word `scalar` or `vector`, or names
   std::optional<int> input_channels, output_channels;
   std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and HostItem or LayerItem, BranchItem,
                             // RepeatItem or LetItem, AssignItem
@@ -135,7 +136,7 @@ struct Declaration {
   SourceRange range;
   Trivia trivia;
   BlockLayout layout;
-  bool imported = false;  // stands in an imported file
+  bool imported = false;  // from an imported file
 };
 
 struct File {

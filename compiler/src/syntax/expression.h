@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Expressions of a .dpde file as types, and the names that stand in them.
+// Expressions of a .dpde file as types, and the names in them.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace dpde::ast {
 
 struct Node;
 
-/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
+/// A name that is declared or referred to, with its position; components with a dot, u.x.
 struct Identifier {
   std::string name;
   SourceRange range;
@@ -43,7 +43,7 @@ struct Text {  // "file.npy"
   std::string value;
 };
 struct Name {
-  std::string name;  // u.x of a component
+  std::string name;  // components with a dot, u.x
 };
 struct Unary {
   UnaryOp op;
@@ -54,7 +54,7 @@ struct Binary {
   Expr left, right;
 };
 struct Argument {
-  std::string name;  // "" when positional; rate = 5
+  std::string name;  // rate in rate = 5; "" if positional
   Expr value;
   SourceRange name_range = {};
 };
@@ -71,9 +71,9 @@ struct Offsets {
   std::string name;
   std::vector<int> offsets;
   int grow = 0;           // only after inside[...]
-  bool has_signs = true;  // else it may be an element of an array, c[1]
+  bool has_signs = true;  // else it may be an array element, c[1]
 };
-struct Component {  // grad(u).x, closure(u, v).flux; of a name alone it is part of the name
+struct Component {  // grad(u).x, closure(u, v).flux; for a plain name it is part of the name
   Expr operand;
   Identifier name;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of items by what they stand in, for analyses of one block: match() over all that stands in it, and the others
-// in one case. A kind that is in none of these lists compiles in none of them.
+// Item kinds by the blocks they occur in. For analyses of one block: match() with all kinds of that block, and one case
+// for the others. A kind in none of these lists fails to compile there.
 #pragma once
 
 #include <type_traits>
@@ -13,18 +13,18 @@ namespace dpde::ast {
 template <class Kind, class... Kinds>
 concept OneOf = (std::is_same_v<Kind, Kinds> || ...);
 
-/// Of kernels; LetItem stands in models too.
+/// In kernels; LetItem also occurs in models.
 template <class Kind>
 concept InKernels = OneOf<Kind, LetItem, AssignItem, ScatterItem, AdjointItem>;
-/// Of programs; RepeatItem stands in networks too.
+/// In programs; RepeatItem also occurs in networks.
 template <class Kind>
 concept InPrograms = OneOf<Kind, FillItem, ReduceItem, TransformItem, RunItem, SwapItem, StackItem, RepeatItem,
                            SolveItem, KeepItem, AxesItem, ApplyItem>;
-/// Of models, beside LetItem.
+/// In models, in addition to LetItem.
 template <class Kind>
 concept InModels =
     OneOf<Kind, FieldItem, CoefficientItem, ParamItem, ControlItem, EquationItem, SolvedItem, ConstraintItem, HeldItem>;
-/// Of scenes, beside LetItem.
+/// In scenes, in addition to LetItem.
 template <class Kind>
 concept InScenes = OneOf<Kind, GridItem, CellsItem, CoordinatesItem, ValueItem, InitialItem, ExactItem, BoundaryItem,
                          TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, AccuracyItem>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text to ast. Errors go to the sink; what could be understood is returned (an item or declaration with an error in
-// it is left out). Any bytes are accepted: no input crashes, hangs or overflows the stack.
+// Parses text to an ast. Errors go to the sink; the valid parts are returned, without items and declarations that
+// contain an error. Accepts any bytes: no input crashes, hangs or overflows the stack.
 #pragma once
 
 #include "source/diagnostic.h"
@@ -12,7 +12,7 @@ namespace dpde::ast {
 /// A whole file: declarations with their comments.
 File parse(const SourceFile& source, DiagnosticSink& sink);
 
-/// A text that is one expression, such as the value of --set; an Error node after an error.
+/// Parses a text that is one expression, such as the value of --set; returns an Error node after an error.
 Expr parse_expression(const SourceFile& source, DiagnosticSink& sink);
 
 }  // namespace dpde::ast

@@ -9,8 +9,8 @@
 
 namespace dpde::ast {
 
-/// in m/s: of what a line declares or gives; none: it is not told. Behind several names it is that of those before it
-/// that have neither a unit nor a value: field u, v in m/s, h in m
+/// in m/s: unit of a declared name or a value; nullopt: not given. After several names it applies to the preceding
+/// names that have neither a unit nor a value: field u, v in m/s, h in m
 using UnitText = std::optional<Identifier>;
 
 // ---- items inside a model ------------------------------------------------------------------------------------------
@@ -18,7 +18,7 @@ struct FieldItem {  // field u, v          vector u on faces       (a component 
   std::vector<Identifier> names;
   bool vector = false;
   std::optional<Identifier> on;      // centres, faces, faces.x, nodes
-  std::vector<UnitText> units = {};  // one a name
+  std::vector<UnitText> units = {};  // one for each name
 };
 // coefficient kappa, coefficient vector v      (a given field, constant in time)
 // control field F, control vector G            (one field for each interval of time)
@@ -27,42 +27,42 @@ struct CoefficientItem {
   bool vector = false;
   std::optional<Identifier> on;
   bool control = false;
-  bool mask = false;                 // mask solid: where a condition of the scene is true
-  std::vector<UnitText> units = {};  // one a name
+  bool mask = false;                 // mask solid: true where a condition of the scene holds
+  std::vector<UnitText> units = {};  // one for each name
 };
 struct ParamItem {  // param nu = 0.01 in m^2/s, c
   std::vector<Identifier> names;
-  std::vector<std::optional<Expr>> values;  // one a name: where the scene says none
-  std::vector<UnitText> units;              // one a name
+  std::vector<std::optional<Expr>> values;  // one for each name: default if the scene gives none
+  std::vector<UnitText> units;              // one for each name
 };
 struct ControlItem {  // control F, G       (a parameter with one value for each interval of time)
   std::vector<Identifier> names;
-  std::vector<UnitText> units;  // one a name
+  std::vector<UnitText> units;  // one for each name
 };
 struct LetItem {  // let s = u + v           (models, scenes and kernels)
   Identifier name;
   Expr value;
-  UnitText unit = {};  // of models and scenes
+  UnitText unit = {};  // in models and scenes
 };
 struct EquationItem {  // dt(u) = rhs, or dt(dt(u)) = rhs with field "dt(u)"
   Identifier field;
   Expr rhs;
 };
 
-struct SolvedItem {  // solve lap(phi) = omega for phi      (phi is what makes it true at each moment)
+struct SolvedItem {  // solve lap(phi) = omega for phi      (holds at every time)
   Expr left, right;
   Identifier unknown;
   UnitText unit = {};
   std::vector<Expr> starts =
-      {};  // ... for phi from guess(omega): methods by steps begin with the best sum of multiples
-  std::optional<int> iterations = {};  // ... after 5 iterations: what these make of the guess, not the solution
-  /// ... preconditioner smooth(residual): what a network makes of what an iteration leaves; before `after`
+      {};  // ... for phi from guess(omega): iterative methods start with the best linear combination
+  std::optional<int> iterations = {};  // ... after 5 iterations: their result, not the solution
+  /// ... preconditioner smooth(residual): the network's output for the residual; before `after`
   std::optional<Expr> preconditioner = {};
 };
-struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations is what makes it true)
-  Expr zero, value;      // the left side, which has to be 0, and the right one
+struct ConstraintItem {  // 0 = div(u) gives p      (p in the other equations enforces the constraint)
+  Expr zero, value;      // the left side, which must be 0, and the right side
   Identifier multiplier;
-  std::vector<Expr> starts = {};  // as of solve
+  std::vector<Expr> starts = {};  // as for solve
   std::optional<Expr> preconditioner = {};
   std::optional<Identifier> each = {};  // ... gives p each step, or each stage; before `from`
 };
@@ -78,12 +78,12 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
   Expr low, high;
   std::optional<Expr> cells;
   bool periodic = false;
-  std::optional<Expr> stretched;  // where the points lie, of x running uniformly from low to high
+  std::optional<Expr> stretched;  // positions of the points, for x uniform from low to high
   UnitText unit = {};
 };
-struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or of one after the other)
+struct CellsItem {  // cells 64            cells 64, 32      (of all axes, or axis by axis)
   std::vector<Expr> counts;
-  bool is_of_other = false;  // the scene that this one is made from says so
+  bool is_of_other = false;  // from the base scene of a derived scene
 };
 struct CoordinatesItem {  // coordinates polar     coordinates sphere(a)     coordinates metric(1, x)
   Expr kind;              // the Name of a kind, or a Call of one
@@ -91,9 +91,9 @@ struct CoordinatesItem {  // coordinates polar     coordinates sphere(a)     coo
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;
   Expr value;
-  std::optional<Expr> every;          // of a control: F = sin(t) every 0.1
-  std::optional<Identifier> of = {};  // of a scheme: advect marker = maccormack
-  UnitText unit = {};                 // of a scene: nu = 1e-3 in m^2/s
+  std::optional<Expr> every;          // for a control: F = sin(t) every 0.1
+  std::optional<Identifier> of = {};  // for a scheme: advect marker = maccormack
+  UnitText unit = {};                 // for a scene: nu = 1e-3 in m^2/s
 };
 // initial u = load("run.nc", u) at t = 0.5     initial u = (y, 0) projected     initial dt(u) = 0, with field "dt(u)"
 struct InitialItem {
@@ -108,7 +108,7 @@ struct ExactItem {  // exact u = exp(-t)*sin(x)
 };
 struct BoundarySide {  // x.low = 0     x = zero_gradient     all = 0
   Identifier place;
-  Expr value;  // an expression, or the Name of a condition, as zero_gradient, or periodic
+  Expr value;  // an expression, or the Name of a condition, such as zero_gradient or periodic
 };
 struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   Identifier field;
@@ -121,14 +121,14 @@ struct TimeItem {  // time 0 .. 1, step 1/32, courant 0.4, speed |u| + c     tim
   std::optional<Expr> step, courant, speed, tolerance, absolute, first, steady;
   UnitText unit = {};  // time 0 .. 1 in s
 };
-struct StepItem {  // step 1/32             (with a hand-written loop, or where a scene is made from another)
+struct StepItem {  // step 1/32             (with a hand-written loop, or in a derived scene)
   Expr step;
 };
 struct OutputItem {  // output u, v every 0.1
   std::vector<Identifier> fields;
   std::optional<Expr> every;
 };
-/// after step: u = max(u, 0)     every 0.1: a += 1, b = 0     at t = 0.5, 1: u = 0      (all see the values before)
+/// after step: u = max(u, 0)     every 0.1: a += 1, b = 0     at t = 0.5, 1: u = 0      (all use the old values)
 struct EventItem {
   struct Update {
     Identifier field;
@@ -143,7 +143,7 @@ struct SubcycleItem {  // subcycle b, c in 4
   std::vector<Identifier> fields;
   Expr parts;
 };
-struct AccuracyItem {  // accuracy 1e-3 on u, v      (relative, at the end of the run; no fields: all)
+struct AccuracyItem {  // accuracy 1e-3 on u, v      (relative, at the end of the run; without fields: all)
   Expr tolerance;
   std::vector<Identifier> fields;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of kernels, programs and networks, as written.
+// Lines of kernels, programs and networks, as written.
 #pragma once
 
 #include <optional>
@@ -27,8 +27,8 @@ struct ScatterItem {  // interp(u_bar, d) += expr
   Expr target;        // the Call interp(...)
   Expr value;
 };
-/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel: what stands in place of the derived formula;
-/// below an operator)
+/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel or below an operator: replaces the derived
+/// formula)
 struct AdjointItem {
   Identifier target;
   bool accumulate = false;
@@ -36,16 +36,16 @@ struct AdjointItem {
 };
 struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
   Identifier field;
-  bool fold = false;                // fold u grow 1 ...: the transpose of the fill of 1 halo cell
-  int grow = 0;                     // only of fold
-  std::vector<BoundarySide> sides;  // place "all" when no axis is written
-  std::string written = {};         // the field, where a pass of a repeat fills another in its place
+  bool fold = false;                // fold u grow 1 ...: transpose of the fill of 1 ghost cell
+  int grow = 0;                     // only for fold
+  std::vector<BoundarySide> sides;  // place "all" if no axis is written
+  std::string written = {};         // the written field, if a pass of a repeat fills another one instead
 };
 struct ReduceItem {  // reduce m = mean u      reduce m = max u over x, y
   Identifier result;
   Reduction kind = Reduction::mean;
   Identifier field;
-  std::vector<Identifier> axes;  // none: all
+  std::vector<Identifier> axes;  // empty: all
 };
 /// transform u by nu*ikx^2, n by phi1(dt*nu*ikx^2)*dt within two_thirds to v
 struct TransformItem {
@@ -69,40 +69,40 @@ struct StackItem {  // save u in passes      load u from passes      (of a repea
   bool is_save = true;
 };
 struct Item;
-/// repeat 8 { fill u ...; run ...; swap u, v } to w      What a swap in it says holds from the next pass on.
+/// repeat 8 { fill u ...; run ...; swap u, v } to w      A swap in it takes effect in the next pass.
 /// repeat k in 0 .. 8 { ... }, repeat k in 8 .. 0 { ... }      k is the number of the pass.
-/// In a network: its layers so many times, each with weights of its own.
+/// In a network: repeats its layers, each copy with its own weights.
 struct RepeatItem {
   int count = 1;
-  bool shared = false;  // repeat 3 shared { ... } of a network: the same weights in each pass
+  bool shared = false;  // repeat 3 shared { ... } in a network: all passes use the same weights
   SourceRange count_range;
   std::vector<Item> items;
   BlockLayout layout;
-  std::vector<Identifier> to = {};  // what the swaps' fields are called behind it; none: as before it
+  std::vector<Identifier> to = {};  // names of the swaps' results after it; empty: as before it
   std::optional<Identifier> counter = {};
-  bool is_backwards = false;  // it counts down
+  bool is_backwards = false;  // counts down
 };
 struct NetworkUse {  // smooth(r, k) to d
   Identifier network;
   std::vector<Identifier> inputs, to;
 };
 /// solve y = b for x from g by multigrid smoother jacobi tolerance 1e-8 iterations 50 or warn { ... y of x ... }
-/// solve y = b for x by cg preconditioner smooth(r, k) to d { ... }      r and d are known to the solve alone
+/// solve y = b for x by cg preconditioner smooth(r, k) to d { ... }      r and d exist only inside the solve
 struct SolveItem {
-  bool is_linear = true;  // newton y = b for x { ... } where not
+  bool is_linear = true;  // false for newton y = b for x { ... }
   std::vector<Identifier> images, rights, unknowns;
   std::vector<Identifier> guesses;
   std::optional<Identifier> method, smoother, preconditioner;
-  std::optional<NetworkUse> network;  // in place of the preconditioner's name
+  std::optional<NetworkUse> network;  // used instead of a named preconditioner
   std::optional<Expr> tolerance, iterations;
   bool warns = false;
   std::vector<Item> items;
   BlockLayout layout;
 };
-struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
+struct KeepItem {  // keep u_bar, w          (results, in addition to those of swap)
   std::vector<Identifier> names;
 };
-struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of which tells)
+struct AxesItem {  // axes x periodic, y bounded      (for a program without fills that show it)
   struct Axis {
     Identifier name;
     Topology topology;
@@ -119,8 +119,8 @@ struct ApplyItem {
   Identifier network;
   Mode mode = Mode::value;
   std::vector<Identifier> inputs;
-  std::vector<Identifier> by, to;  // fields; one called "_" is none: its rate is 0, or nobody wants it
-  bool weights = false;            // with the rates of the weights, or what they get
+  std::vector<Identifier> by, to;  // fields; "_": none, i.e. the tangent is 0 or the adjoint is not needed
+  bool weights = false;            // with tangents or adjoints of the weights
 };
 
 // ---- items inside a network ----------------------------------------------------------------------------------------
@@ -137,27 +137,27 @@ struct BranchItem {  // residual { conv 32, 5; relu }     skip { mean_pool 2; co
 };
 struct PaddingItem {  // padding replicate     padding x periodic, y zero
   struct Axis {
-    Identifier name;  // "" where one word holds for all
+    Identifier name;  // "" if one word applies to all
     Identifier padding;
   };
   std::vector<Axis> axes;
 };
-struct StartItem {  // initial he, seed 7     (the weights that training begins with)
+struct StartItem {  // initial he, seed 7     (initial weights of training)
   std::optional<Identifier> method;
   std::optional<Expr> seed;
 };
 struct SymmetryItem {  // symmetric flips, rotations about z, galilean(u)
   struct Part {
     Identifier word;                 // flip, flips, rotations or galilean
-    std::optional<Identifier> axis;  // of flip, and of rotations about one
-    std::vector<Identifier> inputs;  // of galilean; none: all vectors
+    std::optional<Identifier> axis;  // for flip, and rotations about an axis
+    std::vector<Identifier> inputs;  // for galilean; empty: all vectors
   };
   std::vector<Part> parts;
 };
 struct RealItem {  // real f64
   Identifier precision;
 };
-struct HostItem {  // host weights 120     (in place of layers)
+struct HostItem {  // host weights 120     (instead of layers)
   Expr weights;
 };
 

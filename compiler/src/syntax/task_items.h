@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of tasks, data sets and charts, as written.
+// Lines of tasks, data sets and charts, as written.
 #pragma once
 
 #include <optional>
@@ -17,19 +17,19 @@ struct WhenAt {  // at t = 0.5, 1.0
 struct WhenOver {                     // over time: every state from the first to the last
   std::optional<Identifier> counted;  // , mean over time   , sum over time   , integral over time
 };
-struct WhenSteps {  // over 4 steps: each of the states behind so many steps from wherever a run begins
+struct WhenSteps {  // over 4 steps: each state of the given number of steps after the start of a run
   Expr steps;
   std::optional<Identifier> counted;
-  bool is_last = false;  // after 4 steps: the last of them alone
+  bool is_last = false;  // after 4 steps: only the last of them
 };
-struct WhenEnd {};  // nothing said: the last state
+struct WhenEnd {};  // no time given: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
 
 // data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data r = u from scene fine at t = 0.5
 struct DataItem {
   Identifier name;
   std::optional<Identifier> on;
-  Expr value;                       // load("...") or the field's name
+  Expr value;                       // load("...") or the name of a field
   std::optional<Identifier> scene;  // after `from scene`
   When when;
   std::optional<Identifier> unit = {};  // in K
@@ -51,7 +51,7 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
   Expr optimiser;
   std::vector<Argument> options;  // batch 4 has the name batch and the value 4
 };
-/// omega = curl(u), w on centres = curl(u); or a name alone
+/// omega = curl(u), w on centres = curl(u); or only a name
 struct NamedFormula {
   Identifier name;
   std::optional<Identifier> on;
@@ -60,18 +60,18 @@ struct NamedFormula {
 /// test mae = mean(abs(u - u_true)) over time        growth rate on trajectories("test.nc") for 250 steps
 /// test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
 /// the same, beside vortex where omega = curl(u)
-/// statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8: likewise
+/// also with statistic, spectrum energy = u, correlation vorticity = curl(u) above 0.8
 struct TestItem {  // a number reported after optimising
   enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
-  struct Baseline {  // another scene, from a file of its own where it has one
+  struct Baseline {  // another scene, optionally with its own file
     Identifier scene;
     std::optional<Expr> on;
-    std::vector<NamedFormula> map;  // its states made of the data: where omega = curl(u)
+    std::vector<NamedFormula> map;  // its states computed from the data: where omega = curl(u)
   };
   Identifier name;
-  Expr value;  // of growth none
+  Expr value;  // not for growth
   When when;
-  std::optional<Expr> above;  // of a correlation
+  std::optional<Expr> above;  // for correlation
   std::optional<Expr> on, steps;
   std::vector<Baseline> beside;
 };
@@ -79,15 +79,15 @@ struct TestItem {  // a number reported after optimising
 // ---- items inside a data set ---------------------------------------------------------------------------------------
 struct VaryItem {  // vary nu in 0.01 .. 0.1 [logarithmic]     vary re in 100, 200     vary s from 100
   Identifier name;
-  std::optional<Expr> low, high;  // a random number in between, of the logarithm where that is said
+  std::optional<Expr> low, high;  // random number in this range, uniform or of uniform logarithm
   bool is_log = false;
-  std::vector<Expr> values;  // one after the other
+  std::vector<Expr> values;  // used one after the other
   std::optional<Expr> from;  // 100, 101, ...
 };
 struct FramesItem {  // frames every 0.1 from 3 to 23     frames of u, omega = curl(u) every 0.1
   Expr every;
   std::optional<Expr> from, to;
-  std::vector<NamedFormula> of;  // in place of all states
+  std::vector<NamedFormula> of;  // replaces the list of all states
 };
 struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"     coarsen 2 in "finer.nc"
   Identifier name;

@@ -53,8 +53,7 @@ struct Comparison {
   std::string grid, what;
   double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
   std::string left_out;                          // why the comparison is not meaningful
-  std::function<double()> rounding_of_run = {};  // of the derivative; absent if the derivative exceeds any possible
-                                                 // rounding
+  std::function<double()> rounding_of_run = {};  // absent if the derivative exceeds any rounding
 
   double size() const { return std::max(std::abs(forward), std::abs(backward)); }
   double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where names of arrays stand in a line of a model, a scene or a task.
+// Positions of array names in a line of a model, a scene or a task.
 #pragma once
 
 #include <functional>
@@ -9,19 +9,19 @@
 
 namespace dpde::ast {
 
-/// What the line is about, nullptr where nothing: the line stands for each element of it.
+/// The name that the line defines, or nullptr: the line applies to each element of it.
 Identifier* target_of(Item& item);
-/// Names in lists, those that are declared and those that are only listed: each element stands there by itself.
+/// Names in a list, declared or just listed; each is replaced by its elements.
 std::vector<Identifier>* list_of(Item& item);
-/// One for each name of such a list, where it declares them; else null.
+/// Units of such a list, one for each name, if it declares the names; else null.
 std::vector<UnitText>* units_of(Item& item);
-/// The formulas that give the target its value, of a boundary one for each side; of a tuple each element gets its own.
+/// Formulas for the target's value; for a boundary one for each side. A tuple gives each element its own part.
 std::vector<Expr*> values_of(Item& item);
-/// All formulas, that one too.
+/// All formulas of the line, including those.
 std::vector<Expr*> formulas_of(Item& item);
-/// What is given to the element `at` by a tuple; what is no tuple stays.
+/// Replaces a tuple by its part for the element `at`; other values stay.
 void take_part(Expr& value, const std::vector<int>& at);
-/// Those of `elements` in the place of each name that has no formula.
+/// Replaces each name without a formula by its `elements`.
 void put_names(std::vector<NamedFormula>& list,
                const std::function<std::vector<Identifier>(const Identifier& name)>& elements);
 

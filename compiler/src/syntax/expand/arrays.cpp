@@ -19,19 +19,19 @@ namespace dpde::ast {
 namespace {
 
 constexpr int most_elements = 1000;
-constexpr int most_terms = 100000;  // of the sums of a block
+constexpr int most_terms = 100000;  // in the sums of a block
 
-using Arrays = std::map<std::string, std::vector<int>>;  // how many elements along each index
-using Values = std::map<std::string, int>;               // of indices
+using Arrays = std::map<std::string, std::vector<int>>;  // number of elements along each index
+using Values = std::map<std::string, int>;               // of index variables
 
-/// One block of the file: its lines with the arrays that are known in it.
+/// Expands the lines of one block of the file, with the arrays known in it.
 class ArrayBlock {
  public:
-  /// No index has one of the names `taken`: it would hide what is called so.
+  /// Index variables must not have one of the names `taken`, which they would hide.
   ArrayBlock(Arrays arrays, const std::set<std::string>& taken, DiagnosticSink& sink)
       : arrays_(std::move(arrays)), taken_(taken), sink_(sink) {}
 
-  /// The arrays that the lines declare are known from now on.
+  /// Adds the arrays that the lines declare.
   void declare(std::vector<Item>& items) {
     for (Item& item : items) {
       if (auto* param = get_if<ParamItem>(&item.kind)) declare(param->names);
@@ -56,7 +56,7 @@ class ArrayBlock {
     return all;
   }
 
-  /// Rows of a scheme: advect c = upwind(1) is one for each element.
+  /// Rows of a scheme: advect c = upwind(1) becomes one row for each element.
   std::vector<Item> rows_of_elements(const std::vector<Item>& rows) {
     std::vector<Item> all;
     for (const Item& row : rows) {
@@ -123,19 +123,19 @@ class ArrayBlock {
                  fmt::format("an array is declared with its number of elements, 1 to {} in all: c[3]", most_elements));
   }
 
-  /// let r[i] = k[i]*c[i]: as many as the formula has.
+  /// let r[i] = k[i]*c[i]: takes the extents from the formula's arrays.
   void declare_by_formula(Item& item) {
     const Element element = element_of(target_of(item)->name);
     std::vector<int> extents;
     for (const std::string& index : element.indices) {
       const int extent = number_in(index) ? 0 : extent_of(index, item);
-      if (extent == 0) return;  // reported where the line is written out
+      if (extent == 0) return;  // reported when the line is expanded
       extents.push_back(extent);
     }
     if (!extents.empty() && fits(extents)) arrays_[element.array] = extents;
   }
 
-  /// From the arrays that it is an index of in this name; 0: it is none.
+  /// Extent of an index variable, from the array it indexes in this name; 0 if it does not occur.
   int extent_in(const std::string& index, const std::string& name) const {
     const Element element = element_of(name);
     const auto array = arrays_.find(element.array);
@@ -156,7 +156,7 @@ class ArrayBlock {
     return extent;
   }
 
-  /// c_2 of c[i] where i is 2; the name itself where it is that of no element.
+  /// c_2 for c[i] with i = 2; the name itself if it is no element.
   std::string named(const std::string& name, const Values& values, SourceRange range) {
     const Element element = element_of(name);
     if (element.indices.empty()) return name;
@@ -237,7 +237,7 @@ class ArrayBlock {
     for (Expr* formula : formulas_of(item)) *formula = with(*formula, values);
   }
 
-  /// The indices that the target leaves open, or of a whole array those of its elements: 0, 1, ... as names.
+  /// Index variables of the target; for a whole array, generated names 0, 1, ... of all indices.
   std::vector<std::string> open_indices(Identifier& target) const {
     const Element element = element_of(target.name);
     if (!element.indices.empty()) {
@@ -280,7 +280,7 @@ class ArrayBlock {
     });
   }
 
-  /// D = (1, 2, 3), A = ((1, 2), (3, 4)): a tuple has as many parts as the array has elements, and so has each part.
+  /// D = (1, 2, 3), A = ((1, 2), (3, 4)): checks that a tuple has one part for each element, recursively.
   bool has_parts(const Expr& value, const std::vector<int>& extents, std::size_t index, const Identifier& name) {
     const auto* tuple = index < extents.size() ? std::get_if<Tuple>(&value->kind) : nullptr;
     if (tuple == nullptr && (index == 0 || index == extents.size())) return true;
@@ -297,7 +297,7 @@ class ArrayBlock {
                                [&](const Expr& part) { return has_parts(part, extents, index + 1, name); });
   }
 
-  /// Each element by itself.
+  /// Adds a declaration for each element.
   void add_declared(Item& item) {
     if (auto* param = get_if<ParamItem>(&item.kind)) {
       ParamItem all;
@@ -333,7 +333,7 @@ class ArrayBlock {
     if (units != nullptr) *units = std::move(all_units);
   }
 
-  /// Of a declaration, or of a whole array; of others the name itself.
+  /// All elements of a declared or whole array; for other names the name itself.
   std::vector<Identifier> elements_of(const Identifier& name, bool declares,
                                       const std::function<void(const std::vector<int>&)>& tell) {
     const Element element = element_of(name.name);
@@ -412,7 +412,7 @@ class ArrayWriter {
   }
 
  private:
-  /// The arrays that are known in the block.
+  /// Expands the block; returns the arrays known in it.
   Arrays write(std::vector<Item>& items, Arrays known) {
     ArrayBlock block(std::move(known), taken_, sink_);
     block.declare(items);
@@ -420,7 +420,7 @@ class ArrayWriter {
     return block.arrays();
   }
 
-  /// What all blocks of the file call something, and what formulas know without.
+  /// Collects all names used in the file's blocks and the built-in ones.
   void take_names() {
     taken_ = {"t", "pi", "x", "y", "z"};
     const auto take = [&](const Identifier& name) { taken_.insert(element_of(name.name).array); };
@@ -445,7 +445,7 @@ class ArrayWriter {
     return known == of_scenes_.end() ? Arrays{} : known->second;
   }
 
-  /// Behind those that it is made from, one from another, whose arrays it knows: chains may be long.
+  /// Expands the scenes it is derived from first, since it knows their arrays. Iterative: chains may be long.
   void write(Scene& scene) {
     std::vector<Scene*> chain;
     std::set<Scene*> open;

@@ -15,7 +15,7 @@ using Names = std::set<std::string>;
 
 using Identifiers = std::vector<Identifier>;
 
-/// Those that the kernels of the name read or add to.
+/// Fields that the kernels of this name read or add to.
 Identifiers inputs_of(const File& file, const std::string& name) {
   Identifiers fields;
   for (const Declaration& declaration : file.declarations) {
@@ -29,8 +29,8 @@ Identifiers inputs_of(const File& file, const std::string& name) {
   return fields;
 }
 
-/// The fields that an item itself, not its block, reads or adds to. What a fill sets and what a stack keeps is read by
-/// others, and walls take what the program has written.
+/// Fields that an item itself, not its block, reads or adds to. Fills and stacks count as none: they only access fields
+/// that the program has written, and other items read the result.
 Identifiers fields_read(const File& file, const Item& item) {
   return match(
       item.kind, [](const ReduceItem& reduce) { return Identifiers{reduce.field}; },
@@ -58,7 +58,7 @@ Identifiers fields_read(const File& file, const Item& item) {
       [](const OutsidePrograms auto&) { return Identifiers(); });
 }
 
-/// nullptr where it has none.
+/// nullptr if the item has no block.
 const std::vector<Item>* block_of(const Item& item) {
   using Block = const std::vector<Item>*;
   return match(
@@ -74,7 +74,7 @@ const StackItem* load_of(const Item& item) {
   return stack && !stack->is_save ? stack : nullptr;
 }
 
-/// What is read where no block around it loads it.
+/// Adds fields that are read without being loaded in an enclosing block.
 void add_given(const File& file, const std::vector<Item>& items, Names loaded, Names& given) {
   for (const Item& item : items) {
     if (const StackItem* load = load_of(item)) loaded.insert(load->field.name);

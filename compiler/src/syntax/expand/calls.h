@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which functions, operators and networks a text calls, and which names stand in it.
+// Functions, operators and networks called in a text, and names used in it.
 #pragma once
 
 #include <functional>
@@ -10,15 +10,15 @@
 
 namespace dpde::ast {
 
-/// Adds the names in front of ( in `e` to `names`.
+/// Adds the names of functions called in `e` to `names`.
 void add_calls(const Expr& e, std::set<std::string>& names);
 
-/// Calls `f` with each name that stands for a value.
+/// Calls `f` with each name that denotes a value.
 void for_each_name(const Expr& e, const std::function<void(const std::string&)>& f);
 
-/// The names that the lets and equations of the model call.
+/// Names called by the model's lets and equations.
 std::set<std::string> calls_of(const Model& model);
-/// Those of the body and of the adjoints.
+/// Names called by the body and the adjoints.
 std::set<std::string> calls_of(const Function& function);
 
 }  // namespace dpde::ast

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels on other fields than their own, and names for what has none.
+// Copies of kernels for other fields, and unused names.
 #pragma once
 
 #include <map>
@@ -12,9 +12,9 @@
 
 namespace dpde::ast {
 
-using Fields = std::map<std::string, std::string>;  // what stands for a field
+using Fields = std::map<std::string, std::string>;  // replacement of each field
 
-/// Names with a number that is not taken: v_2, v_3, ...; u_2.x of a component.
+/// Makes unused names by adding a number: v_2, v_3, ...; u_2.x for a component.
 class Numbered {
  public:
   void reserve(const std::string& name) { used_.insert(name); }
@@ -30,11 +30,11 @@ class KernelCopies {
  public:
   explicit KernelCopies(const File& file);
 
-  /// The name of the kernel with `fields` in the place of its own.
+  /// Name of a copy of the kernel with the replacements `fields`.
   std::string name_of(const Kernel& kernel, const Fields& fields);
-  /// The name of a kernel, for `owner`, that copies a field.
+  /// Name of a new kernel, for `owner`, that copies one field to another.
   std::string copy(const std::string& owner, const std::string& from, const std::string& to, SourceRange range);
-  /// In the order in which they were made, of a kernel or for an owner.
+  /// The copies of a kernel or for an owner, in order of creation.
   std::vector<Kernel> of(const std::string& owner) const;
 
  private:

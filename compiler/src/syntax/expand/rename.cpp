@@ -50,11 +50,11 @@ void add_parameter(std::vector<KernelParameter>& parameters, const KernelParamet
   } else if (same->halo && parameter.halo) {
     same->halo = std::max(*same->halo, *parameter.halo);
   } else {
-    same->halo.reset();  // as many as it takes
+    same->halo.reset();  // use as many as needed
   }
 }
 
-/// In formulas of adjoints: u_bar is called as u is.
+/// Renaming in adjoint formulas: u_bar is renamed like u.
 Rename with_adjoints(const Kernel& kernel, const Rename& field) {
   std::set<std::string> parameters;
   for (const KernelParameter& parameter : kernel.parameters) parameters.insert(parameter.name.name);
@@ -65,7 +65,8 @@ Rename with_adjoints(const Kernel& kernel, const Rename& field) {
   };
 }
 
-/// Where several inputs become one field, its adjoint is the sum of theirs; one that is derived makes it derived.
+/// If several inputs become one field, its adjoint is the sum of their adjoints. If one of these is derived
+/// automatically, all are.
 void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>& inputs) {
   std::map<std::string, std::vector<AdjointItem>> given;
   for (const Item& item : items) {
@@ -80,7 +81,7 @@ void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>&
     for (std::size_t i = 1; i < all.size(); ++i) {
       adjoint->value = Expr(Node{Binary{BinaryOp::add, adjoint->value, all[i].value}, adjoint->value.range()});
     }
-    all.clear();  // said by the first of them
+    all.clear();  // the first one has the whole sum
     return false;
   });
 }
@@ -89,7 +90,7 @@ void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>&
 
 Kernel rename(Kernel kernel, const Rename& field) {
   const Rename of_adjoint = with_adjoints(kernel, field);
-  std::map<std::string, int> inputs;  // x_bar: of how many of the kernel's inputs
+  std::map<std::string, int> inputs;  // x_bar: number of the kernel's inputs that became x
   std::vector<KernelParameter> parameters;
   for (KernelParameter parameter : kernel.parameters) {
     parameter.name.name = field(parameter.name.name);

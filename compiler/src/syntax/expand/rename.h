@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other fields in the place of those that a text names.
+// Renames fields in a text.
 #pragma once
 
 #include <functional>
@@ -11,9 +11,9 @@ namespace dpde::ast {
 
 using Rename = std::function<std::string(const std::string&)>;
 
-/// `e` with every name that stands for a value renamed; functions keep theirs.
+/// `e` with every value name renamed; names of functions stay.
 Expr rename(const Expr& e, const Rename& field);
-/// The kernel with the names of its parameters renamed, in the body too. Inputs that become one field are one
+/// The kernel with its parameters renamed, also in the body. Inputs that become one field are merged into one
 /// parameter.
 Kernel rename(Kernel kernel, const Rename& field);
 

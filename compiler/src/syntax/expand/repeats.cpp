@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One walk over the statements of a program, each block once, with the present meaning of each name.
+// One pass over the statements of a program, each block once, tracking the current field of each name.
 #include "syntax/expand/repeats.h"
 
 #include <fmt/format.h>
@@ -51,18 +51,18 @@ class ProgramResolver {
  private:
   struct Meaning {
     std::string field;
-    int pass = 0;  // in which it was written; 0: it outlives all
+    int pass = 0;  // pass that wrote it; 0: it outlives all passes
   };
   using Meanings = std::map<std::string, Meaning>;
   struct Pass {
     int number = 0;
     std::vector<std::pair<SwapItem, SourceRange>> swaps;
     std::set<std::string> written;            // fields
-    std::map<std::string, SourceRange> read;  // names that it reads and has not written before
+    std::map<std::string, SourceRange> read;  // names read before they are written in it
   };
   struct Lost {
     SourceRange write;
-    std::size_t depth = 0;  // of the pass
+    std::size_t depth = 0;  // nesting depth of the pass
     std::string field;
     int pass = 0;
   };
@@ -111,16 +111,16 @@ class ProgramResolver {
   KernelCopies& copies_;
   DiagnosticSink& sink_;
   Numbered names_;
-  std::vector<Item> result_;  // of the program, or of the block that is under way
-  std::vector<Pass> passes_;  // that are under way, the whole program first
+  std::vector<Item> result_;  // of the program or of the current block
+  std::vector<Pass> passes_;  // enclosing passes, the whole program first
   int pass_count_ = 0;
-  Meanings meanings_;  // of names that do not stand for themselves, or not for ever
+  Meanings meanings_;  // of names that denote another field, or only temporarily
   std::map<std::string, SourceRange> written_at_;
-  std::map<std::string, Lost> lost_;                       // written in a pass that is over
-  std::set<std::string> inputs_, used_;                    // fields that were read before they were written; all fields
+  std::map<std::string, Lost> lost_;                       // written in a finished pass
+  std::set<std::string> inputs_, used_;                    // fields read before they were written; all fields
   std::vector<std::pair<SwapItem, SourceRange>> carried_;  // the first swap of each state in a repeat
-  std::map<std::string, const RepeatItem*> kept_sums_;  // fields that are kept, and the last repeat that adds to them
-  std::set<std::string> swapped_;                       // states of swaps outside of repeats
+  std::map<std::string, const RepeatItem*> kept_sums_;     // kept fields, and the last repeat that adds to them
+  std::set<std::string> swapped_;                          // states of swaps outside repeats
 };
 
 void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
@@ -147,7 +147,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
   }
 }
 
-/// Fields to which repeats add and that are kept: what the last repeat gives has the name.
+/// Finds kept fields to which repeats add: the result of the last such repeat gets the field's name.
 void ProgramResolver::find_kept_sums() {
   for (const Item& item : program_.items) {
     const KeepItem* keep = get_if<KeepItem>(&item.kind);
@@ -214,12 +214,12 @@ void ProgramResolver::add_apply(ApplyItem apply, const Item& item) {
   emit(std::move(apply), item.range);
 }
 
-/// Its block knows the unknowns by the names that they have behind it.
+/// Inside the block, unknowns have the same names as after it.
 void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
   for (Identifier& right : solve.rights) right.name = read(right.name, right.range);
   for (Identifier& guess : solve.guesses) guess.name = read(guess.name, guess.range);
   for (std::size_t i = 1; solve.network && i < solve.network->inputs.size(); ++i) {
-    Identifier& beside = solve.network->inputs[i];  // the first one is known inside only
+    Identifier& beside = solve.network->inputs[i];  // the first one exists only inside the solve
     beside.name = read(beside.name, beside.range);
   }
   for (Identifier& unknown : solve.unknowns) unknown.name = write(unknown.name, unknown.range);
@@ -232,7 +232,7 @@ void ProgramResolver::add_solve(SolveItem solve, const Item& item) {
 
 void ProgramResolver::add_run(RunItem run, const Item& item) {
   const Kernel* kernel = find_kernel(file_, run.kernel.name);
-  if (!kernel) return emit(run, item.range);  // reported by who reads the program
+  if (!kernel) return emit(run, item.range);  // reported when the program is lowered
   Fields fields;
   const auto set = [&](const KernelParameter& parameter, const std::string& field) {
     if (field != parameter.name.name) fields[parameter.name.name] = field;
@@ -250,7 +250,7 @@ void ProgramResolver::add_run(RunItem run, const Item& item) {
   emit(std::move(run), item.range);
 }
 
-/// What is added to; in a repeat, where it was begun outside, a copy of what it was.
+/// Field that is added to. If the sum was begun outside the repeat, it is first copied.
 std::string ProgramResolver::begin_adding(const std::string& name, SourceRange range) {
   const std::string field = read(name, range);
   if (passes_.size() == 1 || passes_.back().written.contains(field)) return field;
@@ -316,13 +316,13 @@ void ProgramResolver::add_repeat(const RepeatItem& repeat, const Item& item) {
   emit(std::move(resolved), item.range);
 }
 
-/// What the repeat gives, and what names mean behind it.
+/// Names of the repeat's results; updates the fields of names after it.
 std::vector<Identifier> ProgramResolver::results_of(const RepeatItem& repeat, const std::vector<Carried>& carried,
                                                     const Meanings& before) {
   std::vector<Identifier> results;
   for (const Carried& each : carried) {
     const auto outer = before.find(each.name);
-    if (results.size() < repeat.to.size()) {  // under a name that was given, and the state is what it was before
+    if (results.size() < repeat.to.size()) {  // explicit name: the state's name keeps its earlier field
       const Identifier& given = repeat.to[results.size()];
       if (outer == before.end()) meanings_.erase(each.name);
       if (outer != before.end()) meanings_[each.name] = outer->second;
@@ -354,7 +354,7 @@ std::string ProgramResolver::read(const std::string& name, SourceRange range) {
   const auto lost = lost_.find(name);
   if (lost != lost_.end()) {
     report_lost(name, range, lost->second);
-    lost_.erase(lost);  // once is enough
+    lost_.erase(lost);  // report only once
   }
   if (!used_.contains(name)) inputs_.insert(name);
   used_.insert(name);
@@ -371,11 +371,11 @@ void ProgramResolver::report_lost(const std::string& name, SourceRange range, co
   diagnostic.notes.push_back({lost.write, "it is written here"});
 }
 
-/// A field that nothing has written that is known here.
+/// Name of a field for this write that was not written before.
 std::string ProgramResolver::write(const std::string& name, SourceRange range) {
   const auto meaning = meanings_.find(name);
   const int pass = passes_.back().number;
-  // A second time in one pass, or outside of repeats, is the business of the rules for straight lines.
+  // A second write in one pass, or outside repeats, is checked by the rules for straight-line programs.
   const bool again = meaning != meanings_.end() && meaning->second.pass == pass;
   if (again) return meaning->second.field;
   if (passes_.size() == 1 && kept_sums_.contains(name) && !used_.contains(name)) {
@@ -389,7 +389,7 @@ std::string ProgramResolver::write(const std::string& name, SourceRange range) {
     passes_.back().written.insert(name);
     return name;
   }
-  // What a repeat that is over had for itself, and this one is not around it.
+  // Reuses the local field of a finished repeat that does not enclose this one.
   const auto lost = lost_.find(name);
   const bool is_free = lost != lost_.end() && passes_.size() > 1 && lost->second.pass < pass;
   const std::string field = is_free ? lost->second.field : used_.contains(name) ? names_.next(name) : name;
@@ -406,7 +406,7 @@ void ProgramResolver::check_known(const Identifier& field) {
   sink_.report("program-result-not-written", field.range, {program_.name.name, field.name});
 }
 
-/// The states of the block: those of its swaps, and what it has made of names that outlive the pass.
+/// States of the block: those of its swaps, and changed fields that outlive the pass.
 std::vector<ProgramResolver::Carried> ProgramResolver::end_pass(const Meanings& before, int count) {
   const int number = passes_.back().number;
   const auto field_before = [&](const std::string& name) {
@@ -450,7 +450,7 @@ std::vector<ProgramResolver::Carried> ProgramResolver::end_pass(const Meanings& 
   return carried;
 }
 
-/// What the passes have made of the program's inputs is their next state.
+/// For inputs of the program that passes have changed, the result is their next state.
 void ProgramResolver::swap_inputs() {
   for (const auto& [swap, range] : carried_) {
     const std::string& state = swap.state.name;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs with repeats whose fields are written once: each name of a person becomes the field that it means there.
+// Rewrites programs with repeats so that each field is written once: every name is replaced by its current field.
 //
-//  - What a kernel writes with = in a pass lives as long as the pass.
-//  - `swap u, v` in a repeat: from the end of the pass on, u means what v means then, in later passes and behind the
-//    repeat. Swaps of one repeat happen at once. An input of the program that means another field at its end is swapped
-//    with it.
-//  - So behind `repeat 3 { ... swap u, v }` u is another field, u_2: the repeat has `to u_2`, and kernels that read u
-//    there are copied, once for each choice of fields.
-//  - What is added to (inout) from outside the repeat is a state of it that is copied first, and so is what a swap
-//    takes from outside of it.
+// - A field that a kernel writes with = in a pass lives until the end of the pass.
+// - `swap u, v` in a repeat: from the end of the pass on, u denotes the value that v has then, in later passes and
+//   after the repeat. The swaps of one repeat are simultaneous. If an input of the program denotes another field at its
+//   end, it is swapped with that field.
+// - So after `repeat 3 { ... swap u, v }` u is another field, u_2. The repeat gets `to u_2`, and kernels that then read
+//   u are copied, once for each combination of fields.
+// - A sum (inout) begun outside the repeat is a state of it, which is copied first. So is a field from outside that a
+//   swap takes.
 #pragma once
 
 #include <set>
@@ -22,10 +22,10 @@ namespace dpde::ast {
 struct ResolvedRepeats {
   File file;
   bool has_repeats = false;
-  std::set<std::string> copies;  // names of kernels that were copied from others, or made to copy fields
+  std::set<std::string> copies;  // kernels copied from others, or generated to copy fields
 };
 
-/// Repeats that make no sense are reported, and taken as one pass.
+/// Invalid repeats are reported and treated as one pass.
 ResolvedRepeats resolve_repeats(const File& file, DiagnosticSink& sink);
 
 }  // namespace dpde::ast

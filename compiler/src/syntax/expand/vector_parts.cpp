@@ -12,13 +12,13 @@ bool is_file(const Expr& value) {
   return call != nullptr && call->callee == "load";
 }
 
-/// u.x of u, dt(u.x) of dt(u).
+/// Component name: u.x for u, dt(u.x) for dt(u).
 std::string part_name(const std::string& whole, const std::string& axis) {
   const bool is_rate = whole.ends_with(")");
   return whole.substr(0, whole.size() - (is_rate ? 1 : 0)) + "." + axis + (is_rate ? ")" : "");
 }
 
-/// A number, 0, is that of each component.
+/// Component of a tuple; a number, such as 0, applies to all components.
 Expr part_of(const Expr& value, std::size_t index, const std::vector<std::string>& axes) {
   const SourceRange range = value.range();
   const auto* tuple = std::get_if<Tuple>(&value->kind);
@@ -56,7 +56,7 @@ std::vector<Item> parts_of(const Item& item, const std::vector<std::string>& axe
     auto* boundary = get_if<BoundaryItem>(&part.kind);
     if (boundary == nullptr) continue;
     boundary->bare = false;
-    for (BoundarySide& side : boundary->sides) {  // words as zero_gradient hold for each component
+    for (BoundarySide& side : boundary->sides) {  // words such as zero_gradient apply to each component
       if (std::holds_alternative<Tuple>(side.value->kind)) side.value = part_of(side.value, i, axes);
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of a scene about a whole vector, `initial u = (1, 0)`, as lines about its components.
+// Expands lines of a scene about a whole vector, `initial u = (1, 0)`, to lines about its components.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace dpde::ast {
 
-/// What a line gives, and to what; nullptr of a line that gives nothing, and for the value of a boundary.
+/// Name and value that a line sets; both nullptr if it sets nothing; no value for a boundary.
 struct Given {
   Identifier* name = nullptr;
   Expr* value = nullptr;
 };
 Given given_by(Item& item);
 
-/// "u" of u.x, "dt(u)" of dt(u.x); "" where the name is that of no component.
+/// "u" for u.x, "dt(u)" for dt(u.x); "" if the name is no component.
 std::string whole_of(const std::string& name);
 
-/// One line for each axis; the line itself where it reads a file, which has no parts.
+/// One line for each axis. A line that reads a file has no parts and stays.
 std::vector<Item> parts_of(const Item& item, const std::vector<std::string>& axes);
 
 }  // namespace dpde::ast

@@ -17,7 +17,7 @@ namespace dpde::ast {
 
 namespace {
 
-/// What an item of a scene is about: two that are about the same cannot both hold. "" where any number may stand.
+/// Subject of an item of a scene: two items with the same subject exclude one another. "" if any number is allowed.
 std::string subject_of(const Item& item) {
   return match(
       item.kind, [](const GridItem& i) { return "grid " + i.axis.name; },
@@ -41,7 +41,7 @@ struct AxisOfScene {
   bool periodic;
 };
 
-/// x.low, x.high and so on, for the places x and all, which means no periodic axis.
+/// Expands the places x and all to x.low, x.high and so on; all excludes periodic axes.
 std::vector<BoundarySide> one_by_one(const std::vector<BoundarySide>& written, const std::vector<AxisOfScene>& axes) {
   std::vector<BoundarySide> sides;
   for (const BoundarySide& side : written) {
@@ -56,7 +56,7 @@ std::vector<BoundarySide> one_by_one(const std::vector<BoundarySide>& written, c
   return sides;
 }
 
-/// x, y, z or r, theta or lon, lat: in that order, however they are written.
+/// The axes x, y, z or r, theta or lon, lat, in this order, however the scene lists them.
 std::vector<std::string> names_of_axes(const std::vector<Item>& items) {
   static constexpr std::string_view first_names[] = {"x", "r", "lon"}, last_name = "z";
   std::vector<std::string> names;
@@ -69,7 +69,7 @@ std::vector<std::string> names_of_axes(const std::vector<Item>& items) {
   return names;
 }
 
-/// Items of the scene that another one is made from, and what that one changes in them.
+/// Items of the base scene with the changes of a derived scene.
 class Changes {
  public:
   explicit Changes(std::vector<Item> items) : items_(std::move(items)) {
@@ -78,8 +78,8 @@ class Changes {
     }
   }
 
-  /// The axes first, as the parts of vectors are those of the axes, behind the cells of all of them: an axis of `own`
-  /// may have cells of its own.
+  /// Applies cells of all axes first, then axes (an axis of `own` may have its own cells), then the rest, since
+  /// components of vectors depend on the axes.
   void add(std::vector<Item> own) {
     drop_exact(own);
     for (const auto& stage : {&is<CellsItem>, &is<GridItem>, &is<TimeItem>, &Changes::is_other}) {
@@ -91,7 +91,7 @@ class Changes {
   }
 
   std::vector<Item> items() && { return std::move(items_); }
-  /// The exact solutions that no longer hold: "exact u".
+  /// Exact solutions that no longer hold: "exact u".
   std::vector<std::string> left_out() const { return left_out_; }
 
  private:
@@ -103,7 +103,7 @@ class Changes {
     return !is<CellsItem>(item) && !is<GridItem>(item) && !is<TimeItem>(item) && !is<BoundaryItem>(item);
   }
 
-  /// The run from another initial state has another exact solution, which the scene may say.
+  /// Drops exact solutions if the initial state changes; the derived scene may give new ones.
   void drop_exact(const std::vector<Item>& own) {
     if (std::ranges::none_of(own, &is<InitialItem>)) return;
     std::erase_if(items_, [&](const Item& item) {
@@ -114,7 +114,7 @@ class Changes {
                   [&](const std::string& subject) { return std::ranges::find(own, subject, subject_of) != own.end(); });
   }
 
-  /// Two items of a scene about the same are the mistake of a person: the second is added.
+  /// A second item of `own` about the same subject is a user error: it is added, so that it is reported later.
   void change(Item& item) {
     const std::string subject = subject_of(item);
     meet_parts(item, subject);
@@ -122,7 +122,7 @@ class Changes {
     if (!(is_first && replace(item, subject))) items_.push_back(item);
   }
 
-  /// Where one of the scenes says something of a vector and the other of a component.
+  /// Handles the case that one scene sets a vector and the other a component.
   void meet_parts(Item& item, const std::string& subject) {
     const Identifier* name = given_by(item).name;
     if (name == nullptr) return;
@@ -132,14 +132,14 @@ class Changes {
       given.name->name = whole_of(given.name->name);
       return given.name->name.empty() ? std::string() : subject_of(other);
     };
-    std::erase_if(items_, [&](const Item& other) {  // the whole goes before the parts
+    std::erase_if(items_, [&](const Item& other) {  // the whole vector replaces its components
       return whole_subject(other) == subject && !changed_.contains(subject_of(other));
     });
     const std::string whole = whole_subject(item);
     if (!whole.empty() && !changed_.contains(whole)) split(whole);
   }
 
-  /// What is about `subject` by lines about its components.
+  /// Splits lines about the vector `subject` into lines about its components.
   void split(const std::string& subject) {
     const std::vector<std::string> axes = names_of_axes(items_);
     std::vector<Item> items;
@@ -150,7 +150,7 @@ class Changes {
     items_ = std::move(items);
   }
 
-  /// False where nothing is there to be replaced.
+  /// Returns false if there is nothing to replace.
   bool replace(const Item& item, const std::string& subject) {
     if (is<CellsItem>(item)) drop_cells_of_axes();
     if (const auto* time = get_if<TimeItem>(&item.kind); time != nullptr && time->step)
@@ -159,7 +159,7 @@ class Changes {
     return replace_whole(item, subject);
   }
 
-  /// In the place of the first about it; several lines `output` are one subject.
+  /// Replaces the first item of the subject and removes others; all lines `output` are one subject.
   bool replace_whole(const Item& item, const std::string& subject) {
     const auto is_about = [&](const Item& other) { return subject_of(other) == subject; };
     const auto found = std::ranges::find_if(items_, is_about);
@@ -172,7 +172,7 @@ class Changes {
     return true;
   }
 
-  /// That of the other scene's line where this one tells none.
+  /// Keeps the unit of the base scene's line if the new line has none.
   template <class Kind>
   static void keep_unit(Item& item, const Item& before) {
     auto* now = get_if<Kind>(&item.kind);
@@ -186,7 +186,7 @@ class Changes {
     }
   }
 
-  /// In the line of the other scene that says how long; false where that is not what says the step.
+  /// Sets the step in the base scene's time line. Returns false if the step is not set there.
   bool set_step(const StepItem& step) {
     if (changed_.contains("time")) return false;
     for (Item& item : items_) {
@@ -198,13 +198,13 @@ class Changes {
     return false;
   }
 
-  /// Sides that `own` gives a field leave its old lines.
+  /// Removes the sides that `own` sets from the base scene's lines.
   void add_sides(std::vector<Item>& own) {
     std::vector<AxisOfScene> axes;
     for (const Item& item : items_) {
       if (const auto* grid = get_if<GridItem>(&item.kind)) axes.push_back({grid->axis.name, grid->periodic});
     }
-    std::map<std::string, std::set<std::string>> given;  // places, by the field
+    std::map<std::string, std::set<std::string>> given;  // by field
     for (Item& item : own) {
       const auto* boundary = get_if<BoundaryItem>(&item.kind);
       if (boundary == nullptr) continue;
@@ -248,7 +248,7 @@ class Writer {
   }
 
  private:
-  /// False after a diagnostic. Those that the scene is made from, one from another, are written first.
+  /// Expands the scenes it is derived from first. Returns false after a diagnostic.
   bool write(Scene& scene) {
     std::vector<Scene*> chain;
     for (Scene* next = &scene; next->like; next = scenes_.at(next->like->name)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that are written as another with changes, `scene fine = plain { cells 64 }`, written out.
+// Expands scenes derived from another one with changes, `scene fine = plain { cells 64 }`.
 #pragma once
 
 #include <optional>
@@ -9,9 +9,9 @@
 
 namespace dpde::ast {
 
-/// Each such scene with all items of its own. What it says stands in the place of what the other says of the same
-/// thing: of an axis, a parameter, the initial state of a field, a side of a boundary, the time, what is stored. Events
-/// are added. nullopt after a diagnostic: a scene of one that is not there, or of itself.
+/// Gives each derived scene all items of its own. Its items replace those of the base scene on the same subject: an
+/// axis, a parameter, the initial state of a field, a side of a boundary, the time, the outputs. Events are added.
+/// Returns nullopt after a diagnostic, if the base scene does not exist or the derivation is circular.
 std::optional<File> with_whole_scenes(File file, DiagnosticSink& sink);
 
 }  // namespace dpde::ast

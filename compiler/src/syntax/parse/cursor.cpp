@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every function that moves on stops at the last token, end_of_file; recover() and skip_declaration() move at least one
-// token, so that every loop of the parser ends.
+// Functions that advance stop at the last token, end_of_file. recover() and skip_declaration() advance by at least one
+// token, so every loop of the parser ends.
 #include "syntax/parse/cursor.h"
 
 #include <fmt/format.h>
@@ -177,7 +177,7 @@ void Cursor::end_group(TokenKind close) {
     fail_expected(std::string(name_of(close)));
     return;
   }
-  groups_.pop_back();  // before the token is taken: the line break behind it counts again
+  groups_.pop_back();  // before take(): line breaks after the token count again
   take();
 }
 
@@ -194,7 +194,7 @@ void Cursor::fail(KindRef kind, SourceRange range, std::initializer_list<std::st
 
 void Cursor::fail_expected(std::string what, std::string hint) {
   if (failed_) return;
-  if (at(TokenKind::invalid)) {  // the lexer has said it
+  if (at(TokenKind::invalid)) {  // the lexer has reported it
     failed_ = true;
     return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a person laid out what was read, kept for `dpde fmt`.
+// Layout of the source text, kept for `dpde fmt`.
 #pragma once
 
 #include <string>
@@ -14,10 +14,10 @@ struct Trivia {
   bool blank_before = false;        // one blank line stood above
 };
 
-/// How { ... } was written.
+/// Layout of { ... }.
 struct BlockLayout {
   std::vector<std::string> before;            // comments between the first word and {
-  std::string after;                          // comment behind {
+  std::string after;                          // comment after {
   std::vector<std::string> closing_comments;  // whole-line comments above }
   bool one_line = false;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function for each sort of token. `0..1` is 0 `..` 1: a dot belongs to a number only where no second dot follows.
+// One function for each kind of token. `0..1` is 0 `..` 1: a dot is part of a number only if no second dot follows.
 #include "syntax/parse/lexer.h"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ struct Symbol {
   TokenKind kind;
 };
 
-// Longer ones first.
+// Longer symbols first.
 constexpr Symbol symbols[] = {
     {"..", TokenKind::dot_dot},
     {"+=", TokenKind::plus_assign},
@@ -63,7 +63,7 @@ const Symbol* find_symbol(std::string_view text) {
   return nullptr;
 }
 
-/// What a character that is often pasted from elsewhere should have been.
+/// Replacement for a character that is often pasted from other programs.
 struct Replacement {
   std::string_view character, hint;
 };
@@ -126,7 +126,7 @@ class Lexer {
     }
   }
 
-  /// One token for any number of them.
+  /// Several line breaks become one token.
   void read_line_break() {
     const bool is_first = stream_.tokens.empty() || stream_.tokens.back().kind != TokenKind::line_break;
     if (is_first) add(TokenKind::line_break, 0);
@@ -192,7 +192,7 @@ class Lexer {
     stream_.tokens.back().value = value;
   }
 
-  /// A run of characters that mean nothing is one error.
+  /// Reports a sequence of unknown characters once.
   void read_unknown() {
     const std::string_view rest = text_.substr(position_);
     std::size_t size = 0;
@@ -233,19 +233,19 @@ bool is_binary_operator(const Token& token) {
   return symbol || (token.kind == TokenKind::identifier && (token.spelling == "and" || token.spelling == "or"));
 }
 
-/// Behind this token an item cannot end.
+/// Whether an item cannot end after this token.
 bool needs_more(const Token& token) {
   constexpr TokenKind kinds[] = {TokenKind::assign, TokenKind::plus_assign, TokenKind::arrow,     TokenKind::comma,
                                  TokenKind::colon,  TokenKind::dot_dot,     TokenKind::left_brace};
   return std::find(std::begin(kinds), std::end(kinds), token.kind) != std::end(kinds) || is_binary_operator(token);
 }
 
-/// With this token no item begins.
+/// Whether no item can begin with this token.
 bool goes_on(const Token& token) {
   return token.kind == TokenKind::comma || token.kind == TokenKind::right_paren || is_binary_operator(token);
 }
 
-/// Leaves out the line breaks that cannot end an item, and all but one of several.
+/// Removes line breaks that cannot end an item, and all but one of several.
 std::vector<Token> significant(const std::vector<Token>& tokens) {
   std::vector<Token> kept;
   for (std::size_t i = 0; i < tokens.size(); ++i) {

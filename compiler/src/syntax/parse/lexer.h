@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Characters to tokens. Every byte is part of a token, a comment, or blank; the last token is end_of_file.
+// Converts characters to tokens. Every byte belongs to a token, a comment, or blanks; the last token is end_of_file.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ struct TokenStream {
   std::vector<Comment> comments;
 };
 
-/// The tokens point into `source`, which has to live as long as they do.
+/// The tokens refer to `source`, which must outlive them.
 TokenStream lex(const SourceFile& source, DiagnosticSink& sink);
 
 }  // namespace dpde::ast

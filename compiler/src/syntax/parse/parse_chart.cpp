@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The items of charts.
+// Parses items of charts.
 #include "syntax/parse/parse_parts.h"
 
 namespace dpde::ast {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files, blocks and the order of things in them.
+// Parses files and blocks, and checks the order of their parts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ std::string understood(const BlockRule& rule) {
   return fmt::format("understood here: {}", fmt::join(words, ", "));
 }
 
-/// What other tools call it, and what is written here; "" where nothing is known.
+/// Translates a word of other tools to dpde; "" if it is unknown.
 std::string_view said_elsewhere(std::string_view word) {
   constexpr std::pair<std::string_view, std::string_view> words[] = {
       {"maximise", "a task seeks what is least: minimise -mean(u)"},
@@ -45,7 +45,7 @@ std::string_view said_elsewhere(std::string_view word) {
   return found == std::end(words) ? "" : found->second;
 }
 
-/// "did you mean ..." for a slip, "it belongs in ..." for the wrong block; always what is understood.
+/// "did you mean ..." for a typo, "it belongs in ..." for the wrong block; always lists the valid words.
 std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string_view elsewhere = said_elsewhere(word);
   if (!elsewhere.empty()) return fmt::format("{}; {}", elsewhere, understood(here));
@@ -92,7 +92,7 @@ void add_item(Cursor& cursor, const BlockRule& rule, std::vector<Item>& items) {
   items.push_back(std::move(item));
 }
 
-/// A list that ends a block or file: no blank line at its end, and one before it where one stood there.
+/// Comments at the end of a block or file: no blank line at the end; one before if the source has one.
 std::vector<std::string> closing_comments(Trivia trivia, bool nothing_before) {
   std::vector<std::string> comments = std::move(trivia.before);
   if (!comments.empty() && comments.back().empty()) comments.pop_back();
@@ -105,7 +105,7 @@ void close_block(Cursor& cursor, BlockLayout& layout, bool is_empty) {
   cursor.take();
 }
 
-/// { ... }, with `parse_one` called at the begin of every item.
+/// Parses { ... }; calls `parse_one` at the beginning of every item.
 template <class ParseOne>
 void parse_block(Cursor& cursor, BlockLayout& layout, std::string_view name, const ParseOne& parse_one) {
   if (cursor.at(TokenKind::line_break) && cursor.peek_second().kind == TokenKind::left_brace) cursor.take();
@@ -136,7 +136,7 @@ void parse_items(Cursor& cursor, Declaration& declaration, const BlockRule& rule
 }
 
 // ---- declarations --------------------------------------------------------------------------------------------------
-// Each is called behind its first word, fills in declaration.kind, and leaves the cursor failed after a bad header.
+// Each is called after the first word, sets declaration.kind, and leaves the cursor failed after a bad header.
 
 void parse_model(Cursor& cursor, Declaration& declaration) {
   Model model;
@@ -171,7 +171,7 @@ void parse_scheme(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(scheme);
 }
 
-/// NAME: SCENE with SCHEME, the header of a task, of a data set and of a chart.
+/// NAME: SCENE with SCHEME, the header of a task, data set or chart.
 template <class Block>
 void parse_of_scene(Cursor& cursor, Declaration& declaration, const char* what, const BlockRule& rule) {
   Block block;
@@ -242,13 +242,13 @@ void parse_loop(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(loop);
 }
 
-/// adjoint u_bar = ..., behind a line break or `;`.
+/// adjoint u_bar = ..., after a line break or `;`.
 bool begins_adjoint(const Cursor& cursor) {
   const bool is_behind = cursor.at(TokenKind::line_break) || cursor.at(TokenKind::semicolon);
   return cursor.at_word("adjoint") || (is_behind && cursor.peek_second().spelling == "adjoint");
 }
 
-/// name(a, b), order 2 where it has one, = expr, and below an operator maybe its adjoint
+/// name(a, b), optional order 2, = expr, and optional adjoints below an operator
 void parse_definition(Cursor& cursor, Declaration& declaration, const char* what, bool has_order) {
   Function function;
   function.name = cursor.expect_name(what);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Precedence climbing. Two limits keep every later recursion over a tree within the stack: how deeply the text nests
-// (parentheses, unary operators, right operands) and how high the tree gets (a long chain a + a + a leans left).
+// Precedence climbing. Two limits keep later recursion over a tree within the stack: the nesting depth of the text
+// (parentheses, unary operators, right operands) and the height of the tree (a long chain a + a + a is left-deep).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ constexpr int max_nesting = 200;
 constexpr int max_height = 1500;
 constexpr const char* shorten_hint = "give a part of it a name with let";
 
-/// An expression, the range it takes with its parentheses, and the height of its tree.
+/// An expression, its range with parentheses, and the height of its tree.
 struct Parsed {
   Expr expr;
   SourceRange range;
@@ -77,7 +77,7 @@ class ExpressionParser {
     return left;
   }
 
-  /// From the `(` on.
+  /// Parses a call, starting at `(`.
   Parsed call(const Identifier& callee) {
     const Token open = cursor_.take();
     Call call{callee.name, callee.range, {}};
@@ -92,7 +92,7 @@ class ExpressionParser {
     return finish(std::move(call), callee.range.begin, height + 1);
   }
 
-  /// 5, or rate = 5; `height` grows to that of the highest.
+  /// 5, or rate = 5. `height` becomes the maximum with that of the argument.
   Argument argument(int& height) {
     Argument argument;
     if (cursor_.at(TokenKind::identifier) && cursor_.peek_second().kind == TokenKind::assign) {
@@ -148,7 +148,7 @@ class ExpressionParser {
     return finish(Name{name.name}, name.range.begin, 1);
   }
 
-  /// .x behind a call or parentheses.
+  /// .x after a call or parentheses.
   Parsed component(Parsed of) {
     if (!cursor_.accept(TokenKind::dot)) return of;
     Identifier name = cursor_.expect_name("the name of a component, as in grad(u).x");
@@ -172,7 +172,7 @@ class ExpressionParser {
     return finish(Tuple{std::move(elements)}, range.begin, height + 1);
   }
 
-  /// |u|; a bar where an operand is due opens, any other closes.
+  /// |u|: a bar in operand position opens, any other closes.
   Parsed magnitude() {
     const Token open = cursor_.take();
     cursor_.begin_group(open);
@@ -187,7 +187,7 @@ class ExpressionParser {
     cursor_.end_group(kind);
   }
 
-  /// u[+1, 0] and inside[-1] grow 1, from the `[` on; A[i, 2] with an index that is a name is an element's name.
+  /// u[+1, 0] and inside[-1] grow 1, starting at `[`; A[i, 2] with a name as index is an element's name.
   Parsed offsets(const Identifier& name) {
     const Token open = cursor_.take();
     Offsets offsets{name.name, {}, 0, false};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The headers and items of kernels, and the items of programs.
+// Parses headers and items of kernels, and items of programs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ struct RolePrefix {
 constexpr RolePrefix role_prefixes[] = {
     {KernelRole::out, "out"}, {KernelRole::inout, "inout"}, {KernelRole::sum, "sum"}};
 
-/// out v, w: field — a prefix belongs to all names of its group.
+/// out v, w: field — a prefix applies to all names of its group.
 const RolePrefix* accept_prefix(Cursor& cursor) {
   if (cursor.peek_second().kind != TokenKind::identifier) return nullptr;
   for (const RolePrefix& prefix : role_prefixes) {
@@ -25,7 +25,7 @@ const RolePrefix* accept_prefix(Cursor& cursor) {
   return nullptr;
 }
 
-/// The type behind the colon, which with the prefix makes the role.
+/// The type after the colon; together with the prefix it determines the role.
 KernelRole parse_role(Cursor& cursor, const RolePrefix* prefix) {
   const bool is_param = cursor.at_word("param");
   if (!is_param && !cursor.at_word("field")) cursor.fail_expected("'field' or 'param'");
@@ -167,7 +167,7 @@ ItemKind parse_repeated(Cursor& cursor) {
 
 BlockRule operator_rule();
 
-/// Its name, or a network: smooth(r, k) to d
+/// A method's name, or a network: smooth(r, k) to d
 void parse_preconditioner_of(Cursor& cursor, SolveItem& item) {
   const Identifier name = cursor.expect_name("a preconditioner, as none or network(r) to d");
   const Token open = cursor.peek();
@@ -209,7 +209,7 @@ ItemKind parse_solve(Cursor& cursor) {
   return item;
 }
 
-/// corrector(a, b), and behind it `by` and `to` with fields as the mode has them.
+/// corrector(a, b), then `by` and `to` with fields, depending on the mode.
 template <ApplyItem::Mode mode>
 ItemKind parse_apply(Cursor& cursor) {
   constexpr const char* what = "the name of a field, or _ for none";
@@ -323,7 +323,7 @@ BlockRule repeat_rule() {
 
 namespace {
 
-/// Of solves: their blocks are no steps.
+/// Items of solves: their blocks contain no steps.
 BlockRule operator_rule() {
   BlockRule rule = repeat_rule();
   rule.name = "solve";

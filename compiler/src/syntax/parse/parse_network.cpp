@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks: the header, and layers as words or as values. What layers there are and what they take is not known here.
+// Parses networks: the header, and layers as words or as values. The layer types and their arguments are checked later.
 #include "syntax/parse/parse_parts.h"
 
 namespace dpde::ast {
@@ -8,7 +8,7 @@ namespace {
 constexpr std::string_view words_of_other_items[] = {"padding",  "initial", "real", "symmetric", "repeat",
                                                      "residual", "skip",    "let",  "host"};
 
-/// conv 32, 5 with any word in the place of conv, or out = v3.
+/// conv 32, 5 with any word instead of conv, or out = v3.
 bool begins_layer(const Cursor& cursor) {
   if (!cursor.at(TokenKind::identifier)) return false;
   if (cursor.peek_second().kind == TokenKind::assign) return true;
@@ -74,7 +74,7 @@ ItemKind parse_padding(Cursor& cursor) {
   return item;
 }
 
-/// he, seed 7, or one of the two
+/// he, seed 7, or only one of them
 ItemKind parse_start(Cursor& cursor) {
   StartItem item;
   if (!cursor.at_word("seed")) {

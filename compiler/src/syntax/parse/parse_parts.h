@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parse_*.cpp files call from one another. A function that fails leaves the cursor failed and returns
-// something that nobody looks at.
+// Functions that the parse_*.cpp files share. A function that fails leaves the cursor failed, and its result is
+// ignored.
 #pragma once
 
 #include <string_view>
@@ -14,19 +14,18 @@ namespace dpde::ast {
 
 // parse_expression.cpp
 Expr parse_expression(Cursor& cursor);
-/// The rest of a call, from its `(` on.
+/// The rest of a call, starting at `(`.
 Expr parse_call(Cursor& cursor, const Identifier& callee);
 
 /// 5, or rate = 5
 Argument parse_argument(Cursor& cursor);
 
-// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp, parse_chart.cpp: what stands between the
-// braces of each kind of block
+// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp, parse_chart.cpp: items of each kind of block
 struct ItemRule {
-  std::string_view word;  // the first of the item; it is taken already when parse is called
+  std::string_view word;  // first word of the item; already taken when parse is called
   ItemKind (*parse)(Cursor&);
 };
-/// Items that begin with a name of the user, such as nu = 0.01.
+/// Items that begin with a user-defined name, such as nu = 0.01.
 struct NamedItemRule {
   bool (*begins)(const Cursor&) = nullptr;
   ItemKind (*parse)(Cursor&) = nullptr;
@@ -51,15 +50,15 @@ BlockRule chart_rule();
 void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items);
 
 /// a, b, c
-/// A field u or its time derivative dt(u), by the name as written.
+/// A field u or its time derivative dt(u); the name as written.
 Identifier parse_field_or_rate(Cursor& cursor, const char* what);
-/// on faces, on nodes, on faces.x, or nothing.
+/// on faces, on nodes, on faces.x, or empty.
 std::optional<Identifier> parse_placement(Cursor& cursor);
 // parse_solved.cpp
 ItemKind parse_solved(Cursor& cursor);
 ItemKind parse_constraint(Cursor& cursor);
 // parse_unit.cpp
-/// in m/s, or nothing.
+/// in m/s, or empty.
 UnitText parse_unit(Cursor& cursor);
 /// u, v in m/s, h in m on faces
 struct Declared {
@@ -76,16 +75,15 @@ std::vector<Identifier> parse_components(Cursor& cursor, const char* what);
 std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what);
 /// u.x = value
 std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what);
-/// x.low = 0, y periodic, ... with the place "all" where none is written
+/// x.low = 0, y periodic, ...; the place is "all" if none is written
 std::vector<BoundarySide> parse_sides(Cursor& cursor);
-/// 8 { ... } behind `repeat`, with the items of `rule`.
-/// `shared`: a word that may stand behind the count; "": none.
+/// 8 { ... } after `repeat`, with the items of `rule`. `shared`: word allowed after the count; "": none.
 RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule, std::string_view shared = "");
-/// At most so many blocks stand inside one another.
+/// Maximum nesting depth of blocks.
 inline constexpr int max_blocks_inside = 16;
-/// (u: vector, nu) -> vector, of a network.
+/// (u: vector, nu) -> vector, for a network.
 void parse_signature(Cursor& cursor, Network& network);
-/// u_bar = expr, behind `adjoint`.
+/// u_bar = expr, after `adjoint`.
 AdjointItem parse_adjoint(Cursor& cursor);
 /// (u: field halo 1, out v: field)
 std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor);

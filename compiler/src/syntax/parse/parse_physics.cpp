@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The items of models, scenes and schemes.
+// Parses items of models, scenes and schemes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ ItemKind parse_param(Cursor& cursor) {
   return item;
 }
 
-/// What stands between ( and ) after dt.
+/// Content of the parentheses after dt.
 Identifier parse_rated(Cursor& cursor) {
   const Token open = cursor.peek();
   cursor.expect(TokenKind::left_paren);
@@ -69,7 +69,7 @@ ItemKind parse_equation(Cursor& cursor) {
   return item;
 }
 
-/// What begins neither with a word of the model nor with dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).
+/// Whether a line begins with neither a word of models nor dt: u = ..., dx(u) = ..., du/dt = ..., 0 = div(u).
 bool begins_no_equation(const Cursor& cursor) {
   if (cursor.at_word("dt")) return false;
   const TokenKind second = cursor.peek_second().kind;
@@ -79,7 +79,7 @@ bool begins_no_equation(const Cursor& cursor) {
   return second == TokenKind::assign || (is_part && cursor.at(TokenKind::identifier));
 }
 
-/// What is written for du/dt and d(u)/dt; "" where something else begins.
+/// Advice for du/dt and d(u)/dt; "" for other text.
 std::string hint_of_rate(Cursor& cursor) {
   const std::string_view word = cursor.take().spelling.substr(0, 40);
   const bool is_quotient = cursor.accept(TokenKind::slash);
@@ -88,7 +88,7 @@ std::string hint_of_rate(Cursor& cursor) {
   return word == "d" && cursor.at(TokenKind::left_paren) ? "a rate is written dt(u) = ..." : "";
 }
 
-/// Of a name that is given a value and is none that can be.
+/// Advice for an assignment to a name that cannot have a value.
 std::string hint_of_value(std::string_view name) {
   const bool is_rate = name.size() > 2 && name.ends_with("_t");
   const std::string_view field = is_rate ? name.substr(0, name.size() - 2) : name;
@@ -96,7 +96,7 @@ std::string hint_of_value(std::string_view name) {
                      is_rate ? fmt::format("the rate of {}", field) : "a field", name, name);
 }
 
-/// A constraint, a field that is held inside a mask, or what looks like an equation and is none.
+/// A constraint, a field held inside a mask, or a malformed equation.
 ItemKind parse_no_equation(Cursor& cursor) {
   if (cursor.at(TokenKind::number)) return parse_constraint(cursor);
   const Token first = cursor.peek();
@@ -133,7 +133,7 @@ void refuse_repetition(Cursor& cursor, bool repeated) {
   if (repeated) cursor.fail("repeated", cursor.peek().range, {describe(cursor.peek())});
 }
 
-/// A number, or with the word `field` or `vector` a field, that varies in time.
+/// A number that varies in time, or a field, after the word `field` or `vector`.
 ItemKind parse_control(Cursor& cursor) {
   const bool vector = cursor.at_word("vector");
   const bool is_field = (vector || cursor.at_word("field")) && cursor.peek_second().kind == TokenKind::identifier;

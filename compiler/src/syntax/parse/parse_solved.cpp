@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equations of models that are solved at each moment, and constraints.
+// Parses constraints and equations that are solved at each time.
 #include <string>
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The items of tasks.
+// Parses items of tasks.
 #include <fmt/format.h>
 
 #include <tuple>
@@ -17,7 +17,7 @@ When parse_over(Cursor& cursor, std::optional<Identifier> counted) {
   return when;
 }
 
-/// at t = 0.5, 1.0, over time, over 4 steps, after 4 steps, or nothing.
+/// at t = 0.5, 1.0, over time, over 4 steps, after 4 steps, or empty.
 When parse_when(Cursor& cursor) {
   if (cursor.accept_word("over")) return parse_over(cursor, {});
   if (cursor.accept_word("after")) {
@@ -35,7 +35,7 @@ When parse_when(Cursor& cursor) {
   return when;
 }
 
-/// The same, and , mean over time, , sum over 4 steps.
+/// The same, or , mean over time, , sum over 4 steps.
 When parse_when_counted(Cursor& cursor) {
   if (!cursor.accept(TokenKind::comma)) return parse_when(cursor);
   const bool is_known = cursor.at_word("mean") || cursor.at_word("sum") || cursor.at_word("integral");
@@ -112,7 +112,7 @@ ItemKind parse_learn(Cursor& cursor) {
   return item;
 }
 
-/// omega = curl(u): of a map each has a formula
+/// omega = curl(u): every entry of a map has a formula
 NamedFormula parse_map(Cursor& cursor) {
   NamedFormula formula{cursor.expect_element("the name of a field of that scene"), {}, {}};
   cursor.expect(TokenKind::assign);
@@ -149,7 +149,7 @@ ItemKind parse_test(Cursor& cursor) {
   return item;
 }
 
-/// What runs are compared with the data in.
+/// Quantity in which runs are compared with the data.
 ItemKind parse_compared(Cursor& cursor, TestItem::Kind kind, const char* example) {
   TestItem item;
   item.kind = kind;

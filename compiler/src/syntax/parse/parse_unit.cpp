@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units behind the word in, and names with them.
+// Parses units after the word in, and names with units.
 #include <algorithm>
 #include <initializer_list>
 

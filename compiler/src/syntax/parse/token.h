@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of a file. Keywords are identifiers here: what they mean depends on where they stand.
+// Tokens of a file. Keywords are identifiers here: their meaning depends on the position.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace dpde::ast {
 
 enum class TokenKind {
   end_of_file,
-  line_break,  // one that may end an item; those behind an operator and the like are left out
-  invalid,     // reported by the lexer already
+  line_break,  // may end an item; line breaks after an operator etc. are removed
+  invalid,     // already reported by the lexer
   identifier,
   number,
   text,
@@ -48,16 +48,16 @@ enum class TokenKind {
 struct Token {
   TokenKind kind = TokenKind::end_of_file;
   SourceRange range;
-  std::string_view spelling;  // a part of the source; of a text: without its quotes
-  double value = 0;           // of a number
+  std::string_view spelling;  // part of the source; for a text without its quotes
+  double value = 0;           // for a number
 };
 
 struct Comment {
-  std::string text;  // from the # on, without blanks at the end
+  std::string text;  // from # on, without trailing blanks
   SourceRange range;
 };
 
-/// As people call it: ")", "a name".
+/// Name for messages: ")", "a name".
 std::string_view name_of(TokenKind kind);
 
 }  // namespace dpde::ast

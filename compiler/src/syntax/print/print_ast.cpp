@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every item becomes one line. A block that was written on one line stays on one if it has no comments and fits.
+// Every item is printed on one line. A block written on one line stays so if it has no comments and fits.
 #include "syntax/print/print_ast.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ std::string print_boundary(const BoundaryItem& boundary) {
   return text;
 }
 
-/// x periodic, y.low = 0; the place "all" is left out where it is alone.
+/// x periodic, y.low = 0; the place "all" is omitted if it is the only one.
 std::string print_fill(const FillItem& fill) {
   std::string text = fmt::format("{} {}", fill.fold ? "fold" : "fill", fill.field.name);
   if (fill.grow != 0) text += fmt::format(" grow {}", fill.grow);
@@ -220,7 +220,7 @@ std::string print_frames(const FramesItem& item) {
                      item.to ? " to " + print(*item.to) : "");
 }
 
-/// Several lines, each but the first behind the indent of the block; or one.
+/// One line or several; all but the first are indented.
 std::string print_repeat(const RepeatItem& repeat);
 
 std::string print_stack(const StackItem& i) {
@@ -287,7 +287,7 @@ std::string print_item(const Item& item) {
 }
 
 // ---- headers -------------------------------------------------------------------------------------------------------
-/// The words before the name and behind it: "out " and "field".
+/// Words before and after the name: "out " and "field".
 std::pair<const char*, const char*> words_of(KernelRole role) {
   switch (role) {
     case KernelRole::in: return {"", "field"};
@@ -299,7 +299,7 @@ std::pair<const char*, const char*> words_of(KernelRole role) {
   unreachable("kernel role");
 }
 
-/// Neighbours of the same type share it: u, v: field halo 1, nu, dt: param.
+/// Adjacent parameters of the same type share it: u, v: field halo 1, nu, dt: param.
 std::string print_parameters(const std::vector<KernelParameter>& parameters) {
   std::string text;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -368,7 +368,7 @@ std::string print_header(const DeclarationKind& kind) {
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
-/// One row of a block: an item, or a program of a loop.
+/// One row of a block: an item, or a program in a loop.
 struct Row {
   std::string text;
   Trivia trivia;
@@ -410,7 +410,7 @@ std::string print_comments(const std::vector<std::string>& comments, const char*
 
 std::string behind(const std::string& comment) { return comment.empty() ? "" : "  " + comment; }
 
-/// { a; b }, or "" where the block cannot be put on one line behind the header.
+/// { a; b }, or "" if the block does not fit on one line after the header.
 std::string print_on_one_line(const BlockLayout& layout, const std::vector<Row>& rows, std::size_t header_size) {
   if (!layout.one_line || !layout.closing_comments.empty() || !layout.after.empty()) return {};
   std::string text;
@@ -422,7 +422,7 @@ std::string print_on_one_line(const BlockLayout& layout, const std::vector<Row>&
   return header_size + 1 + text.size() <= max_columns ? text : "";
 }
 
-/// The header and its { ... }, without a line break at the end.
+/// The header and its { ... }, without a final line break.
 std::string print_block(const std::string& header, const BlockLayout& layout, const std::vector<Row>& rows) {
   const std::string line = print_on_one_line(layout, rows, header.size());
   if (!line.empty()) return fmt::format("{} {}", header, line);
@@ -435,7 +435,7 @@ std::string print_block(const std::string& header, const BlockLayout& layout, co
   return text + print_comments(layout.closing_comments, "  ") + "}";
 }
 
-/// A block inside of a block, its lines but the first indented.
+/// A nested block; all lines but the first are indented.
 std::string print_inner_block(const std::string& header, const BlockLayout& layout, const std::vector<Item>& items) {
   const std::string block = print_comments(layout.before, "") + print_block(header, layout, rows_of(items));
   std::string text;

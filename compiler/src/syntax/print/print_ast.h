@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The canonical text of an ast: `dpde fmt` and stage `ast`. Comments are kept, parentheses are the fewest that keep
-// the tree, numbers stay as written. print(parse(print(parse(t)))) == print(parse(t)).
+// The canonical text of an ast, for `dpde fmt` and stage `ast`. Comments are kept, parentheses are minimal, numbers
+// stay as written. print(parse(print(parse(t)))) == print(parse(t)).
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parentheses stand where the tree needs them and nowhere else; a - b, a*b, a^b, f(x, n = 1), u[+1, 0].
+// Prints with minimal parentheses; a - b, a*b, a^b, f(x, n = 1), u[+1, 0].
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace dpde::ast {
 namespace {
 
-// How tightly an expression binds, twice the number of vocabulary.h: `not` stands between `and` and the comparisons.
+// Binding strength, twice the precedence of vocabulary.h: `not` is between `and` and the comparisons.
 constexpr int not_binding = 5;
 constexpr int negation_binding = 2 * unary_precedence;
 constexpr int atom_binding = 100;

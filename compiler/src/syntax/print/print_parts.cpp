@@ -57,7 +57,7 @@ namespace {
 
 bool are_same(const UnitText& a, const UnitText& b) { return a && b && a->name == b->name; }
 
-/// With a unit of all of them at the end.
+/// With a common unit at the end.
 std::string print_declared(const std::vector<Identifier>& names, const std::vector<UnitText>& units,
                            const std::optional<Identifier>& on) {
   const bool are_alike =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of lines, and the items of models.
+// Prints parts of lines, and items of models.
 #pragma once
 
 #include <optional>
@@ -14,13 +14,13 @@ std::string print_names(const std::vector<Identifier>& names);
 /// u, v in m/s, h in m
 std::string print_names(const std::vector<Identifier>& names, const std::vector<UnitText>& units);
 std::string print_list(const std::vector<Expr>& values);
-/// " at t = 1, 2", ", mean over time", or nothing.
+/// " at t = 1, 2", ", mean over time", or empty.
 std::string print_when(const When& when);
-/// " on faces", or nothing.
+/// " on faces", or empty.
 std::string print_placement(const std::optional<Identifier>& on);
 /// u, omega = curl(u), w on centres = curl(u)
 std::string print_formulas(const std::vector<NamedFormula>& formulas);
-/// " in m/s", or nothing.
+/// " in m/s", or empty.
 std::string print_unit(const UnitText& unit);
 
 std::string print_field(const FieldItem& item);
@@ -28,7 +28,7 @@ std::string print_coefficient(const CoefficientItem& item);
 std::string print_params(const ParamItem& item);
 std::string print_solved(const SolvedItem& item);
 std::string print_constraint(const ConstraintItem& item);
-/// What stands before the block of a solve of a program.
+/// Text before the block of a program's solve.
 std::string print_solve_head(const SolveItem& item);
 std::string print_held(const HeldItem& item);
 std::string print_accuracy(const AccuracyItem& item);
