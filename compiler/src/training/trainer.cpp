@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::uint64_t order_stream = 1, noise_stream = 2;
 
-/// A whole number below `count`, the same for the same arguments.
+/// Pseudo-random integer below `count`, a function of the arguments.
 std::uint64_t draw(std::uint64_t seed, std::uint64_t epoch, std::uint64_t number, std::uint64_t count) {
   const auto words = philox({static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32),
                              static_cast<std::uint32_t>(epoch), order_stream},
                             {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
   const std::uint64_t word = std::uint64_t{words[1]} << 32 | words[0];
-  return word % count;  // of 2^64 words: the least numbers come up more often by a part of count/2^64
+  return word % count;  // the smallest numbers are more frequent by a relative count/2^64
 }
 
 UpdateRule rule_of(const model::Optimiser& optimiser, const model::Training& training) {
@@ -43,7 +43,7 @@ UpdateRule rule_of(const model::Optimiser& optimiser, const model::Training& tra
   return rule;
 }
 
-/// Empty when nothing has any.
+/// Empty if no part has bounds.
 Bounds bounds_of(const std::vector<UnknownPart>& parts, Eigen::Index size) {
   if (std::ranges::none_of(parts,
                            [](const UnknownPart& part) { return std::isfinite(part.low) || std::isfinite(part.high); }))
@@ -56,7 +56,7 @@ Bounds bounds_of(const std::vector<UnknownPart>& parts, Eigen::Index size) {
   return bounds;
 }
 
-/// They store no states: the byte budget is that of the gradients.
+/// Losses alone store no states; the memory budget is for gradients.
 BatchOptions only_losses(BatchOptions options) {
   options.stores_states = false;
   return options;
@@ -118,7 +118,7 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   return trainer;
 }
 
-/// Weights from a file are the same in all trials.
+/// Draws new initial weights. Weights from a file are the same in all trials.
 void Trainer::begin_networks_anew() {
   if (trial_ == 0) return;
   for (const UnknownPart& part : parts_) {
@@ -130,8 +130,8 @@ void Trainer::begin_networks_anew() {
   }
 }
 
-/// Validation takes the last runs, or the last frames of the only one: windows of training end before its first.
-/// False where they are too few for a window: a training that says it validates must.
+/// Reserves the last runs for validation, or the last frames of a single run: training samples end before its first
+/// frame. Returns false if they are too few for a sample and validation was requested.
 bool Trainer::split_runs(DiagnosticSink& sink) {
   const files::Trajectories& all = scene_.trajectories;
   const int runs = static_cast<int>(all.runs.size()), steps = scene_.steps(), frames = std::max(steps / all.every, 1);
@@ -158,7 +158,7 @@ bool Trainer::split_runs(DiagnosticSink& sink) {
   return false;
 }
 
-/// Each length has an equal share of the epochs.
+/// Each length gets an equal share of the epochs.
 int Trainer::unroll_of(int epoch) const {
   const std::vector<int>& lengths = scene_.training().unroll;
   if (lengths.empty()) return scene_.steps();
@@ -180,7 +180,7 @@ std::vector<Window> Trainer::windows_of(int unroll) const {
 
 std::size_t Trainer::windows(int epoch) const { return windows_of(unroll_of(epoch)).size(); }
 
-/// Shuffled by Fisher and Yates.
+/// Shuffled (Fisher-Yates).
 const std::vector<Window>& Trainer::order_of(int epoch) {
   if (order_epoch_ == epoch) return order_;
   order_epoch_ = epoch;
@@ -193,7 +193,7 @@ const std::vector<Window>& Trainer::order_of(int epoch) {
 
 WindowBatches& Trainer::batches(int unroll) {
   if (!batches_ || batches_->steps() != unroll) {
-    batches_.reset();  // before the new one takes its memory
+    batches_.reset();  // frees its memory first
     batches_ = std::make_unique<WindowBatches>(scene_, unroll, largest_batch(), options_);
   }
   return *batches_;
@@ -205,7 +205,7 @@ void Trainer::diverge(std::span<const Window> batch, std::size_t bad, const Eige
                            batches(unroll_of(state_.epoch)).why_not_finite(x, batch[bad])};
 }
 
-/// False when the training ends here.
+/// Returns false if the training ends here.
 bool Trainer::make_update(std::span<const Window> batch, std::size_t first) {
   const auto epoch = static_cast<std::uint64_t>(state_.epoch);
   const StartNoise noise{deviations_, seed_ ^ noise_stream << 32, epoch << 32 | first};
@@ -227,13 +227,13 @@ bool Trainer::make_update(std::span<const Window> batch, std::size_t first) {
   return true;
 }
 
-/// False when the training ends here.
+/// Returns false if the training ends here.
 bool Trainer::end_epoch() {
   Epoch epoch{unroll_of(state_.epoch), state_.epoch_loss / std::max(state_.batch, 1), std::nan(""),
               rule_.rate * rule_.schedule.factor(state_.updates.made - 1, updates_in_all_), state_.updates.made};
   double judged = epoch.loss;
   if (!validation_.empty()) {
-    // After --resume at the end of an epoch they may be those of another length.
+    // After --resume at the end of an epoch the samples may have another length.
     WindowBatches* full = batches_ && batches_->steps() == scene_.steps() ? batches_.get() : nullptr;
     if (full == nullptr) {
       if (!full_)
@@ -248,7 +248,7 @@ bool Trainer::end_epoch() {
     judged = epoch.validation = result.loss;  // not finite: no better than any other
   }
   const bool compares = !validation_.empty() || state_.epochs.empty() || state_.epochs.back().unroll == epoch.unroll;
-  if (!compares) {  // losses over other windows say nothing of these
+  if (!compares) {  // losses over samples of another length are not comparable
     state_.best_loss = std::numeric_limits<double>::infinity();
     state_.best_epoch = -1;
   }
@@ -264,15 +264,14 @@ bool Trainer::end_epoch() {
   return true;
 }
 
-/// By where the training starts and its first gradient.
+/// From the training's start and its first gradient.
 Eigen::VectorXd Trainer::scale_at(const Eigen::VectorXd& gradient) const {
   std::vector<UnknownScale> scales;
   for (const UnknownPart& part : parts_) scales.push_back({part.offset, part.size});
   return scale_of(scales_of(start_, std::move(scales), bounds_), gradient);
 }
 
-/// An iteration over all windows, in the order of the file: the loss is then a function, which a line search can
-/// follow.
+/// One iteration over all samples, in the order of the file: the loss is then a function, as a line search needs.
 bool Trainer::iterate_over_all() {
   const std::vector<Window> all = windows_of(unroll_of(state_.epoch));
   std::size_t bad = 0;
@@ -310,7 +309,7 @@ bool Trainer::iterate_over_all() {
   return true;
 }
 
-/// False where none lowers the loss.
+/// Returns false if no step lowers the loss.
 bool Trainer::make_iteration(TrainingState& next, std::span<const Window> all, const Objective& loss) {
   LbfgsState& at = next.lbfgs;
   if (!is_newton()) return iterate(Lbfgs{}, at, next.scale, loss, bounds_);
@@ -329,7 +328,7 @@ bool Trainer::make_iteration(TrainingState& next, std::span<const Window> all, c
   return is_lower;
 }
 
-/// And ends the epoch where it was its last. False when the training ends here.
+/// Also ends the epoch after its last update. Returns false if the training ends here.
 bool Trainer::make_next_update() {
   if (takes_all()) return (state_.batch > 0 || iterate_over_all()) && end_epoch();
   const auto size = static_cast<std::size_t>(scene_.training().batch);
@@ -362,7 +361,7 @@ UpdateSeconds Trainer::time_updates(int repeats) {
   UpdateState state = state_.updates;
   Eigen::VectorXd gradient(start_.size());
   std::vector<UpdateSeconds> samples;
-  for (int r = 0; r <= repeats && !is_stopping(); ++r) {  // the first one still touches new memory
+  for (int r = 0; r <= repeats && !is_stopping(); ++r) {  // the first one touches new memory
     UpdateSeconds seconds;
     seconds.windows = size;
     {
@@ -380,7 +379,7 @@ UpdateSeconds Trainer::time_updates(int repeats) {
   return fastest == samples.end() ? UpdateSeconds{} : *fastest;
 }
 
-/// Where windows grow longer, all lengths come to their turn.
+/// If sample lengths grow, every length is used.
 bool Trainer::is_out_of_patience() const {
   const int patience = scene_.training().patience;
   if (patience == 0 || state_.batch != 0 || state_.best_epoch < 0 || unroll_of(state_.epoch) != unroll_of(epochs_ - 1))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training needs before it begins: the scene as hosts run it, trajectories, fields of files.
+// Prepares a training: the scene for hosts, trajectories, fields from files.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -17,7 +17,7 @@ namespace dpde::training {
 
 namespace {
 
-/// A scheme with a memory cannot begin in the middle of a run without it.
+/// Checks that the data have the history of a multistep scheme, which is needed to start in the middle of a run.
 bool has_histories(const model::Problem& problem, const files::Trajectories& trajectories, SourceRange where,
                    DiagnosticSink& sink) {
   for (const model::State& state : problem.states) {
@@ -34,13 +34,13 @@ bool has_histories(const model::Problem& problem, const files::Trajectories& tra
   return true;
 }
 
-/// The scene but for what windows bring along: the parameters' values that the file has, initial states.
+/// Text of the scene without the values that samples set: parameters in the file, and initial states.
 std::string text_without_values(model::Problem problem, const files::Trajectories& trajectories) {
   for (model::Parameter& param : problem.params) {
     if (std::ranges::find(trajectories.params, param.name) != trajectories.params.end()) param.value = 0;
   }
   std::string controls;
-  for (const model::Control& control : problem.controls) {  // their formulas may hold a parameter, values are what runs
+  for (const model::Control& control : problem.controls) {  // by value, since their formulas may contain a parameter
     if (!problem.find_param(control.name)->unknown) controls += fmt::format("{}\n", fmt::join(control.values, " "));
   }
   for (model::State& state : problem.states) {
@@ -50,8 +50,7 @@ std::string text_without_values(model::Problem problem, const files::Trajectorie
   return print(problem) + controls;
 }
 
-/// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the
-/// least to the largest.
+/// Parameter values other than the scene's own: all, or an even selection from the smallest to the largest.
 std::vector<double> values_to_try(const files::Trajectories& trajectories, std::size_t p, double own) {
   constexpr std::size_t most = 16;  // each costs reading the scene once
   std::set<double> distinct;
@@ -73,8 +72,8 @@ bool is_same_scene(const driver::Compiled& compiled, const files::Trajectories& 
   return other && text_without_values(*other, trajectories) == own;
 }
 
-/// A setting that the runs of the file do not take, which have values of their own. Of scenes beside it is told once,
-/// of the task's own.
+/// Reports a setting that the runs of the file override with their own values. For compared scenes it is reported once,
+/// with the task's own.
 void tell_settings_not_taken(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
                              DiagnosticSink& sink) {
   const model::Selection& selection = scene.compiled->options.selection;
@@ -97,8 +96,8 @@ void tell_settings_not_taken(const TrainingScene& scene, const files::Trajectori
 
 }  // namespace
 
-/// A parameter may stand where the compiler needs its number: in a seed, an extent, another parameter. Another value
-/// then makes another scene.
+/// Checks parameters that the compiler needs as numbers, as in a seed, an extent or another parameter: another value
+/// gives another scene.
 bool runs_are_of_this_scene(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
                             DiagnosticSink& sink) {
   tell_settings_not_taken(scene, trajectories, where, sink);

@@ -69,7 +69,8 @@ std::vector<std::string> WindowControls::states() const {
   return names;
 }
 
-/// With the controls that the simulation has. @throws Error naming the step where a state is no longer finite.
+/// Runs with the present controls of the simulation. @throws Error naming the step at which a state is no longer
+/// finite.
 void WindowControls::run(Simulation& simulation, FoundControls& found) const {
   found.states.resize(states().size());
   simulation.reset();

@@ -1,38 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task whose data are trajectories and whose unknowns are controls: each window has its own, found for it alone by
-// the task's optimiser. The windows of a run stand end to end; each begins with a frame of the data.
+// Tasks whose data are trajectories and whose unknowns are controls: the task's optimiser finds separate controls for
+// each sample. The samples of a run are adjacent; each begins with a frame of the data.
 #pragma once
 
 #include "training/data/window_batches.h"
 
 namespace dpde::training {
 
-/// Whether this is such a task.
+/// Whether it is such a task.
 bool seeks_controls(const model::Problem& problem);
 
 struct FoundControls {
   Window window;
-  std::vector<double> losses;  // entry k: before iteration k; the last one with the controls found
-  double norm = 0;             // of the controls
-  std::string why;             // the search came to nothing: what is not finite, where; "": it did not
-  std::vector<std::vector<double>>
-      states;  // of each state of the scene, at the frames behind the first one after the other
+  std::vector<double> losses;               // entry k: before iteration k; the last one with the final controls
+  double norm = 0;                          // of the controls
+  std::string why;                          // why the search failed: what is not finite, and where; "": success
+  std::vector<std::vector<double>> states;  // for each state of the scene, at the frames after the first
 };
 
 class WindowControls {
  public:
-  /// iterations > 0: in place of the task's.
+  /// iterations > 0: overrides the task's.
   WindowControls(const TrainingScene& scene, int iterations, const BatchOptions& options);
 
-  /// So many of each run as it has frames for.
+  /// As many samples of each run as its frames allow.
   std::vector<Window> windows() const;
-  /// Frames at the end of each run that fill no window.
+  /// Frames at the end of each run that form no complete sample.
   int frames_left_over() const;
-  /// Of everything that what is found depends on.
+  /// Hash of everything that the result depends on.
   std::uint64_t key();
   std::vector<std::string> states() const;
-  /// The given windows, several at once; `take` gets them in any order, one at a time, and may say that it is enough.
-  /// False when not all were searched. @throws Error
+  /// Searches for the given samples in parallel; `take` gets results in any order, one at a time, and may end the
+  /// search. Returns false if not all samples were searched. @throws Error
   bool find(std::span<const Window> windows, const std::function<bool(FoundControls)>& take);
 
  private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of a data set on disk, beside the file that is made of all of them: what it is of, its numbers, then a
-// checksum.
+// One run of a data set in its own temporary file, next to the final file: identification, numbers, checksum.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +13,11 @@ namespace dpde::training {
 
 class DataRunFile {
  public:
-  /// FILE.RUN in the folder, FILE that of the first grid.
+  /// FILE.RUN in the folder, with FILE the name of the first grid's file.
   DataRunFile(const std::filesystem::path& folder, const DataSetMaker& maker, int run);
 
   bool save(const DataRun& data, DiagnosticSink& sink) const;
-  /// nullopt where it is not there, damaged or of another data set.
+  /// nullopt if it does not exist, is damaged or belongs to another data set.
   std::optional<DataRun> load() const;
   void remove() const;
 

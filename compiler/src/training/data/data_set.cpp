@@ -24,9 +24,8 @@ namespace dpde::training {
 
 namespace {
 
-constexpr int fewest_cells = 4;  // along an axis of the coarsest grid of an estimate
-constexpr int most_intervals =
-    16;  // of a run whose residual is looked at: that costs as much as to make them where nothing is coarsened
+constexpr int fewest_cells = 4;     // minimum along an axis of the coarsest grid of an order estimate
+constexpr int most_intervals = 16;  // for the residual of a run; without coarsening they cost as much as making the run
 
 double root_of_mean_square(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
@@ -39,7 +38,7 @@ std::vector<model::Axis> with_cells(std::vector<model::Axis> axes, int ratio) {
   return axes;
 }
 
-/// Stretched axes may agree in their ends and differ in between.
+/// Compares all faces: stretched axes may have the same ends and differ in between.
 bool are_same_places(const model::Axis& a, const model::Axis& b) {
   if (a.cells != b.cells) return false;
   for (int i = 0; i <= a.cells; ++i) {
@@ -81,7 +80,7 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   return maker;
 }
 
-/// The scene of a run, with its parameters set as --set would.
+/// The scene of a run, with its parameters set as by --set.
 DataSetMaker::Shared DataSetMaker::compile_run(int run, const std::map<std::string, std::string>& more,
                                                DiagnosticSink& sink) const {
   driver::CompileOptions compile_options;
@@ -112,7 +111,7 @@ std::unique_ptr<driver::Session> DataSetMaker::open_run(int run, const std::map<
   return session_of(compile_run(run, more, sink), options_.stop, sink);
 }
 
-/// The scene on the grids of the frames; null where it cannot be there, as with files of its own grid.
+/// The scene on the grids of the frames; null where it cannot be compiled, e.g. because of files for its own grid.
 std::vector<DataSetMaker::Shared> DataSetMaker::compile_stored(int run, const Shared& own) const {
   std::vector<Shared> all;
   for (const model::DataSet::Grid& grid : set_.grids) {
@@ -125,13 +124,13 @@ std::vector<DataSetMaker::Shared> DataSetMaker::compile_stored(int run, const Sh
   return all;
 }
 
-/// Where they are not known they stay so: a scene may be unstable on the coarser grid, whose frames are none the worse.
+/// Residuals remain unknown if the scene is unstable on the coarser grid; the frames are valid all the same.
 void DataSetMaker::add_residuals(Shared stored, GridFrames& grid) const {
   const auto count = static_cast<std::size_t>(std::ranges::count(variables_, true, &FrameVariable::is_state));
   const std::vector<std::vector<double>> states(grid.frames.begin(),
                                                 grid.frames.begin() + static_cast<std::ptrdiff_t>(count));
   grid.residuals.assign(count, {});
-  if (times_.size() < 2) return;  // no frame follows another
+  if (times_.size() < 2) return;  // no interval between frames
   DiagnosticSink silent;
   std::atomic<bool> stop = false;
   try {
@@ -144,7 +143,7 @@ void DataSetMaker::add_residuals(Shared stored, GridFrames& grid) const {
   }
 }
 
-/// A name stands for the field or shorthand, of a vector for its components.
+/// A name is a field or formula, or a vector with all its components.
 void DataSetMaker::plan_variables() {
   const model::Problem& problem = session_->problem();
   const auto is_asked_for = [&](const std::string& name) {
@@ -163,7 +162,7 @@ void DataSetMaker::plan_variables() {
   }
 }
 
-/// Of all variables, at a state of a run.
+/// Values of all variables at a state of a run.
 std::vector<std::vector<double>> DataSetMaker::values_at(driver::Session& session, double t,
                                                          const std::vector<void*>& states) const {
   std::vector<std::vector<double>> all;
@@ -215,7 +214,7 @@ std::uint64_t DataSetMaker::key() const {
   return hash_bytes(text.data(), text.size());
 }
 
-/// What varies may stand where the compiler needs its number; the file has one time axis and one grid for all runs.
+/// Varied parameters may change the compiled scene, but all runs of a file must have the same time axis and grid.
 bool DataSetMaker::is_like_first(driver::Session& session, DiagnosticSink& sink) const {
   const auto differs = [&](const std::string& what) {
     sink.report("run-failed", set_.range, {what},
@@ -238,7 +237,7 @@ bool DataSetMaker::is_like_first(driver::Session& session, DiagnosticSink& sink)
   return true;
 }
 
-/// `count` frames of a run, on all grids. False after a diagnostic, and when stopped.
+/// Computes `count` frames of a run, on all grids. Returns false after a diagnostic, and if stopped.
 bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int count, DataRun& to,
                              DiagnosticSink& sink) const {
   const std::vector<model::Axis>& axes = session.axes();
@@ -264,7 +263,7 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
   const RunResult result = rollout.run({std::gcd(first, every), keep});
   if (result.blow_up) driver::report_blow_up(session, *result.blow_up, sink);
   if (result.blow_up || result.stopped) return false;
-  // Runs are put one after the other into a file: a shorter one would shift the rest.
+  // Runs are concatenated in a file: a shorter one would shift the rest.
   for (std::size_t g = 0; g < set_.grids.size(); ++g) {
     std::size_t wanted = static_cast<std::size_t>(count);
     for (const int cells : cells(set_.grids[g])) wanted *= static_cast<std::size_t>(cells);
@@ -279,13 +278,13 @@ bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int
   return true;
 }
 
-/// What the runs of a data set share while they are made.
+/// Shared data of all threads that make runs.
 struct DataSetMaker::Making {
   const Take* take;
-  int first_failed;  // all runs before it are made, so that the message is of the same run for any number of threads
-  std::vector<Diagnostic> why = {};       // of that run
+  int first_failed;  // runs before it are completed, so that the reported run does not depend on the number of threads
+  std::vector<Diagnostic> why = {};       // diagnostics of that run
   std::vector<Diagnostic> warnings = {};  // the first of each kind
-  std::mutex mutex = {};                  // of all of this, and of compiling
+  std::mutex mutex = {};                  // protects all of this, and compiling
 };
 
 bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
@@ -306,7 +305,7 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
   return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
 }
 
-/// What goes wrong is of one run: nothing is thrown.
+/// Makes one run. Errors belong to this run; it throws nothing.
 void DataSetMaker::make_run(int run, Making& all) const {
   DiagnosticSink own;
   std::unique_ptr<driver::Session> session;
@@ -345,7 +344,7 @@ void DataSetMaker::make_run(int run, Making& all) const {
         error, own, known && session ? driver::place_of_solve(session->compiled(), known->solve_for()) : SourceRange{});
   }
   const std::lock_guard lock(all.mutex);
-  session.reset();  // what it has found out goes to the cache
+  session.reset();  // stores its tuning in the cache
   for (const Diagnostic& each : own.all()) {
     const bool is_new = std::ranges::find(all.warnings, each.kind, &Diagnostic::kind) == all.warnings.end();
     if (each.kind->severity == Severity::warning && is_new) all.warnings.push_back(each);
@@ -356,7 +355,8 @@ void DataSetMaker::make_run(int run, Making& all) const {
   }
 }
 
-/// "" where runs with twice and four times the spacing and step have a state at step `at`.
+/// Why the order cannot be estimated; "" if runs with twice and four times the spacing and step have a state at step
+/// `at`.
 std::string DataSetMaker::why_no_order(int at) const {
   const model::Problem& problem = session_->problem();
   for (const model::Axis& axis : session_->axes()) {
@@ -373,7 +373,8 @@ std::string DataSetMaker::why_no_order(int at) const {
   return "";
 }
 
-/// The variables on the coarsest of the three grids. Why there are none, else "".
+/// Runs with 2^level times the spacing and step; returns values on the coarsest of the three grids. Returns why it
+/// failed, or "".
 std::string DataSetMaker::run_for_order(int at, int level, std::vector<std::vector<double>>& values) const {
   const model::Problem& problem = session_->problem();
   const std::string which =
@@ -407,7 +408,7 @@ std::string DataSetMaker::run_for_order(int at, int level, std::vector<std::vect
 
 namespace {
 
-/// Root of the mean square of what is left of a - b without its mean.
+/// RMS of a - b after subtracting its mean.
 double deviation(const std::vector<double>& a, const std::vector<double>& b) {
   const double mean = (std::accumulate(a.begin(), a.end(), 0.0) - std::accumulate(b.begin(), b.end(), 0.0)) /
                       static_cast<double>(a.size());
@@ -416,10 +417,10 @@ double deviation(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-/// What three runs tell of an order. Two fields of the same deviation s with the correlation c differ by
-/// s*sqrt(2 - 2c) in the root of the mean square: by s or more where c is 1/2 or less. Such runs have gone ways of
-/// their own, as those of a chaotic flow do, and their differences have no order. Where most of the difference is one
-/// of the means, it is told: what varies may be small.
+/// Estimates the order from three runs. If two fields with the same deviation s have the correlation c, the RMS of
+/// their difference is s*sqrt(2 - 2c), which is s or more for c <= 1/2. Such runs are independent, as in a chaotic
+/// flow, and their differences have no order. If most of the difference is in the means, an order is reported: the
+/// variation may be small.
 OrderEstimate order_of(const std::string& name, const std::vector<std::vector<double>>& runs, double t) {
   OrderEstimate estimate{name, root_of_mean_square(runs[0], runs[1])};
   const double far = root_of_mean_square(runs[1], runs[2]), apart = deviation(runs[1], runs[2]);
@@ -444,7 +445,7 @@ OrderEstimate order_of(const std::string& name, const std::vector<std::vector<do
 }  // namespace
 
 std::vector<OrderEstimate> DataSetMaker::estimate_order() {
-  const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
+  const int at = (first_ + every_ + 3) / 4 * 4;  // a state common to all three runs
   std::string why = why_no_order(at);
   std::vector<std::vector<std::vector<double>>> runs(3);
   for (int level = 0; level < 3 && why.empty(); ++level)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes a data set: the runs of a scene with varied parameters, each on a thread, down-sampled where that is wanted.
+// Makes a data set: runs of a scene with varied parameters, one for each thread at a time, optionally down-sampled.
 #pragma once
 
 #include <atomic>
@@ -14,68 +14,68 @@
 
 namespace dpde::training {
 
-/// What frames are of: a state of the scene, or a formula of the states.
+/// A variable of frames: a state of the scene, or a formula of the states.
 struct FrameVariable {
   std::string name;
   model::Placement placement{};
   bool is_state = true;
-  bool is_kept = true;  // else it is there for what is told of the runs
+  bool is_kept = true;  // else it is only needed for statistics of the runs
 };
 
-/// One run's frames on one grid: of each variable, one after the other; of those that are not kept none in the end.
+/// Frames of one run on one grid: for each variable, frame after frame; finally empty for variables that are not kept.
 struct GridFrames {
   std::vector<std::vector<double>> frames;
-  std::vector<analysis::Residual> residuals;  // of the states
+  std::vector<analysis::Residual> residuals;  // for each state
 };
 struct DataRun {
   std::vector<double> params;                  // in the order of DataSet::vary
   std::vector<GridFrames> grids;               // in the order of DataSet::grids
-  std::vector<analysis::Integrals> integrals;  // of the variables, on the scene's own grid
+  std::vector<analysis::Integrals> integrals;  // for each variable, on the scene's own grid
   double cpu_seconds = 0;                      // for the frames
 };
 
-/// How far a run is from finer ones: from runs on grids of the scene's, twice and four times its spacing and step.
+/// Error estimate of a run by Richardson extrapolation, from runs with twice and four times the scene's spacing and
+/// step.
 struct OrderEstimate {
   std::string variable;
-  double difference = 0;     // root of the mean square of the difference to the run with twice the spacing, about the
-                             // first frame behind the start
-  double order = 0;          // log2 of how much larger the next difference is
-  std::string why_not = {};  // the numbers mean nothing; "" where they do
+  double difference = 0;     // RMS difference from the run with twice the spacing, near the first frame after the start
+  double order = 0;          // log2 of the ratio of successive differences
+  std::string why_not = {};  // reason why the numbers are meaningless; "" if they are valid
   bool is_known() const { return why_not.empty(); }
-  double error() const;  // of the run itself, were it of that order
+  double error() const;  // error of the run itself, for that order
 };
 
 struct DataSetOptions {
-  model::Selection selection;  // settings of the command line
+  model::Selection selection;  // settings from the command line
   std::optional<driver::Backend> backend;
   std::shared_ptr<codegen::CodeCache> cache;
   int threads = 1;
   const std::atomic<bool>* stop = nullptr;
-  std::function<bool(driver::Session&, DiagnosticSink&)> judge = {};  // of each run; unset: all are made
+  std::function<bool(driver::Session&, DiagnosticSink&)> judge = {};  // for each run; unset: all are made
 };
 
 class DataSetMaker {
  public:
-  /// null when `sink` has errors afterwards.
+  /// Returns null if `sink` has errors afterwards.
   static std::unique_ptr<DataSetMaker> open(const SourceFile& source, model::DataSet set, const DataSetOptions& options,
                                             DiagnosticSink& sink);
 
   const model::DataSet& set() const { return set_; }
-  /// The scene as it is without variation, for names, grid and text.
+  /// The scene without variation, for names, grid and text.
   driver::Session& session() { return *session_; }
   const std::vector<double>& times() const { return times_; }
-  /// The states in the order of the rollout, behind them formulas.
+  /// The states in the order of the rollout, followed by formulas.
   const std::vector<FrameVariable>& variables() const { return variables_; }
-  /// Of the frames: the scene's axes, coarsened.
+  /// Cells of the frames: those of the scene, coarsened.
   std::vector<int> cells(const model::DataSet::Grid& grid) const;
-  /// Stands for everything that the runs depend on.
+  /// Hash of everything that the runs depend on.
   std::uint64_t key() const;
 
-  /// The runs that `is_done` does not know; `take` gets them in any order, one at a time. False after a diagnostic, and
-  /// when stopped.
+  /// Makes the runs for which `is_done` is false; `take` gets them in any order, one at a time. Returns false after a
+  /// diagnostic, and if stopped.
   using Take = std::function<void(int run, const DataRun& data)>;
   bool make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink);
-  /// Of the first run, for each variable that is kept.
+  /// For the first run and each kept variable.
   std::vector<OrderEstimate> estimate_order();
 
  private:
@@ -106,8 +106,8 @@ class DataSetMaker {
   std::unique_ptr<driver::Session> session_;
   std::vector<double> times_;
   std::vector<FrameVariable> variables_;
-  int first_ = 0, every_ = 1;  // steps of the frames
-  std::uint64_t files_ = 0;    // hash of what the scene takes from files
+  int first_ = 0, every_ = 1;  // steps of the first frame and between frames
+  std::uint64_t files_ = 0;    // hash of the files that the scene reads
 };
 
 }  // namespace dpde::training

@@ -23,7 +23,7 @@ std::vector<model::Axis> axes_of(const DataFile& file) {
   return axes;
 }
 
-/// The block as it stands in the file.
+/// Source text of the block.
 std::string block_text(const SourceFile& source, const std::string& name) {
   DiagnosticSink silent;
   ast::File file = ast::parse(source, silent);
@@ -34,7 +34,7 @@ std::string block_text(const SourceFile& source, const std::string& name) {
   return print(file);
 }
 
-/// The integral of a variable at each frame, and how far it drifts in each run.
+/// Adds a variable's integral at each frame, and its drift in each run.
 void add_integrals(NetcdfContent& content, const std::string& name, std::size_t v, const std::string& time,
                    const std::vector<DataRun>& runs, NetcdfNames& names) {
   NetcdfVariable integral{
@@ -56,7 +56,7 @@ void add_integrals(NetcdfContent& content, const std::string& name, std::size_t 
   content.variables.insert(content.variables.end(), {std::move(integral), std::move(drift), std::move(relative)});
 }
 
-/// How well the frames satisfy the scene, in each run; nothing where that is not known.
+/// Adds the residuals of the frames in each run, if they are known.
 void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s, const DataFile& file,
                    NetcdfNames& names) {
   const auto is_unknown = [&](const DataRun& run) { return std::isnan(file.of(run).residuals[s].rate); };
@@ -84,7 +84,7 @@ NetcdfAttributes attributes_of(const OrderEstimate& estimate) {
           {files::attribute_of_error, estimate.error()}};
 }
 
-/// The frames of a field or formula, and what is known of them.
+/// Adds the frames of a field or formula, with error information.
 void add_variable(NetcdfContent& content, const DataFile& file, std::size_t v, const AxisNames& axes,
                   const std::string& time, const std::vector<OrderEstimate>& estimates, NetcdfNames& names) {
   const model::Problem& problem = file.maker.session().problem();

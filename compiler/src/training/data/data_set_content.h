@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A data set as NetCDF: the frames of its runs, what is known of their errors, and all that it takes to make it again.
+// A data set as NetCDF: frames of its runs, error estimates, and all information needed to reproduce it.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace dpde::training {
 
-/// One file of a data set: the frames of its runs on one grid.
+/// One file of a data set, with the frames of its runs on one grid.
 struct DataFile {
   DataSetMaker& maker;
   const std::vector<DataRun>& runs;
@@ -21,7 +21,7 @@ struct DataFile {
   const GridFrames& of(const DataRun& run) const { return run.grids[number]; }
 };
 
-/// Of the block in the text `source`, by the command `origin`.
+/// Content for the block in the text `source`, made by the command `origin`.
 NetcdfContent content_of(const DataFile& file, const std::vector<OrderEstimate>& estimates, const SourceFile& source,
                          const driver::RunOrigin& origin);
 

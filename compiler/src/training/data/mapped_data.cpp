@@ -15,7 +15,7 @@ namespace dpde::training {
 
 namespace {
 
-/// What the formula for a field is called while it is evaluated: the task's scene may have a field of that name.
+/// Temporary name of a field's formula, since the task's scene may have a field of that name.
 std::string shown_name(const std::string& field) { return field + "_beside"; }
 
 std::string shown_name_of_state(const ast::NamedFormula& of, const std::string& state) {
@@ -30,7 +30,7 @@ class MappedData {
 
   std::optional<files::Trajectories> load(const std::string& file) {
     if (!open() || !has_components()) return std::nullopt;
-    model::Problem both = session_->problem();  // parameters of either may differ from run to run
+    model::Problem both = session_->problem();  // parameters of either scene may differ between runs
     for (const model::Parameter& param : there_.params) {
       if (both.find_param(param.name) == nullptr) both.params.push_back(param);
     }
@@ -47,7 +47,7 @@ class MappedData {
     return false;
   }
 
-  /// The task's own scene on the grid of the other one, with the formulas.
+  /// Opens the task's own scene on the grid of the other one, with the formulas.
   bool open() {
     driver::CompileOptions options = options_beside(own_, own_.problem->scene);
     options.selection.overrides = own_.options.selection.overrides;
@@ -57,7 +57,7 @@ class MappedData {
       options.selection.overrides["cells." + axis.name] = fmt::format("{}", axis.cells);
     options.selection.shown = map_;
     for (ast::NamedFormula& each : options.selection.shown) each.name.name = shown_name(each.name.name);
-    if (!options.backend) options.backend = driver::Backend::jit;  // the interpreter solves by dense matrices
+    if (!options.backend) options.backend = driver::Backend::jit;  // the interpreter would solve by dense matrices
     options.runs = driver::any_number_of_runs;
     DiagnosticSink within;
     std::optional<driver::Compiled> compiled = driver::compile(source_, options, within);
@@ -72,7 +72,7 @@ class MappedData {
     return session_ != nullptr;
   }
 
-  /// A vector is made of a vector.
+  /// Checks that vectors are computed from vectors.
   bool has_components() {
     for (const ast::NamedFormula& each : map_) {
       for (const model::State* state : model::states_called(there_, each.name.name)) {
@@ -102,7 +102,7 @@ class MappedData {
     return own.size() == there_.axes.size() || fail(on, fmt::format("scene {} has other axes", there_.scene));
   }
 
-  /// A field that the file has not would be what the scene begins with.
+  /// Checks that the file has all fields of the formulas; otherwise the scene's initial values would be used.
   bool has_fields(const files::Trajectories& on) {
     const stencil::Program* program = session_->compiled().stencil.find_program(session_->compiled().names.shown);
     const dpde_program& table = *session_->compiled().program(session_->compiled().names.shown);
@@ -127,7 +127,7 @@ class MappedData {
     return std::ranges::any_of(map_, is_of) ? &state : nullptr;
   }
 
-  /// Without frames; every = 0 after a diagnostic.
+  /// Trajectories without frames; every = 0 after a diagnostic.
   files::Trajectories begin(const files::Trajectories& from) {
     files::Trajectories to = from;
     to.states.clear();
@@ -219,7 +219,7 @@ class MappedData {
   std::unique_ptr<driver::Session> session_;
 };
 
-/// What the file holds, and where that is nothing of a scene of other states, how these could be made.
+/// The trajectories in the file. If the file has no states of the scene, reports how they could be computed.
 std::optional<files::Trajectories> load_as_it_is(const driver::Compiled& own, const model::Problem& scene,
                                                  const std::string& file, const SourceFile& source, SourceRange where,
                                                  DiagnosticSink& sink) {

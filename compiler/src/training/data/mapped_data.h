@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data of a task as a scene of other states has them: its states are made of those that the file has, by formulas of
-// the task's own scene on the grid of the file.
+// Data of a task for a scene with other states. These are computed from the states in the file, by formulas of the
+// task's own scene on the grid of the file.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace dpde::training {
 
-/// Of a scene beside the task's tests: what the file holds, or what is made of it where the tests say how. Messages are
-/// about `where`, or where the formula stands.
+/// For a scene compared in the task's tests: the content of the file, mapped as the tests specify. Messages refer to
+/// `where`, or to the formula.
 std::optional<files::Trajectories> load_beside(const driver::Compiled& own, const model::Problem& scene,
                                                const std::string& file, const SourceFile& source, SourceRange where,
                                                DiagnosticSink& sink);

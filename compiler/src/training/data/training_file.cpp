@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a training: "dpdetrn5", what it is of, where it began, everything it goes on from, then a checksum of
-// all before it.
+// Checkpoint files of a training: "dpdetrn5", identification, start, state to continue from, then a checksum of all
+// before it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -55,7 +55,7 @@ void write(ByteWriter& out, const TrainingState& state) {
   out.values(epochs);
 }
 
-/// False when what is there is none of so many unknowns.
+/// Returns false if the data do not fit `size` unknowns.
 bool read(ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eigen::Index size) {
   const std::int64_t pairs = in.number();
   const std::vector<double> loss = in.values();
@@ -76,7 +76,7 @@ bool read(ByteReader& in, LbfgsState& state, Eigen::VectorXd& scale, Eigen::Inde
          (state.x.size() == size || (state.x.size() == 0 && pairs == 0));
 }
 
-/// False when what is there is no state of so many unknowns.
+/// Returns false if the data do not fit `size` unknowns.
 bool read(ByteReader& in, TrainingState& state, Eigen::Index size) {
   state.updates.made = in.number();
   state.epoch = static_cast<int>(in.number());
@@ -114,7 +114,7 @@ std::string newton_text(const model::Optimiser& optimiser) {
   return optimiser.gauss_newton ? "newton_cg of squares" : "newton_cg";
 }
 
-/// What people write, not a hash or a long list.
+/// Whether the value is short and readable, not a hash or a long list.
 bool is_for_eyes(std::string_view name) { return std::ranges::find(names_of_options, name) != names_of_options.end(); }
 
 }  // namespace
@@ -125,7 +125,7 @@ std::string names_and_sizes(const std::vector<UnknownPart>& parts) {
   return text;
 }
 
-/// More epochs may be wanted later, unless they change what the first ones are.
+/// The number of epochs is not part of it, as more may be wanted later, unless it affects the first ones.
 driver::RunIdentity Trainer::identity() const {
   const model::Training& training = scene_.training();
   const std::string text = print(scene_.compiled->stencil);

@@ -16,14 +16,14 @@ namespace {
 
 Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-/// What its frames are called in the scene's trajectories.
+/// Name of the datum's frames in the scene's trajectories.
 const std::string& name_of(const TrainingScene& scene, const dpde_datum& datum) {
   return scene.trajectories.name_of(*std::ranges::find(scene.task().data, datum.name, &model::Datum::name));
 }
 
 }  // namespace
 
-/// The scene's table with another number of steps: everything else in it holds for runs of any length.
+/// Uses the scene's table with another number of steps; all other entries hold for any length.
 WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
     : from_(scene), steps_(steps), scene_(scene.table->scene()), is_timed_(options.is_timed) {
   const int every = scene.trajectories.looks;
@@ -34,7 +34,7 @@ WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_
     const bool is_last = scene.task().losses[i].when.is_last;
     if (losses_[i].of_averages != 0) continue;
     losses_[i].at = is_last ? dpde_instants{1, &steps_} : dpde_instants{count, at_.data()};
-    if (!is_last) losses_[i].weight = static_cast<double>(scene.steps()) / count;  // of the states it is written for
+    if (!is_last) losses_[i].weight = static_cast<double>(scene.steps()) / count;  // scaled to the task's states
   }
   data_.assign(scene_.data, scene_.data + scene_.datum_count);
   for (dpde_datum& datum : data_) {
@@ -110,7 +110,7 @@ void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> w
 
 namespace {
 
-/// A run that blows up, or finds no solution, has no loss; the training names the window.
+/// NaN for a run that blows up or has no solution; the training reports the sample.
 double finite_or_nan(const std::function<double()>& loss) {
   try {
     return loss();
@@ -123,7 +123,7 @@ double finite_or_nan(const std::function<double()>& loss) {
 
 }  // namespace
 
-/// Many windows go some at a time, so that not all their vectors are there at once.
+/// Processes many samples in chunks, to limit the memory of their vectors.
 WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows,
                                           const StartNoise& noise, const Question& question, Eigen::VectorXd* sum) {
   constexpr std::size_t at_once = 64;
@@ -202,7 +202,7 @@ WindowBatches::Reason WindowBatches::why_not_finite(const Eigen::VectorXd& x, co
     if (error.facts().what == UnsolvedFacts::What::jump) return {"", error};
     return {error.what()};
   } catch (const NotFinite&) {
-    return {};  // of a loss or a gradient of states that are finite
+    return {};  // the states are finite, the loss or its gradient is not
   } catch (const Error& error) {
     return {error.what()};
   }

@@ -15,14 +15,14 @@ namespace {
 
 bool is_stopped(const TestRun& run) { return run.options.stop != nullptr && run.options.stop->load(); }
 
-/// Of each trial and of the start; equal values are run once.
+/// Runs the tests for each trial and for the start; equal values are run once.
 template <class Result, class Run>
 void run_all(const TestedValues& values, Result& results, const Run& run) {
   for (const UnknownValues& trial : values.trials) results.trials.push_back(run(trial));
   results.start = values.trials[values.best] == values.start ? results.trials[values.best] : run(values.start);
 }
 
-/// Behind the scenes named: plain methods that suit their equations, and cheaper versions of the best of these.
+/// Adds plain methods suited to the equations after the named scenes, and cheaper versions of the best ones.
 void add_all_methods(const TestRun& run, const UnknownValues& found, AllTests& all, DiagnosticSink& sink) {
   std::vector<std::vector<TrajectoryTest>>& beside = all.tests.beside;
   PlainMethods more = plain_methods(run.scenes, beside, run.options.stop);

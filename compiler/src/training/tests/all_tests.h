@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All tests of a task that learns, with given values of what it learns.
+// All tests of a learning task, with given values of the unknowns.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace dpde::training {
 
-/// What tests are run with: the values of each trial, and those that the best one began with.
+/// Values to test: those of each trial, and the start of the best trial.
 struct TestedValues {
   std::size_t best = 0;
   std::vector<UnknownValues> trials = {};
@@ -20,23 +20,23 @@ struct TestedValues {
   Investment spent = {};
 };
 struct TestRun {
-  TestScenes& scenes;  // the plain methods are added to it
+  TestScenes& scenes;  // plain methods are added to it
   BatchOptions options;
-  bool only_named = false;          // tests have no plain methods beside them but those of the task
-  std::optional<CostTiming> chart;  // beside all plain methods, timed so, as a chart
-  bool knows_training = true;       // scenes.own is of the data that were learnt from
+  bool only_named = false;          // tests are compared only with the plain methods that the task names
+  std::optional<CostTiming> chart;  // if set: makes a chart with all plain methods and these timings
+  bool knows_training = true;       // scenes.own has the training data
 };
 struct AllTests {
   TestResults tests;
   GrowthResults growths;
-  bool has_plain_methods = false;     // beside those that are named
-  std::vector<std::string> left_out;  // of these
+  bool has_plain_methods = false;     // in addition to the named ones
+  std::vector<std::string> left_out;  // plain methods that were left out
 };
-/// nullopt where it is stopped.
+/// Returns nullopt if it was stopped.
 std::optional<AllTests> run_tests(const TestRun& run, const TestedValues& values, DiagnosticSink& sink);
 
-/// Where no run of a test gives a number, as all of them blow up, there is nothing to judge. Of what lasts for a while,
-/// as a correlation does, that is a number.
+/// Reports tests without a finite result in any run, as when all blow up. A duration, as of a correlation, is always
+/// finite.
 void report_nothing_finite(const TestScenes& scenes, const std::vector<TrajectoryTest>& tests, DiagnosticSink& sink);
 
 }  // namespace dpde::training

@@ -13,7 +13,7 @@ namespace dpde::training {
 
 namespace {
 
-/// Frames at the same times as those of the test's own file, as far as it goes.
+/// Checks that the file has frames at the times of the test's own file, up to the end of the test.
 bool has_frames(const model::Test& test, const model::Test::Baseline& beside, const TrainingScene& scene,
                 const files::Trajectories& on, double own_step, DiagnosticSink& sink) {
   const double step = scene.compiled->problem->step, interval = on.every * step, end = test.when.count * own_step;
@@ -69,7 +69,7 @@ std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const
 
 std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Baseline& beside,
                                                        const SourceFile& source, DiagnosticSink& sink) {
-  DiagnosticSink within;  // the same lines are right in the task's own scene
+  DiagnosticSink within;  // the same lines are valid in the task's own scene
   driver::CompileOptions options = options_beside(own, beside.scene);
   for (const auto& [key, value] : beside.method) options.selection.overrides[key] = value;
   std::optional<driver::Compiled> made = driver::compile(source, options, within);

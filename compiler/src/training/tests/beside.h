@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that the tests of a task name beside its own: compiled with the task's data and these tests, and with the
-// files they begin from. Plain schemes that a network is measured by; or the scene with the network on another grid.
+// Scenes with which the tests of a task compare its own: compiled with the task's data and these tests, and with their
+// initial files. They are plain schemes as baseline for a network, or the scene with the network on another grid.
 #pragma once
 
 #include <map>
@@ -17,8 +17,8 @@ std::string title_of(const model::Test::Baseline& beside);
 
 class BesideScenes {
  public:
-  /// null when `sink` has errors afterwards. Settings of --set that are values of parameters, or of precision, are for
-  /// all scenes, others for the task's own alone.
+  /// Returns null if `sink` has errors afterwards. --set settings of parameters and precision apply to all scenes,
+  /// others only to the task's own.
   static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const std::vector<model::Test>& tests,
                                             const SourceFile& source, DiagnosticSink& sink);
 
@@ -26,7 +26,7 @@ class BesideScenes {
     return *scenes_.at({title_of(beside), beside.on});
   }
 
-  /// False after errors.
+  /// Returns false after errors.
   bool add(const model::Test& test, const model::Test::Baseline& beside, const SourceFile& source,
            DiagnosticSink& sink);
 
@@ -34,7 +34,7 @@ class BesideScenes {
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
   std::shared_ptr<const driver::Compiled> compiled(const model::Test::Baseline& beside, const SourceFile& source,
                                                    DiagnosticSink& sink);
-  /// Methods of one scene share the frames of its file.
+  /// Frames of the file; shared by all methods of one scene.
   std::optional<files::Trajectories> loaded(const model::Test::Baseline& beside, const model::Problem& scene,
                                             const SourceFile& source, DiagnosticSink& sink);
 
@@ -44,14 +44,14 @@ class BesideScenes {
   std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by title and file
 };
 
-/// Mistakes are reported where the test names the scene; null then.
+/// Errors are reported where the test names the scene; then returns null.
 std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Baseline& beside,
                                                        const SourceFile& source, DiagnosticSink& sink);
-/// Of a task: whether all scenes that its tests name compile, and the files they begin from fit their grids.
+/// Checks that all scenes named by the task's tests compile, and that their initial files fit their grids.
 void check_beside(const driver::Compiled& own, const SourceFile& source, DiagnosticSink& sink);
 
-/// The options to compile `scene` with in place of the task's own: without settings that it does not know or that are
-/// not its to take.
+/// Options to compile `scene` instead of the task's own: without settings that it does not know or that apply only to
+/// the task's scene.
 driver::CompileOptions options_beside(const driver::Compiled& own, const std::string& scene);
 
 }  // namespace dpde::training

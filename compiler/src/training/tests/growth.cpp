@@ -15,10 +15,9 @@ namespace dpde::training {
 
 namespace {
 
-constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent; of each run another one, so that
-                                                            // the spread over runs shows whether the rate has settled
+constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // differs by run: the spread shows convergence
 
-/// One thread's states and their tangent.
+/// States and their tangent in one thread.
 class Tangent {
  public:
   Tangent(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled, const files::Trajectories& on,
@@ -91,7 +90,7 @@ class Tangent {
     }
   }
 
-  /// Of the rates, in the mean over the cells: 1 afterwards. What it was before.
+  /// Scales the tangent to RMS 1; returns the RMS before.
   double scale_back() {
     double squares = 0;
     for (const int s : rates_) {
@@ -140,7 +139,7 @@ std::vector<double> GrowthScene::rates(const files::Trajectories& on, int steps,
                                        const BatchOptions& options) const {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::vector<double> rates(on.runs.size(), std::nan(""));
-  if (compiled_->problem->step_control) return rates;  // its steps have parts, which a tangent alone does not choose
+  if (compiled_->problem->step_control) return rates;  // steps with substeps: a tangent alone cannot choose them
   std::deque<Tangent> tangents;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
     tangents.emplace_back(source_, compiled_, on, steps, values, options);

@@ -19,7 +19,7 @@ namespace dpde::training {
 
 namespace {
 
-constexpr double alike = 1e-9;  // steps that are the same but for rounding
+constexpr double alike = 1e-9;  // relative difference of steps that are equal except for rounding
 
 struct Known {
   std::string on;
@@ -31,7 +31,7 @@ struct Known {
   }
 };
 
-/// The name of a block is none of its method.
+/// The scheme without its block's name, for comparison.
 Known known_as(const std::string& on, model::Scheme scheme, double step) {
   scheme.name.clear();
   return {on, std::move(scheme), step};
@@ -80,7 +80,7 @@ class Finder {
     return there->second;
   }
 
-  /// The methods with their steps; what has none is left out.
+  /// The methods with their steps; omits methods without a stable step.
   std::vector<chart::Entry> with_steps(const model::Test::Baseline& beside, const model::Problem& problem) {
     chart::PointOptions options;
     options.compile = options_beside(*scenes_.own.compiled, beside.scene);
@@ -137,7 +137,7 @@ void add_plain_methods(TestScenes& scenes, PlainMethods& methods, const UnknownV
 
 namespace {
 
-/// Of a method: settings that make it another one which is cheaper.
+/// Settings that make a method cheaper.
 std::vector<std::map<std::string, std::string>> cheaper_settings(const model::Problem& problem) {
   std::vector<std::map<std::string, std::string>> all;
   const bool is_double = problem.scheme.real == Precision::f64;
@@ -150,7 +150,7 @@ std::vector<std::map<std::string, std::string>> cheaper_settings(const model::Pr
   return all;
 }
 
-/// Indices of the plain scenes that are the best for their time.
+/// Indices of the plain scenes on the Pareto front of cost and error.
 std::vector<std::size_t> front_of(const std::vector<TrajectoryTest>& beside, const std::vector<TestCost>& costs) {
   std::vector<analysis::CostAndError> plain;
   for (std::size_t s = 0; s < beside.size(); ++s) {
@@ -178,7 +178,7 @@ void add_cheaper_versions(TestScenes& scenes, const std::vector<std::vector<Test
         if (!scenes.add(i, cheaper, silent)) continue;
         beside[i].push_back(test_beside(scenes, i, cheaper, values, options));
         if (beside[i].back().runs != beside[i][s].runs) continue;
-        beside[i].pop_back();  // solves that no tolerance concerns
+        beside[i].pop_back();  // the tolerance had no effect on its solves
         scenes.tests[i].beside.pop_back();
       }
     }

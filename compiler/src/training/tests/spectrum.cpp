@@ -21,7 +21,7 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Cell i of an axis holds mode i, those beyond the half are negative.
+/// Mode of index i: cells beyond the half are negative modes.
 double mode(std::size_t i, std::size_t cells) {
   return i <= cells / 2 ? static_cast<double>(i) : static_cast<double>(i) - static_cast<double>(cells);
 }
@@ -30,14 +30,14 @@ double mode(std::size_t i, std::size_t cells) {
 
 struct Spectrum::Impl {
   std::array<std::size_t, 3> cells{1, 1, 1};
-  std::array<double, 3> waves{0, 0, 0};  // of one mode along each axis, in units
+  std::array<double, 3> waves{0, 0, 0};  // wave number of one mode along each axis, in units
   double unit = 2 * std::numbers::pi;
-  std::vector<std::size_t> shells;  // of each mode
+  std::vector<std::size_t> shells;  // for each mode
   std::size_t count = 1, last_resolved = 0;
   Eigen::FFT<double> fft;
   std::vector<Complex> modes;
 
-  /// Along one axis, line by line.
+  /// Fourier transform along one axis, line by line.
   void transform(std::size_t axis) {
     const std::size_t n = cells[axis];
     if (n == 1) return;
@@ -106,7 +106,7 @@ double distance(const std::vector<double>& energies, const std::vector<double>& 
   return sum / count;
 }
 
-/// Of a whole of 1 spread over the modes, rounding to a relative 2^-53 leaves about its square; eight times that in
+/// Rounding to a relative 2^-53 leaves about its square in a mode, for a total energy of 1; here eight times that in
 /// magnitude.
 double noise_of(Precision real) {
   const double rounding =

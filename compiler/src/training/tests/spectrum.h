@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy of fields by wave number, on grids whose axes are all periodic and uniform: over shells of whole wave numbers,
-// in all directions alike.
+// Energy spectrum of fields by wave number, on grids with periodic, uniform axes: sums over shells of integer wave
+// numbers.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace dpde::training {
 
-/// Modes exp(i k.x) of a grid by shells: shell s holds those with s - 1/2 <= |k|/unit < s + 1/2, the unit being one
-/// wave along the longest axis. Axes of one cell have one mode. Not for several threads at once.
+/// Modes exp(i k.x) of a grid in shells: shell s has the modes with s - 1/2 <= |k|/unit < s + 1/2, where the unit is
+/// one wave along the longest axis. Axes of one cell have one mode. Not thread-safe.
 class Spectrum {
  public:
   explicit Spectrum(const std::vector<model::Axis>& axes);
@@ -19,9 +19,9 @@ class Spectrum {
   Spectrum(Spectrum&&) noexcept;
 
   std::size_t shell_count() const;
-  /// Shells 0 to this one lie wholly below half a wave a cell along every axis.
+  /// Shells 0 to this one are completely below the Nyquist wave number of every axis.
   std::size_t last_resolved() const;
-  /// The wave number of shell 1.
+  /// Wave number of shell 1.
   double unit() const;
   /// Adds the energy of each shell to `energies`; the sum over all of them is mean(values^2)/2 (Parseval).
   void add(const std::vector<double>& values, std::vector<double>& energies);
@@ -31,24 +31,23 @@ class Spectrum {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Mean over shells `first` to `last` of |log10(energy/of_data)|. Shells in which the data have no more than `noise` of
-/// their whole energy do not count, and energies below that count as that. Infinite where an energy is not finite; not
-/// a number without any shell.
+/// Mean over shells `first` to `last` of |log10(energy/of_data)|. Omits shells in which the data have at most `noise`
+/// of their total energy; smaller energies count as that. Infinite if an energy is not finite; NaN without any shell.
 double distance(const std::vector<double>& energies, const std::vector<double>& of_data, std::size_t first,
                 std::size_t last, double noise);
 
-/// Energy that rounding of values alone may leave in a shell, in parts of the whole.
+/// Energy in a shell due to rounding of values, relative to the total.
 double noise_of(Precision real);
 
-/// Of fields with one or several components: sum of a.b over the norms, each component without its mean. NaN where the
-/// data do not vary, 0 where only `own` does not, and of what is not finite.
+/// Correlation of fields with one or several components: sum of a.b over the norms, each component without its mean.
+/// NaN if the data are constant; 0 if only `own` is constant, and for values that are not finite.
 using Components = std::vector<std::vector<double>>;
 double correlation(const Components& own, const Components& data);
 
-/// The time at which a course that begins with 1 at time 0 first falls below `threshold`, linear between its values;
-/// its last time where it never does, `reached` then false.
+/// First time at which a series, which is 1 at time 0, falls below `threshold`, with linear interpolation. If it never
+/// does: its last time, with `reached` false.
 struct Crossing {
-  double time = 0;  // NaN where the course is
+  double time = 0;  // NaN if the series has a NaN
   bool reached = false;
 };
 Crossing first_below(const std::vector<double>& times, const std::vector<double>& course, double threshold);

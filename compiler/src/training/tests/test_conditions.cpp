@@ -26,7 +26,7 @@ std::vector<std::string> shared_states(const Trajectories& a, const Trajectories
   return shared;
 }
 
-/// By the parameters that both files tell: runs that begin at rest alike are not one run.
+/// Compares the parameters that both files have: runs that start from the same state of rest may still differ.
 bool has_same_params(const Trajectories& learnt, int r, const Trajectories& on, int run) {
   for (std::size_t p = 0; p < on.params.size(); ++p) {
     const auto known = std::ranges::find(learnt.params, on.params[p]);
@@ -51,7 +51,7 @@ bool is_frame_of(const Trajectories& learnt, const Trajectories& on, int run, co
   return false;
 }
 
-/// Keeps what lies outside of the range of `all`; rounding of the file's numbers is none.
+/// Adds values outside the range of `all`, except for rounding of numbers in files.
 void add_outside(const std::string& what, const std::vector<double>& all, const std::vector<double>& of_runs,
                  TestConditions& conditions) {
   constexpr double rounding = 1e-6;
@@ -64,7 +64,7 @@ void add_outside(const std::string& what, const std::vector<double>& all, const 
   if (!found.runs.empty()) conditions.outside.push_back(std::move(found));
 }
 
-/// By run, of the parameter of this name.
+/// Values of a parameter for each run.
 std::vector<double> values_of(const Trajectories& on, const std::string& param) {
   const auto at = static_cast<std::size_t>(std::ranges::find(on.params, param) - on.params.begin());
   std::vector<double> values;
@@ -72,7 +72,7 @@ std::vector<double> values_of(const Trajectories& on, const std::string& param) 
   return values;
 }
 
-/// Of parameters that have a range, and of the first states.
+/// Compares parameters that have a range, and the first states.
 void compare_runs(const Trajectories& learnt, const Trajectories& on, TestConditions& conditions) {
   const std::vector<std::string> states = shared_states(on, learnt);
   const int runs = static_cast<int>(on.runs.size());

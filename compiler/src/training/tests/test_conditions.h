@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader has to know of a test on trajectories beside its figure: whether it asks for what was learnt from, how
-// far its runs lie outside of that, and how good its data are.
+// Information needed to judge a test on trajectories: whether it uses training data, how far its runs are outside of
+// their range, and the accuracy of its data.
 #pragma once
 
 #include <map>
@@ -12,21 +12,21 @@
 namespace dpde::training {
 
 struct TestConditions {
-  bool knows_training = false;  // the data that were learnt from are there
+  bool knows_training = false;  // the training data are available
   bool is_training_file = false;
-  std::vector<int> known_runs;  // of the test, whose first frame is one of a run of the training with its parameters
-  /// A parameter of runs, or "rms of u": the root of the mean square of a state in the first frames.
+  std::vector<int> known_runs;  // runs of the test that have the first frame and parameters of a training run
+  /// A parameter of runs, or "rms of u": RMS of a state in the first frames.
   struct Outside {
     std::string what;
-    double low = 0, high = 0;         // of all runs of the training; of a state of all its frames
-    std::map<int, double> runs = {};  // of the test, that lie outside
+    double low = 0, high = 0;         // over all training runs; for a state over all their frames
+    std::map<int, double> runs = {};  // runs of the test outside the range
   };
   std::vector<Outside> outside;
-  std::map<std::string, files::Trajectories::OwnError> own_errors;  // of the data that the test reads, by variable
-  int steps_of_windows = 0, steps = 0;                              // of the training's loss, and of the test
+  std::map<std::string, files::Trajectories::OwnError> own_errors;  // errors of the test's data, by variable
+  int steps_of_windows = 0, steps = 0;                              // lengths of the training samples and of the test
 };
 
-/// Of tests on `on`, but for their steps; the training is on `learnt`, null: that is not there.
+/// Conditions of tests on `on`, except their steps. `learnt`: training data, or null if not available.
 TestConditions conditions_of(const files::Trajectories* learnt, const files::Trajectories& on);
 
 }  // namespace dpde::training

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of a task that learns have given: of each trial, of the start, and of the scenes beside.
+// Test results of a learning task: for each trial, for the start, and for the scenes compared.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace dpde::training {
 
-/// Seconds that processors worked; not a number where that is not known.
+/// CPU seconds; NaN if unknown.
 struct Investment {
   double data_s = std::numeric_limits<double>::quiet_NaN(), training_s = std::numeric_limits<double>::quiet_NaN();
-  int trials = 1;  // each of which took training_s in the mean
+  int trials = 1;  // training_s is the mean over these
 };
-/// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
+/// Tests of each trial's best values, of the best trial's start, and of the scenes compared.
 struct TestResults {
   std::size_t best = 0;
   std::vector<std::vector<TrajectoryTest>> trials = {};
@@ -25,7 +25,7 @@ struct TestResults {
   std::vector<std::vector<TestCost>> costs = {};
   std::vector<TestConditions> conditions = {};
   Investment spent = {};
-  bool is_chart = false;  // of many plain methods: without their courses over time
+  bool is_chart = false;  // with many plain methods, without their time series
 };
 struct GrowthResults {
   std::size_t best = 0;

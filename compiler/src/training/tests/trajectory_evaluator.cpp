@@ -63,7 +63,7 @@ void TrajectoryEvaluator::begin(int run) {
 
 namespace {
 
-/// Where the looks go: energies are added up, other values stand one behind the other.
+/// Buffer for results: energies are summed, other values appended.
 std::vector<double> room_for(const model::Test& test, const Spectrum& spectrum) {
   return std::vector<double>(test.kind == model::Test::Kind::spectrum ? spectrum.shell_count() : 0);
 }
@@ -112,7 +112,7 @@ std::vector<double> TrajectoryEvaluator::look_at_data(const model::Test& test, i
 }
 
 bool TrajectoryEvaluator::makes_data(int run) {
-  const double rounding = scene_.compiled->real() == Precision::f32 ? 1e-5 : 1e-13;  // of a few steps, relative
+  const double rounding = scene_.compiled->real() == Precision::f32 ? 1e-5 : 1e-13;  // relative rounding of a few steps
   begin(run);
   return go_on(on_.every) && std::ranges::all_of(on_.states, [&](const std::string& state) {
            const std::vector<double> found = simulation_->state(state);
@@ -130,7 +130,7 @@ double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
   const int steps = frames_of(test) * looks_of(test, on_);
   double seconds = 0, time = 0;
   begin(0);
-  if (!go_on(std::min(steps, 4))) return std::nan("");  // memory and caches are there afterwards
+  if (!go_on(std::min(steps, 4))) return std::nan("");  // warm-up of memory and caches
   do {
     begin(0);
     const double from = simulation_->time();
@@ -142,7 +142,7 @@ double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
   return seconds / time;
 }
 
-/// Parameters, weights, and coefficients by their formulas or as they were found.
+/// Sets parameters, weights, and coefficients (by formulas or learnt values).
 void TrajectoryEvaluator::take_values(int run) {
   for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
   for (std::size_t p = 0; p < on_.params.size(); ++p)
@@ -159,7 +159,7 @@ void TrajectoryEvaluator::take_values(int run) {
   }
 }
 
-/// False from where the run has blown up.
+/// Returns false once the run has blown up.
 bool TrajectoryEvaluator::go_on(int steps) {
   try {
     return simulation_->run_to(simulation_->time() + steps * simulation_->time_step());
@@ -173,7 +173,7 @@ void TrajectoryEvaluator::take_data(int run, int frame) {
   for (const std::string& state : on_.states) workspace_.set_dense(state, on_.frames(run, state, frame));
 }
 
-/// At the states that are there.
+/// Evaluates the test at the present states.
 void TrajectoryEvaluator::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
   for (const model::Datum& datum : scene_.task().data) {
     if (datum.trajectories && !datum.begins_windows())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One thread's simulation that runs from the first frames of trajectories, and fields beside it for what is asked at
-// the frames behind them.
+// A simulation for one thread that runs from the first frames of trajectories, with fields to evaluate tests at the
+// following frames.
 #pragma once
 
 #include <map>
@@ -14,37 +14,38 @@
 
 namespace dpde::training {
 
-/// Of unknowns, by their names.
+/// Values of unknowns, by name.
 using UnknownValues = std::map<std::string, std::vector<double>>;
 UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::VectorXd& x);
 
-/// Steps of a test are those of the task's scene; other scenes have frames at the same times.
+/// Number of frames in a test. Its steps are those of the task's scene; other scenes have frames at the same times.
 int frames_of(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on);
-/// Whether all states are looked at, not those alone that have frames: of a number that is compared with none.
+/// Whether the test evaluates all states, not only those with frames: true for numbers not compared with data.
 bool looks_at_all(const model::Test& test, const files::Trajectories& on);
-/// Steps from one state that the test looks at to the next.
+/// Steps between states that the test evaluates.
 int looks_of(const model::Test& test, const files::Trajectories& on);
-/// Of the k-th state behind the first.
+/// Time of the k-th evaluated state after the first.
 double time_of_look(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on, int k);
 
 class TrajectoryEvaluator {
  public:
-  /// Of `values` a scene takes what it has: the task's own all, another one the weights of networks that it calls too.
+  /// Uses the `values` that the scene has: the task's own scene all, another one the weights of networks that it also
+  /// calls.
   TrajectoryEvaluator(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& values,
                       const BatchOptions& options);
 
-  /// The test's quantity at the frames behind the first, infinite from where the run has blown up; of a correlation
-  /// that with the data, 0 from there. Of a spectrum the energies of its shells, in the mean over these frames;
-  /// infinite where it blows up.
+  /// The test's quantity at the frames after the first; infinite once the run has blown up. For a correlation: that
+  /// with the data, 0 once it has blown up. For a spectrum: mean energies of its shells over these frames; infinite if
+  /// it blows up.
   std::vector<double> roll(const model::Test& test, int run);
-  /// What the solves of the steps of all runs have met.
+  /// Notes on the solves in the steps of all runs.
   std::deque<SolveNote> solve_notes() const { return simulation_->solve_notes(); }
-  /// The same of the states of the data.
+  /// The same for the states of the data.
   std::vector<double> look_at_data(const model::Test& test, int run);
-  /// Whether every state comes to the next frame but for rounding: it is this scene that made the data.
+  /// Whether every state reaches the next frame except for rounding, i.e. this scene made the data.
   bool makes_data(int run);
-  /// Seconds that a processor works for a unit of time, on one thread, over the steps of the test from the first frame
-  /// of the first run on, again and again until `at_least` seconds are measured. Not a number where the run blows up.
+  /// CPU seconds for a unit of time on one thread, over the steps of the test from the first frame of the first run,
+  /// repeated until `at_least` seconds are measured. NaN if the run blows up.
   double cost(const model::Test& test, double at_least);
 
  private:

@@ -20,7 +20,8 @@ namespace {
 using Runs = std::vector<std::vector<double>>;
 using Visit = std::function<std::vector<double>(TrajectoryEvaluator&, int run)>;
 
-/// Whether the scene made the runs of its file. One run may stand still, which any scheme does.
+/// Whether the scene made the runs of its file. All runs are checked, since one may be at rest, which any scheme
+/// reproduces.
 bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const BatchOptions& options) {
   TrajectoryEvaluator evaluator(scene, scene.trajectories, values, options);
   bool made = true;
@@ -28,7 +29,7 @@ bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const
   return made;
 }
 
-/// What does not is no distance from them.
+/// Whether the test reads data; otherwise it measures no error.
 bool reads_data(const model::Problem& problem, const model::Test& test) {
   if (test.kind != model::Test::Kind::number) return true;
   return model::any_part(test.quantity.value, [&](const model::Expr& e) {
@@ -38,7 +39,7 @@ bool reads_data(const model::Problem& problem, const model::Test& test) {
   });
 }
 
-/// `visit` of every run, on all threads. `met`: what the solves of all runs have met.
+/// Calls `visit` for every run, on all threads. `met`: notes on the solves of all runs.
 Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& x,
                const BatchOptions& options, const Visit& visit, std::deque<SolveNote>* met = nullptr) {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
@@ -77,7 +78,7 @@ const char* word_for(model::Test::Kind kind) {
   unreachable("kind of test");
 }
 
-/// What is asked of the data needs all of the scene's fields that it may read there.
+/// Checks that the data have all fields of the scene that the test may read.
 bool has_states(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on,
                 DiagnosticSink& sink) {
   if (test.kind == model::Test::Kind::number) return true;
@@ -141,7 +142,7 @@ std::vector<double> TrajectoryTest::errors() const {
 }
 
 bool TrajectoryTest::has_runs_of(const TrajectoryTest& other) const {
-  constexpr double rounding = 1e-6;  // of a file's numbers
+  constexpr double rounding = 1e-6;  // of numbers in files
   const auto is_alike = [](double a, double b) {
     return std::abs(a - b) <= rounding * std::max(std::abs(a), std::abs(b));
   };
@@ -192,7 +193,7 @@ double interval_of(const TrainingScene& scene, const files::Trajectories& on) {
   return on.every * scene.compiled->problem->step;
 }
 
-/// A statistic needs its fields, a course the same times.
+/// Checks that a compared scene has the fields of a statistic and the same times.
 bool check_beside(const model::Test& test, double interval, const model::Test::Baseline& beside,
                   const TrainingScene& scene, DiagnosticSink& sink) {
   const double own = interval_of(scene, scene.trajectories);
@@ -359,7 +360,7 @@ std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, co
     std::vector<GrowthTest>& all = results.emplace_back();
     for (const model::Test::Baseline& beside : growth.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
-      UnknownValues learnt;  // it has parameters of its own
+      UnknownValues learnt;  // only the networks: the scene has parameters of its own
       for (const network::Network& network : scene.compiled->problem->networks) {
         if (values.contains(network.name)) learnt[network.name] = values.at(network.name);
       }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task's tests, statistics and rates of growth on trajectories: the scene runs from the first frame of each run,
-// other scenes beside it, and a quantity tells at every frame behind it how far it has gone astray.
+// Tests, statistics and growth rates of a task on trajectories. The scene and the compared scenes run from the first
+// frame of each run; a quantity at every later frame measures the error.
 #pragma once
 
 #include <map>
@@ -18,36 +18,34 @@ namespace dpde::training {
 struct TrajectoryTest {
   std::string name, scene, file;
   model::Test::Kind kind = model::Test::Kind::number;
-  std::vector<double> times;  // since the first frame
-  std::vector<std::vector<double>>
-      runs;  // the quantity of each run at each of these times; infinite from where a run has blown up
-  std::vector<std::vector<double>> data;  // of a statistic: the quantity of the data themselves
-  bool has_network = false;               // the scene
-  bool made_data = false;                 // the scene made the data of `file`: what errors are against, no competitor
-  bool is_named = true;                   // in the task; else a plain method that the tool adds
-  std::string method_kind;                // how it takes derivatives in space
-  // Of a spectrum, whose `runs` and `data` are the energies of its shells:
-  std::size_t last_resolved = 0;                           // shell
+  std::vector<double> times;              // since the first frame
+  std::vector<std::vector<double>> runs;  // the quantity for each run at these times; infinite once a run has blown up
+  std::vector<std::vector<double>> data;  // for a statistic: the quantity of the data themselves
+  bool has_network = false;               // the scene has one
+  bool made_data = false;                 // the scene made the data of `file`: it is the reference, not a competitor
+  bool is_named = true;                   // named in the task; else a plain method added automatically
+  std::string method_kind;                // its spatial discretisation
+  // For a spectrum, whose `runs` and `data` are the energies of its shells:
+  std::size_t last_resolved = 0;                           // last resolved shell
   double unit = 0, noise = 0;                              // wave number of shell 1; see distance()
-  double threshold = 0;                                    // of a correlation
-  std::vector<driver::SolveReport> solves = {};            // those of all runs
-  std::map<std::string, std::vector<double>> params = {};  // by name, of each run
+  double threshold = 0;                                    // for a correlation
+  std::vector<driver::SolveReport> solves = {};            // over all runs
+  std::map<std::string, std::vector<double>> params = {};  // by name, for each run
 
-  /// Over the times, of each run; and over the runs, at each time.
+  /// Means over the times for each run; and over the runs at each time.
   std::vector<double> means() const { return means_of(runs); }
   std::vector<double> course() const { return course_of(runs); }
-  /// What scenes are compared by, of each run: the mean over the times; of a correlation one over the time that it
-  /// lasts.
+  /// Measure for comparing scenes, for each run: mean over the times; for a correlation, one over its duration.
   std::vector<double> errors() const;
-  /// Whether run k of both is one run, by the parameters that both files tell.
+  /// Whether run k is the same in both, by the parameters that both files have.
   bool has_runs_of(const TrajectoryTest& other) const;
   static std::vector<double> means_of(const std::vector<std::vector<double>>& runs);
   static std::vector<double> course_of(const std::vector<std::vector<double>>& runs);
-  /// Over the times, of each run.
+  /// Deviations over the times, for each run.
   static std::vector<double> deviations_of(const std::vector<std::vector<double>>& runs);
 };
 
-/// With what the scenes beside it cost.
+/// Whether the test is compared with the cost of other scenes.
 inline bool is_compared(const model::Test& test) {
   return !test.beside.empty() &&
          (test.kind == model::Test::Kind::number || test.kind == model::Test::Kind::correlation);
@@ -55,43 +53,42 @@ inline bool is_compared(const model::Test& test) {
 
 struct GrowthTest {
   std::string name, scene, file;
-  std::vector<double> rates;  // of each run
+  std::vector<double> rates;  // for each run
 };
 
 struct MeanAndSpread {
-  double mean = 0, spread = 0;  // the standard deviation, of a sample; not a number of a single one
+  double mean = 0, spread = 0;  // sample standard deviation; NaN for a single value
 };
 MeanAndSpread mean_and_spread(const std::vector<double>& values);
 
-/// What tests need beside the task's scene, and the scenes that have the tangents of their steps.
+/// Compared scenes of the tests, and scenes with tangents of their steps.
 struct TestScenes {
   const TrainingScene& own;
   const SourceFile& source;
   std::vector<model::Test> tests, growths;
   std::unique_ptr<BesideScenes> beside;
-  std::map<std::string, std::unique_ptr<GrowthScene>>
-      growth_scenes;  // by name; none where no rate of growth is asked for
+  std::map<std::string, std::unique_ptr<GrowthScene>> growth_scenes;  // by name; empty without growth rates
 
-  /// null after errors, before a long training begins: files that do not fit, scenes that do not compile.
+  /// Returns null after errors, found before a long training begins: unsuitable files, scenes that do not compile.
   static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source,
                                           std::vector<model::Test> tests, std::vector<model::Test> growths,
                                           DiagnosticSink& sink);
-  /// One more scene beside a test; false, and nothing is changed, after errors: it does not compile or does not fit.
+  /// Adds a scene to a test. Returns false after errors, with nothing changed: it does not compile or does not fit.
   bool add(std::size_t test, const model::Test::Baseline& beside, DiagnosticSink& sink);
 };
 
-/// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
+/// All tests and statistics of the task's scene. Reports errors of their files, which may have changed.
 std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, DiagnosticSink& sink);
-/// The conditions of each test, by its file; `knows_training`: the own scene is of the data that were learnt from.
+/// Conditions of each test, by its file. `knows_training`: the own scene has the training data.
 std::vector<TestConditions> conditions_of_tests(const TestScenes& scenes, bool knows_training, DiagnosticSink& sink);
-/// Of a scene beside a test.
+/// For one compared scene.
 TrajectoryTest test_beside(const TestScenes& scenes, std::size_t test, const model::Test::Baseline& beside,
                            const UnknownValues& values, const BatchOptions& options);
-/// Of the scenes beside: by test, in the order of its line.
+/// For all compared scenes: by test, in the order of its line.
 std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
                                                       const BatchOptions& options);
-/// Seconds that a processor works for a unit of time, as measured several times; not numbers where a run blows up.
+/// CPU seconds for a unit of time, measured several times; NaN if a run blows up.
 struct TestCost {
   std::vector<double> samples;
   double least() const;
@@ -99,10 +96,10 @@ struct TestCost {
 };
 struct CostTiming {
   int samples = 5;
-  double seconds = 0.02;  // that each takes at least
+  double seconds = 0.02;  // minimum duration of each
 };
-/// Of the task's scene and then of those beside, one thread each, in turn: what slows the machine down for a while
-/// slows all of them. By test, empty of a test with nothing beside it.
+/// For the task's scene and then the compared ones, on one thread each and interleaved, so that a temporary slow-down
+/// of the machine affects all of them. By test; empty for a test without comparisons.
 std::vector<std::vector<TestCost>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
                                                   const BatchOptions& options, const CostTiming& timing,
                                                   DiagnosticSink& sink);

@@ -13,7 +13,7 @@ namespace dpde::training {
 namespace {
 
 constexpr std::string_view trials_magic =
-    "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
+    "dpdetrl2";  // then for each trial its seconds, and its checkpoint with length and checksum
 constexpr std::string_view without_seconds = "dpdetrls";
 
 }  // namespace
@@ -30,9 +30,9 @@ bool Trials::begin(DiagnosticSink& sink) {
   return !sink.has_errors();
 }
 
-/// One that is over and was taken up again ends at once.
+/// A resumed trial that is finished ends immediately.
 void Trials::run(const Watch& watch) {
-  DiagnosticSink silent;  // what can be wrong with a trial is wrong with the first one
+  DiagnosticSink silent;  // possible errors of a trial were found with the first one
   for (std::size_t k = 0; k < static_cast<std::size_t>(count()); ++k) {
     if (k == trials_.size() && !begin(silent)) return;
     running_ = k;
@@ -75,7 +75,7 @@ std::string Trials::save() const {
 
 namespace {
 
-/// nullopt when it is damaged. Older files do not know the seconds.
+/// Returns nullopt if it is damaged. Older files have no seconds.
 std::optional<std::vector<std::pair<double, std::string>>> parts_of(std::string_view bytes) {
   const bool has_seconds = bytes.starts_with(trials_magic);
   std::vector<std::pair<double, std::string>> parts;

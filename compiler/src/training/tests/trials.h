@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A training repeated: the k-th trial (from 0) has k added to the seeds of its windows and noise, and of the weights
-// that networks begin with where no file gives them. What one training finds by luck, several show.
+// Repeated trainings: trial k (from 0) adds k to the seeds of its sample order, its noise, and initial weights that are
+// not from a file. This separates the effect of chance.
 #pragma once
 
 #include <memory>
@@ -14,37 +14,37 @@ namespace dpde::training {
 struct Trial {
   std::unique_ptr<Trainer> trainer;
   TrainingEnd end = TrainingEnd::stopped;
-  double seconds = 0;      // since it was begun or taken up again
-  double cpu_seconds = 0;  // of all threads, since it was begun; not a number when a checkpoint does not tell
+  double seconds = 0;      // since it was begun or resumed
+  double cpu_seconds = 0;  // of all threads since it was begun; NaN if its checkpoint lacks it
 };
 
 class Trials {
  public:
-  /// As Trainer::open.
+  /// See Trainer::open.
   static std::unique_ptr<Trials> open(const TrainingScene& scene, int epochs, const BatchOptions& options,
                                       DiagnosticSink& sink);
 
-  /// Called after every update of the present trial; false stops.
+  /// Called after every update of the present trial; returning false stops.
   using Watch = std::function<bool(const Trials&)>;
   void run(const Watch& watch);
 
-  /// As the task says.
+  /// Number of trials that the task asks for.
   int count() const { return scene_.training().trials; }
-  /// Those that were begun.
+  /// Trials begun so far.
   const std::vector<Trial>& all() const { return trials_; }
-  /// The one that runs, ran or was taken up again last.
+  /// The trial that ran or was resumed last.
   std::size_t running() const { return running_; }
   const Trainer& present() const { return *trials_[running_].trainer; }
   std::uint64_t seed_of(std::size_t trial) const { return scene_.training().seed + options_.seed + trial; }
-  /// By validation, else by the loss of training; never by a test. The first one where none has come to the end of an
-  /// epoch.
+  /// Trial with the lowest validation loss, else the lowest training loss; tests are never used. The first one if none
+  /// has finished an epoch.
   std::size_t best() const;
-  /// Updates of all trials so far, and when no epoch is left out.
+  /// Updates of all trials so far, and in total if no epoch is skipped.
   std::int64_t made() const;
   std::int64_t updates() const { return count() * present().updates(); }
 
-  /// The checkpoint as bytes of a file. Taken up with more or fewer trials, those that there are stay as they are;
-  /// trials beyond those that are wanted stay in the checkpoint.
+  /// The checkpoint as content of a file. It can be restored with another number of trials: existing ones stay as they
+  /// are, and surplus ones stay in the checkpoint.
   std::string save() const;
   bool restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
 
@@ -61,7 +61,7 @@ class Trials {
     double cpu_seconds = 0;
     std::string checkpoint;
   };
-  std::vector<Kept> kept_;  // of trials that are not wanted now
+  std::vector<Kept> kept_;  // surplus trials
   std::size_t running_ = 0;
 };
 
@@ -69,7 +69,7 @@ struct FoundTrial {
   FoundValues values;
   double cpu_seconds = 0;  // see Trial
 };
-/// Of the trials in a checkpoint. Reports bad-array-file; empty then.
+/// Trials in a checkpoint. Reports bad-array-file and returns none if it is damaged.
 std::vector<FoundTrial> found_trials(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
 
 }  // namespace dpde::training
