@@ -14,7 +14,7 @@ namespace dpde::report {
 
 namespace {
 
-/// A number that is below rounding is not printed as if it had been measured.
+/// Values below rounding are not printed, as they were not measured.
 std::string quotients_text(const analysis::QuotientEvidence& quotients, const char* of = "",
                            const char* to = "gradient") {
   if (!quotients.is_resolved(analysis::largest_quotient_error)) return "no difference quotient rises above rounding";
@@ -29,7 +29,7 @@ std::string jump_text(const analysis::JumpOnLine& jump) {
                      std::abs(jump.at));
 }
 
-/// The error, or what is left of two numbers that are 0 but for rounding.
+/// The error, or the difference of two numbers that are 0 except for rounding.
 std::string error_text(const analysis::DotCase& one) {
   if (one.is_zero) return "both are 0";
   if (!one.is_rounding) return fmt::format("{:.2e}", one.relative_error);
@@ -69,7 +69,7 @@ std::string second_order_text(const analysis::Certificate& certificate) {
   return text + (second.passed() ? "\nHessian: certified\n" : "\nHessian: NOT certified\n");
 }
 
-/// The certificate is of a point beside the start.
+/// Warns of a kink at the start; the certificate is for a nearby point.
 std::string kink_text(const analysis::KinkAtStart& kink) {
   return fmt::format(
       "the start lies on a kink of the loss: by {0}{4} it has the slopes {1:.6g} behind and {2:.6g} ahead, the "
@@ -79,7 +79,7 @@ std::string kink_text(const analysis::KinkAtStart& kink) {
       kink.is_along_a_line ? ", whose values move by 0.5 to 1.5 each," : "");
 }
 
-/// `compiled`: what was certified, in f64 where the scene is one of f32.
+/// `compiled`: what was certified; in f64 for a scene in f32.
 std::string verdict_of(const analysis::Certificate& certificate, const driver::Compiled& compiled) {
   if (!certificate.passed()) return "NOT certified";
   if (certificate.tests_nothing()) return "nothing to certify";
@@ -100,7 +100,7 @@ std::string verdict_of(const analysis::Certificate& certificate, const driver::C
   return fmt::format("{}certified but for {}", text, fmt::join(exceptions, " and for "));
 }
 
-/// Of a task that learns from trajectories.
+/// For a task that learns from trajectories.
 std::string begin_text(const driver::FirstWindow& window) {
   if (window.start) return ", " + driver::text_of(*window.start);
   if (window.missing.empty()) return "";

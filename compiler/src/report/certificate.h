@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `dpde verify` says of a certificate.
+// Report of a certificate, for `dpde verify`.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@
 
 namespace dpde::report {
 
-/// `target`: "task recover"; `compiled`: what was certified, in f64 where the scene is one of f32.
+/// `target`: "task recover"; `compiled`: what was certified, in f64 for a scene in f32.
 Report report_of_certificate(const std::string& target, const analysis::Certificate& certificate,
                              const driver::Compiled& compiled);
-/// In a few words why it is passed or not.
+/// Short reason of the verdict.
 std::string reason_of(const analysis::Certificate& certificate);
-/// What the tolerance of solves leaves in the gradient; `is_tighter`: the certificate is of others.
+/// Effect of the solves' tolerance on the gradient; `is_tighter`: the certificate is for a smaller tolerance.
 Report report_of_tolerance(const analysis::ToleranceEffect& effect, bool is_tighter);
 
 }  // namespace dpde::report

@@ -23,7 +23,7 @@ std::string cells_of(const Point& point) {
   return point.cells.empty() ? std::string("-") : fmt::format("{}", fmt::join(point.cells, "x"));
 }
 
-/// "cg(1e-4)" where tolerances of solves are varied, else "".
+/// "cg(1e-4)" if tolerances of solves are varied, else "".
 std::string solve_of(const Point& point) {
   const auto solve = point.variant.resolution.find("solve");
   return solve == point.variant.resolution.end() ? "" : solve->second;
@@ -33,14 +33,15 @@ std::string solve_text(const Point& point) {
   return solve.empty() ? "" : " by " + solve;
 }
 
-/// Of its run, or of its gradient where it ran.
+/// Failure of its run, or of its gradient if it ran.
 std::string failure_row(const Point& point) {
   const std::string& why = point.failure.empty() ? point.gradient_failure : point.failure;
   return fmt::format("{:>10} {:>11} {}{}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
                      point.does_not_fit() ? "left out: " + why : why, solve_text(point));
 }
 
-/// Whether one is the other on finer cells: the same part of the largest stable step, or steps as long as cells are.
+/// Whether the points differ only in their cells: same fraction of the largest stable step, or steps proportional to
+/// cell widths.
 bool are_alike(const Point& coarse, const Point& fine) {
   const bool has_limits = coarse.largest_step > 0 && fine.largest_step > 0;
   const double as_long =
@@ -48,7 +49,7 @@ bool are_alike(const Point& coarse, const Point& fine) {
   return std::abs(coarse.step / fine.step * as_long - 1) < 0.2;
 }
 
-/// Against the next coarser mark that is alike; "" without one.
+/// Order of convergence from the next coarser mark of this kind; "" if there is none.
 std::string mark_order(const chart::MethodMarks& method, const chart::Mark& mark) {
   const chart::Mark* before = nullptr;
   for (const chart::Mark& other : method.marks) {
@@ -86,7 +87,7 @@ std::string marks_table(const std::vector<chart::MethodMarks>& methods, double u
   return text + "* nothing else is both faster and more accurate\n";
 }
 
-/// As text, and as JSON in `result`.
+/// Returns text; sets `result` to the JSON.
 std::string report_speed_ups(const std::vector<chart::MethodMarks>& methods, Json& result) {
   std::string text;
   result = Json::array();
@@ -114,7 +115,7 @@ Json slopes_of(const std::vector<chart::MethodMarks>& methods, double uncertaint
   return result;
 }
 
-/// RFC 4180: quotes around what has commas, quotes or line breaks, quotes in it doubled.
+/// RFC 4180: quotes fields with commas, quotes or line breaks; quotes inside are doubled.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -122,7 +123,7 @@ std::string csv_field(const std::string& text) {
   return quoted + "\"";
 }
 
-/// The fastest that meets the tolerance, as text.
+/// Text about the fastest point that meets the tolerance.
 std::string report_tolerance(const ChartOfScene& chart, Json& result) {
   if (!(chart.tolerance > 0)) return "";
   const Point* fastest = nullptr;
@@ -162,12 +163,12 @@ std::string known_to(double uncertainty) {
   return uncertainty > 0 ? fmt::format(", which is known to {:.2g}", uncertainty) : "";
 }
 
-constexpr double cancelled = 0.2;  // of the largest part: then the sum is known to no better than the parts are
+constexpr double cancelled = 0.2;  // relative to the largest part: below, the sum is too inaccurate to judge
 
-/// Within a factor of 1.5; else no order holds yet.
+/// Whether both agree within a factor of 1.5; otherwise the runs are not in the asymptotic range.
 bool adds_up(double sum, double measured) { return sum < 1.5 * measured && measured < 1.5 * sum; }
 
-/// A row for each point that has a budget.
+/// One row for each point with a budget.
 std::string budget_rows(const std::vector<Point>& points) {
   const auto part_text = [](const chart::Budget::Part& part) {
     return part.order > 0 ? fmt::format("{:.2g} (order {:.2f})", part.error, part.order)
@@ -195,7 +196,7 @@ std::string budget_rows(const std::vector<Point>& points) {
   return text.empty() ? "" : "where the error comes from:\n" + text;
 }
 
-/// As text, and as JSON in `result`.
+/// Returns text; sets `result` to the JSON.
 std::string report_gradients(const ChartOfScene& chart, const std::vector<chart::MethodMarks>& methods, Json& result) {
   const chart::GradientReference& reference = chart.references.gradient;
   result = {{"task", chart.task},

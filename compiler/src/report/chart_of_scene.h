@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a chart: words with JSON, a table, and panels of a picture.
+// Report of a chart: text with JSON, a table, and panels of a picture.
 #pragma once
 
 #include <string>
@@ -14,15 +14,16 @@ struct ChartOfScene {
   const model::Problem& problem;
   const std::vector<chart::Point>& points;
   const chart::References& references;
-  std::string task;      // whose gradient is compared too; "": none
-  double tolerance = 0;  // 0: none
+  std::string task;      // task whose gradients are also compared; "": none
+  double tolerance = 0;  // 0: not given
   int threads = 1;
 };
 
 Report chart_report(const ChartOfScene& chart);
-/// As CSV, a row a point.
+/// As CSV, one row for each point.
 std::string chart_table(const std::vector<chart::Point>& points);
-/// Of errors and seconds of the states, and of the gradient; none where no error is above 0, as axes are logarithmic.
+/// Panels of errors against seconds, for states and for the gradient. Empty if all errors are 0, since axes are
+/// logarithmic.
 std::vector<plot::Panel> chart_panels(const ChartOfScene& chart);
 
 }  // namespace dpde::report

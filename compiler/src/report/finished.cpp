@@ -33,7 +33,7 @@ std::optional<Report> report_of_finished(const std::filesystem::path& file, std:
     found.json = *json;
     return found;
   } catch (const Error&) {
-    return std::nullopt;  // damaged, or no such file: it is made again
+    return std::nullopt;  // damaged or missing: the job is done again
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A report that is kept in the NetCDF file it is of, so that a job which is done is not done again.
+// Stores a report in the NetCDF file it belongs to, so that a finished job is not repeated.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace dpde::report {
 
-/// Marks the content as the result of the job with this key, with what is reported of it, in which there is nothing
-/// that is another number the next time.
+/// Marks the content as the result of the job with this key, and adds its report. The report must not contain numbers
+/// that change between runs, such as times.
 void add_report(NetcdfContent& content, std::uint64_t key, const Report& report);
-/// That report, where the file has such a mark; nothing where it is damaged or not there.
+/// The report in the file; nullopt if the file has no such mark, is damaged or does not exist.
 std::optional<Report> report_of_finished(const std::filesystem::path& file, std::uint64_t key);
 
 }  // namespace dpde::report

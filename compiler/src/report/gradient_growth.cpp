@@ -23,12 +23,12 @@ std::string cause_text(const GradientGrowth& growth) {
              : fmt::format("with half the step it grows at {:.4g}: the step is too large for the scheme; ", half);
 }
 
-/// Of the gradient, in parts of it, where each unknown is one rounding larger.
+/// Relative change of the gradient if each unknown is increased by one rounding.
 double change_by_rounding(const driver::Session& session, driver::Inverse& inverse, const Eigen::VectorXd& x,
                           const Eigen::VectorXd& gradient) {
   const bool is_single = session.problem().scheme.real == Precision::f32;
   const double largest = x.cwiseAbs().maxCoeff();
-  const Eigen::VectorXd sizes = x.cwiseAbs().cwiseMax(largest > 0 ? 0.01 * largest : 1);  // 0 is larger by something
+  const Eigen::VectorXd sizes = x.cwiseAbs().cwiseMax(largest > 0 ? 0.01 * largest : 1);  // positive also for 0
   Eigen::VectorXd other(gradient.size());
   inverse.value_and_gradient(x + (is_single ? 0x1p-23 : 0x1p-52) * sizes, other);
   const double size = gradient.norm();
@@ -69,7 +69,7 @@ void warn_of_growth(const model::Problem& problem, const std::optional<GradientG
 }
 
 std::string help_for_growth(driver::Session& session, const std::vector<analysis::AdjointWatch::Look>& looks) {
-  constexpr double far = 100;  // ln: no formula without a derivative does that by steps
+  constexpr double far = 100;  // ln; non-differentiable formulas cannot cause this within the steps of a run
   const std::optional<analysis::Growth> growth = analysis::growth_of_adjoint(looks);
   if (!growth || growth->logarithm < far || !analysis::instability(session).empty()) return "";
   return fmt::format(

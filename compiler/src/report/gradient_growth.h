@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of the growth of a gradient on its way back.
+// Report of the growth of an adjoint in the reverse sweep.
 #pragma once
 
 #include <optional>
@@ -13,18 +13,18 @@
 
 namespace dpde::report {
 
-/// Of the gradient of the task at `x`, whose run the looks are of; nullopt where nothing is known of it.
+/// For the gradient of the task at `x`, with the samples of its adjoint; nullopt if nothing is known.
 std::optional<analysis::GradientGrowth> gradient_growth(driver::Session& session, driver::Inverse& inverse,
                                                         const std::vector<analysis::AdjointWatch::Look>& looks,
                                                         const Eigen::VectorXd& x, const Eigen::VectorXd& gradient);
-/// null where nothing is known.
+/// null if nothing is known.
 Json json_of(const std::optional<analysis::GradientGrowth>& growth);
-/// Where the gradient has lost its digits, and why.
+/// Warns if the gradient is inaccurate, with the reason.
 void warn_of_growth(const model::Problem& problem, const std::optional<analysis::GradientGrowth>& growth,
                     DiagnosticSink& sink);
 
-/// For a gradient that is not finite: that its adjoint has grown beyond all numbers; "" where it has not, and where it
-/// is the run that leaves all bounds. The session's run is another one afterwards.
+/// For a gradient that is not finite: says that its adjoint has overflowed; "" if it has not, or if the run itself
+/// blows up. Changes the session's run.
 std::string help_for_growth(driver::Session& session, const std::vector<analysis::AdjointWatch::Look>& looks);
 
 }  // namespace dpde::report

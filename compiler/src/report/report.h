@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of something: words for people, with the tables and pictures that belong to them, and JSON for programs.
-// Where it goes is the affair of who asked: the command prints words and writes files, a host may do as it likes.
+// A report: text for people, with its tables and pictures, and JSON for programs. The caller decides on its output: the
+// command prints text and writes files.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace dpde::report {
 
-/// A text file, by its whole name.
+/// A text file, by full name.
 struct TextFile {
   std::string name, text;
 };
@@ -23,17 +23,17 @@ struct Picture {
 };
 
 struct Report {
-  /// In the order in which they are told.
+  /// In the order of output.
   std::vector<std::variant<std::string, TextFile, Picture>> parts;
   Json json = Json::object();
 
   void say(std::string words) { parts.emplace_back(std::move(words)); }
   void add(std::string name, std::string text) { parts.emplace_back(TextFile{std::move(name), std::move(text)}); }
-  /// Nothing where no curve has a finite value.
+  /// Adds a picture unless no curve has a finite value.
   void add_if_drawn(std::string name, const plot::LinePanel& panel);
-  /// What `other` says behind it, and the keys of its JSON.
+  /// Appends the parts of `other`, and adds the keys of its JSON.
   void append(Report other);
-  /// The words alone.
+  /// The text parts only.
   std::string text() const;
 };
 

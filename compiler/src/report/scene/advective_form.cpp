@@ -11,13 +11,13 @@ namespace dpde::report {
 
 namespace {
 
-/// The vector that a state is a component of; "" of a number.
+/// Name of the vector that a state belongs to; "" for a scalar.
 std::string vector_of(const std::string& state) {
   const std::size_t dot = state.find('.');
   return dot == std::string::npos ? "" : state.substr(0, dot);
 }
 
-/// A component of the vector, on the faces across the axis.
+/// Whether `e` is the vector's component on the faces normal to the axis.
 bool is_normal_velocity(const model::Problem& problem, const std::string& vector, const model::Expr& e,
                         std::size_t axis) {
   const model::Field* field = std::get_if<model::Field>(&e->kind);
@@ -32,7 +32,7 @@ bool is_bound(const model::Problem& problem, const std::string& state) {
   });
 }
 
-/// Whether the state is a component of the velocity that carries it.
+/// Whether the state is a component of the velocity that advects it.
 bool carries_itself(const model::Problem& problem, const model::State& state, const model::Advect& advect) {
   const model::Field* carried = std::get_if<model::Field>(&advect.operand->kind);
   const std::string vector = vector_of(state.name);

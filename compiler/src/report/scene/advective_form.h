@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Velocities on faces that carry themselves by central differences, as -advect(u, u): the flux form conserves momentum
-// and has smaller errors.
+// Detects velocities on faces advected by themselves with central differences, as in -advect(u, u): the flux form
+// conserves momentum and has smaller errors.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace dpde::report {
 
-/// Their names. Only velocities that a constraint binds, as both forms are equal where the divergence is 0. Upwind
-/// differences and steps along the flow are other methods.
+/// Names of these velocities. Only velocities bound by a constraint count, since the forms are equal for divergence 0.
+/// Upwind differences and semi-Lagrangian steps are other methods.
 std::vector<std::string> advective_velocities(const model::Problem& problem);
-/// What to write instead, a line each.
+/// The flux form to use instead, one line for each.
 std::string flux_form_text(const std::vector<std::string>& velocities);
 
 }  // namespace dpde::report

@@ -25,8 +25,8 @@ bool is_transport_alone(const model::Expr& rate) {
   return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
 }
 
-/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which
-/// it sees where the step begins, else 2: the faster ones see the slow on straight lines.
+/// Limit of the order in time by multirate steps. 1 if a slow equation reads a faster one, frozen at the beginning of
+/// the step; else 2, since the faster equations interpolate the slow ones linearly.
 int order_with_parts(const model::Problem& problem, int order) {
   const auto parts_of = [&](const std::string& name) {
     const model::State* read = problem.find_state(name);
@@ -44,10 +44,10 @@ int order_with_parts(const model::Problem& problem, int order) {
 }
 
 constexpr int order_of_walls = 2;
-constexpr int order_of_pressure_before = 2;  // of steps whose stages have the p of the step before
+constexpr int order_of_pressure_before = 2;  // for steps whose stages use the p of the previous step
 
-/// What of an expression is taken beyond walls by a difference along the axis: all but what stands in another
-/// difference.
+/// Whether the field is a coefficient in the operand of a difference along the axis, i.e. read beyond walls. Fields
+/// inside another difference are not.
 bool is_coefficient_beside(const model::Expr& e, int axis, const std::string& name) {
   if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind); d != nullptr && d->axis == axis)
     return false;
@@ -65,8 +65,8 @@ bool has_slope(const model::Problem& problem, std::size_t axis, bool is_low) {
   });
 }
 
-/// "q is mirrored beyond x.low" of a coefficient that a difference along the axis takes there; "" where none is. In a
-/// flux it counts only where a slope is given: between values, and where nothing flows, its error is of order 2.
+/// "q is mirrored beyond x.low" for a coefficient that a difference along the axis reads there; "" if none. In a flux
+/// this matters only with a slope condition: with value conditions, or without a flux, the error is of order 2.
 std::string mirrored_in(const model::Problem& problem, const model::Expr& operand, int axis) {
   const bool is_flux = model::any_part(operand, [&](const model::Expr& e) {
     const model::Derivative* inner = std::get_if<model::Derivative>(&e->kind);
@@ -86,13 +86,13 @@ std::string mirrored_in(const model::Problem& problem, const model::Expr& operan
   return "";
 }
 
-/// What decides how near the states come to the solution: all that steps compute. Observables and losses are of states
-/// that are there, and `speed` says how long steps are.
+/// Whether the formula affects the accuracy of states: all formulas of steps. Observables and losses only read states,
+/// and `speed` only sets the step.
 bool moves_states(model::UseKind kind) {
   return model::time_of(kind) == model::UseTime::step && kind != model::UseKind::courant_rate;
 }
 
-/// Values beyond walls are of order 2, coefficients that are mirrored there of order 1.
+/// Ghost values are accurate to order 2, mirrored coefficients to order 1.
 void limit_at_walls(const model::Problem& problem, Order& order) {
   const auto is_bounded = [&](int axis) {
     return problem.axes[static_cast<std::size_t>(axis)].topology == Topology::bounded;
@@ -117,7 +117,7 @@ void limit_at_walls(const model::Problem& problem, Order& order) {
   });
 }
 
-/// What an exponential time scheme does without error: derivatives of the state itself, in its own equation.
+/// Whether an exponential time scheme treats the term exactly: derivatives of the state itself, in its own equation.
 bool is_exact_part(const model::Scheme& scheme, const model::Expr& term, const std::string& state) {
   const stencil::WaveReading all{[](const model::Expr&) { return true; },
                                  [](const model::Expr&) { return stencil::Expr(1.0); }};
@@ -130,8 +130,7 @@ bool holds_advect(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Advect>(part->kind); });
 }
 
-/// Of steps whose parts come one behind the other, in the order of time. `others`: some equation has more terms than
-/// transport.
+/// Order in time of fractional steps. `others`: some equation has terms other than transport.
 int order_of_parts(const model::Problem& problem, bool others) {
   const model::Scheme& scheme = problem.scheme;
   const bool is_carried_to_first = std::ranges::any_of(problem.states, [&](const model::State& state) {
@@ -145,8 +144,7 @@ int order_of_parts(const model::Problem& problem, bool others) {
   return others ? 1 : 2;
 }
 
-/// The formal order of the scheme away from walls: the lowest of what the equations use; of operators of the file the
-/// one that is stated.
+/// The formal order away from walls: the lowest order used in equations. For operators of the file, the stated order.
 Order order_inside(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   std::vector<int> space;
@@ -189,7 +187,7 @@ Order order_inside(const model::Problem& problem) {
   return order;
 }
 
-/// Of each operator of the file, those that are alike once.
+/// The orders of the file's operators, without duplicates.
 std::vector<OperatorOrder> orders_of_operators(const model::Problem& problem) {
   std::vector<OperatorOrder> all;
   for (const model::StatedOrder& stated : problem.operators) {
@@ -260,7 +258,7 @@ std::string text_of(const FormalOrder& order) {
   if (!order.is_known) return "";
   const Order &inside = order.inside, &smooth = order.smooth, &whole = order.whole;
   std::string text = "order: ";
-  if (whole.is_spectral || whole.space != 0 || inside.space != 0) {  // else nothing is differentiated
+  if (whole.is_spectral || whole.space != 0 || inside.space != 0) {  // else there are no derivatives
     text += space_in_words(whole) + " in space";
     if (smooth.space != inside.space) text += fmt::format(" ({} away from walls)", inside.space);
     if (whole.space != smooth.space)

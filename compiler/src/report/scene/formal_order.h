@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formal order of a scene's step, walls included, and of the operators of its file.
+// The formal order of a scene's step, with walls, and of the operators in its file.
 #pragma once
 
 #include <optional>
@@ -14,37 +14,37 @@
 namespace dpde::report {
 
 struct Order {
-  int space = 0, time = 0;   // 0 in space: nothing is differentiated
-  bool is_spectral = false;  // in space: all derivatives are Fourier series
-  std::string walls = "";    // what makes it lower there than differences of values beyond them do
+  int space = 0, time = 0;   // space 0: no derivatives
+  bool is_spectral = false;  // in space: all derivatives by Fourier series
+  std::string walls = "";    // reason if walls lower the order more than ghost values do
 };
 
-/// Of an operator of the file, as stated and as measured.
+/// Order of an operator in the file, as stated and as measured.
 struct OperatorOrder {
   std::string name;
   int stated = 0;
-  std::optional<int> measured = {};  // none where there is no such number
-  std::string words = {};            // behind the stated one: what was measured, or why nothing was
+  std::optional<int> measured = {};  // nullopt if there is no such number
+  std::string words = {};            // text after the stated order: the measured one, or why there is none
   bool operator==(const OperatorOrder&) const = default;
 };
 
 struct FormalOrder {
-  bool is_known = false;  // not of hand-written programs
+  bool is_known = false;  // false for hand-written programs
   Order inside;           // away from walls
-  Order smooth;           // with walls, where no coefficient jumps
+  Order smooth;           // with walls, without jumps of coefficients
   Order whole;
-  std::vector<std::string> jumps;  // what lowers it
-  bool is_by_tolerance = false;    // steps in time are no equal ones
+  std::vector<std::string> jumps;  // jumps that lower it
+  bool is_by_tolerance = false;    // time steps are adaptive
   std::vector<OperatorOrder> operators;
 };
-/// `jumps`: what lowers it, where that is known.
+/// `jumps`: jumps that lower the order, if known.
 FormalOrder formal_order(const model::Problem& problem, const std::vector<driver::Jump>& jumps = {});
 
-/// The keys order and, of what is known, operators.
+/// The keys order and, as far as known, operators.
 Json json_of(const FormalOrder& order);
 std::string text_of(const FormalOrder& order);
 
-/// That the order is 1 there, and what to write.
+/// Warns that the order is 1 at jumps, with advice.
 void warn_of_jumps(const std::vector<driver::Jump>& jumps, DiagnosticSink& sink);
 
 }  // namespace dpde::report

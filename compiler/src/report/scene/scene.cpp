@@ -41,7 +41,7 @@ Json types_of(const model::Problem& problem) {
   return types;
 }
 
-/// The axes, their cells and the steps.
+/// Text about axes, cells and steps.
 std::string grid_text(const model::Problem& problem) {
   std::string text = fmt::format("scene {}:", problem.scene);
   for (const model::Axis& axis : problem.axes) {
@@ -56,7 +56,7 @@ std::string grid_text(const model::Problem& problem) {
   return text + fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
 }
 
-/// What names are, and their units where they are known.
+/// Types of names, and their units if known.
 std::string names_text(const model::Problem& problem, const Json& types) {
   std::string text;
   for (const auto& [name, type] : types.items()) {
@@ -129,12 +129,12 @@ Report conserved_report(const driver::Session& session, const SourceFile& source
   return report;
 }
 
-/// Why waves grow at every step, or the faster the shorter they are.
+/// Reasons why waves grow at every step, or the faster the shorter they are.
 std::string causes_text(driver::Session& session, const stability::StabilityReport& verdict, Json& result,
                         DiagnosticSink& sink) {
   result["ill_posed"] = nullptr;
   if (!verdict.is_analysed()) return "";
-  // What such differences let grow is counted as growth of the equations where coefficients vary.
+  // With variable coefficients, growth due to such differences is attributed to the equations.
   if (verdict.limit.kind == stability::StepLimit::Kind::never || verdict.growth_rate > 0) {
     for (const stability::Downwind& found : stability::downwind_differences(session)) {
       sink.report("against-the-wind", found.range,
@@ -151,7 +151,7 @@ std::string causes_text(driver::Session& session, const stability::StabilityRepo
   return "  ill-posed: " + stability::ill_posed_text(*cause) + "\n";
 }
 
-/// `session`: the scene as a run would begin; null where its initial state cannot be made.
+/// `session`: the scene at the start of a run; null if its initial state cannot be computed.
 Report step_report(const CheckedScene& scene, const SceneOptions& options, DiagnosticSink& sink) {
   Report report;
   Json& result = report.json;
@@ -185,7 +185,7 @@ Report step_report(const CheckedScene& scene, const SceneOptions& options, Diagn
   return report;
 }
 
-/// Where numbers that a task seeks begin elsewhere than the scene has them.
+/// Reports stability at the task's start, if unknown numbers differ there from the scene's.
 std::string stability_of_start_text(const model::Task& task, driver::Session* session, Json& result) {
   if (session == nullptr) return "";
   Workspace& workspace = session->workspace();
@@ -213,7 +213,8 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   return text;
 }
 
-/// As the run, whose first step it is, will say it. Errors of what is observed before it have no time, and no step.
+/// Reports a failing solve as a run would, of which this is the first step. Errors in initial observables have no time
+/// and no step.
 void report_first_step(const Unsolved& error, const driver::Session& session, DiagnosticSink& sink) {
   UnsolvedFacts facts = error.facts();
   const bool is_of_step = !std::isnan(facts.t);
@@ -223,9 +224,9 @@ void report_first_step(const Unsolved& error, const driver::Session& session, Di
   driver::report_error(of_run, sink, driver::place_of_solve(session.compiled(), error.solve_for()));
 }
 
-/// By what is observed where the scene begins and one step from there: the operators are known then. On a large grid
-/// that would take as long as a run, and a grid with longer cells shows the same methods. Implicit schemes without
-/// other solves report failures alone, which longer cells do not show.
+/// Report on solves from the initial observables and one step, after which the operators are known. On a large grid
+/// that would take as long as a run; a coarser grid shows the same methods. Implicit schemes without other solves
+/// report failures only, which a coarser grid does not show.
 Report first_solves_report(driver::Session* session, const SourceFile& source, DiagnosticSink& sink) {
   Report report;
   if (session == nullptr) return report;
@@ -243,7 +244,7 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
       return report;
     }
     report.say(fmt::format("by a step on {}:\n", grid.text()));
-    DiagnosticSink found;  // of cells that are not the scene's
+    DiagnosticSink found;  // diagnostics for cells that are not the scene's
     report.append(first_solves_report(coarse.get(), source, found));
     for (const Diagnostic& diagnostic : found.all())
       report.say(
@@ -319,7 +320,7 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   if (problem.task) report.append(gradient_memory_report(compiled, scene.source, options.gradient));
   report.say("\n");
   result["dropped"] = problem.dropped;
-  std::set<std::string> told;  // a function may be put in many times
+  std::set<std::string> told;  // a function may be inlined several times
   for (const std::string& dropped : problem.dropped) {
     if (told.insert(dropped).second) report.say(fmt::format("dropped: {}\n", dropped));
   }

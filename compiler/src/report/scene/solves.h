@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How equations were solved, and why so, as JSON. The words are driver::text_of.
+// JSON of how equations were solved, and why. driver::text_of makes the text.
 #pragma once
 
 #include <vector>

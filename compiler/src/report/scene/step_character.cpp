@@ -14,7 +14,7 @@ namespace {
 
 using stability::CellNumber;
 
-/// Whether advection of the field is by Fourier series, in place of differences.
+/// Whether the field is advected by Fourier series, not differences.
 bool takes_series(const model::Scheme& scheme, const std::string& field) {
   const auto own = scheme.transports.find(field);
   const model::Transport& transport = own == scheme.transports.end() ? scheme.transport : own->second;
@@ -35,7 +35,7 @@ void warn_of_cell_numbers(const driver::Session& session, const StepCharacter& c
     if (!cell.rings) continue;
     const model::State* state = problem.find_state(cell.field);
     const model::Axis& axis = problem.axes[static_cast<std::size_t>(cell.axis)];
-    const double cells = std::ceil(1.01 * axis.cells * cell.number / 2);  // finer grids come closer to extrema
+    const double cells = std::ceil(1.01 * axis.cells * cell.number / 2);  // finer grids resolve extrema better
     sink.report("cell-number", state == nullptr ? SourceRange{} : state->origin.range,
                 {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number),
                  model::name_of_axis(problem, static_cast<std::size_t>(cell.axis)),
@@ -73,7 +73,7 @@ std::string text_of(const driver::Session& session, const StepCharacter& charact
   }
   const stability::Positivity& found = character.positivity;
   if (!found.why.empty()) return text;
-  // At walls weights are others, which are not looked at.
+  // At walls the weights differ and are not analysed.
   const bool has_walls =
       std::ranges::any_of(session.axes(), [](const model::Axis& axis) { return axis.topology == Topology::bounded; });
   text += fmt::format("monotone{}: {}", has_walls ? " away from walls" : "", found.is_kept ? "yes" : "no");

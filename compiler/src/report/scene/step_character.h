@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a step beside its stability: cell numbers, positivity, damping and delay of waves.
+// Report of a step's properties other than stability: cell numbers, positivity, damping and delay of waves.
 #pragma once
 
 #include <string>
@@ -21,10 +21,10 @@ StepCharacter character_of(driver::Session& session, double step);
 /// The keys monotone and cell_numbers.
 Json json_of(const driver::Session& session, const StepCharacter& character);
 std::string text_of(const driver::Session& session, const StepCharacter& character);
-/// Where central differences ring.
+/// Warns if central differences oscillate.
 void warn_of_cell_numbers(const driver::Session& session, const StepCharacter& character, DiagnosticSink& sink);
 
-/// A row each; `step` is that of the scene.
+/// One row for each wave; `step` is the scene's step.
 Json json_of(const driver::Session& session, const std::vector<stability::Wave>& waves, double step);
 std::string text_of(const driver::Session& session, const std::vector<stability::Wave>& waves, double step);
 

@@ -81,23 +81,23 @@ Json verdict_json(const model::Problem& problem, const StabilityReport& verdict,
   return result;
 }
 
-/// Of a wave that grows at every step.
+/// Text about a wave that grows at every step.
 std::string growth_text(const stability::StabilityReport& verdict) {
   if (!std::isfinite(verdict.hundredfold())) return "grows, by too little in a step of this length to be told";
   return fmt::format("grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps", verdict.growth,
                      std::ceil(verdict.hundredfold()));
 }
 
-/// A line of a verdict; none of no text.
+/// Formats a line of a verdict; empty text gives no line.
 std::string line_of(const std::string& text) { return text.empty() ? "" : "  " + text + "\n"; }
 
-/// What grows however short the step is.
+/// Text about growth that does not depend on the step.
 std::string own_growth_text(const model::Problem& problem, const StabilityReport& verdict) {
   std::string text;
   if (verdict.growth_rate > 0)
     text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
                         1 / verdict.growth_rate);
-  constexpr double least_shown = 5e-4;  // of four digits
+  constexpr double least_shown = 5e-4;  // visible with four digits
   if (verdict.growth_by_events > least_shown)
     text += fmt::format("  what ends each step multiplies waves by up to {:.4g}, however short the step is\n",
                         std::exp(verdict.growth_by_events));
@@ -105,8 +105,8 @@ std::string own_growth_text(const model::Problem& problem, const StabilityReport
   return text;
 }
 
-/// Coefficients that are frozen as the run begins are those of a run whose states keep their size. Where the equations
-/// let them grow by more than a factor of e, those that they grow to may have a limit that these have not.
+/// Coefficients are frozen at the start, which is valid if states keep their size. If the equations amplify states by
+/// more than a factor of e, the limit may be different later.
 bool grows_to_other_states(const model::Problem& problem, const StabilityReport& verdict) {
   return !verdict.is_exact && verdict.growth_rate * problem.step * problem.steps > 1;
 }

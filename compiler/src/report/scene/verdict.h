@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of the largest stable step of a scene.
+// Report of the largest stable step of a scene.
 #pragma once
 
 #include "report/report.h"
@@ -8,7 +8,7 @@
 
 namespace dpde::report {
 
-/// One line or more; the JSON is the object `stability` of dpde check.
+/// One line or more. The JSON is the object `stability` of dpde check.
 Report verdict_report(const model::Problem& problem, const stability::StabilityReport& verdict,
                       const SourceFile& source);
 

@@ -59,7 +59,7 @@ class Comparison : private BesideFigures {
 
   void report(Json& json) {
     json["cost_s"] = json_number(cost_);
-    if (!json.contains("beside")) json["beside"] = Json::object();  // of a correlation its times are there
+    if (!json.contains("beside")) json["beside"] = Json::object();  // for a correlation it already has its times
     say_own_row();
     for (std::size_t s = 0; s < beside_.size(); ++s) report_scene(s, json["beside"]);
     say_others();
@@ -77,7 +77,7 @@ class Comparison : private BesideFigures {
   }
 
  private:
-  /// Ratios are of positive numbers. Says why there is nothing to compare.
+  /// Ratios need positive numbers. Reports why a comparison is impossible.
   bool can_be_compared() {
     const auto is_signed = [](const std::vector<double>& errors) {
       return std::ranges::any_of(errors, [](double error) { return error < 0; });
@@ -106,7 +106,7 @@ class Comparison : private BesideFigures {
     if (!test_.is_chart && each.is_named) say_solves(report_, each);
   }
 
-  /// Over the trials, as all ratios are.
+  /// Mean over the trials, like all ratios.
   void say_own_row() {
     const TrajectoryTest& found = test_.found();
     const std::string cost = std::isfinite(cost_) ? human_seconds(cost_) + " a unit of time" : "blows up";
@@ -117,7 +117,7 @@ class Comparison : private BesideFigures {
       report_.say(fmt::format("  {}: {} over {} trials on {}, {}\n", found.scene, text_of(mean_and_spread(means)),
                               means.size(), found.file, cost));
     else
-      report_.say(fmt::format("  {}: {}\n", found.scene, cost));  // the rest is said above
+      report_.say(fmt::format("  {}: {}\n", found.scene, cost));  // the rest was reported above
     if (!test_.is_chart) say_solves(report_, found);
   }
 
@@ -148,7 +148,7 @@ class Comparison : private BesideFigures {
     all[each.scene].update(json);
   }
 
-  /// Plain methods that nobody named and that are not among the best.
+  /// Summarises the automatically added plain methods that are not on the Pareto front.
   void say_others() {
     int others = 0, blown_up = 0;
     for (std::size_t s = 0; s < beside_.size(); ++s) {
@@ -160,7 +160,7 @@ class Comparison : private BesideFigures {
     if (blown_up > 0) report_.say(fmt::format("  {} other plain methods blow up\n", blown_up));
   }
 
-  /// What intervals are of, and whether there is any.
+  /// Explains the intervals, or why there are none.
   void say_of_what() {
     bool has_ratio = false;
     for (std::size_t s = 0; s < beside_.size(); ++s)
@@ -222,7 +222,7 @@ class Comparison : private BesideFigures {
   Json cost_json(const EqualPoint& point) const {
     return equal_json(point, point.by_run, "cost_s", point.of_means.value, cost_);
   }
-  /// Of times: how many times as long the plain schemes' is.
+  /// For durations: ratio of the plain schemes' duration to the network's.
   Json error_json(const EqualPoint& point) const {
     if (!is_time_) return equal_json(point, point.by_run, "error", point.of_means.value, error_);
     const PairedRatio& of = point.by_run;
@@ -230,7 +230,7 @@ class Comparison : private BesideFigures {
     return equal_json(point, inverse, "time", figure_of(point.of_means.value), figure_of(error_));
   }
 
-  /// What runs and seeds say of a ratio of means. `beyond`, `within`: of the runs that have none.
+  /// Ratio over runs and seeds. `beyond`, `within`: texts for runs without a ratio.
   std::string by_run_text(const EqualPoint& point, const char* beyond, const char* within) const {
     const auto runs = own_[0].size();
     std::string text;
@@ -291,13 +291,13 @@ class Comparison : private BesideFigures {
     }
   }
 
-  /// The ratio by run where all runs have it, else that of means.
+  /// The mean ratio over runs if all runs have one, else the ratio of means.
   static std::string ratio_of(const EqualPoint& point, double of_means) {
     return point.by_run.runs > 0 ? fmt::format("{:.3g}{}", point.by_run.mean, interval_text(point.by_run))
                                  : fmt::format("{:.3g}", of_means);
   }
 
-  /// The best of each kind of method.
+  /// Reports the best method of each kind.
   void report_kinds(Json& json) {
     std::set<std::string> kinds;
     for (const std::size_t s : plain_) kinds.insert(scene(s).method_kind);
@@ -322,7 +322,7 @@ class Comparison : private BesideFigures {
     }
   }
 
-  /// Runs in which the network blows up, or a plain scheme of no more time is better.
+  /// Reports runs in which the network blows up, or a plain scheme of at most the same cost is better.
   void report_failures(Json& json) {
     std::vector<std::size_t> blown_up, worse;
     for (std::size_t run = 0; run < own_[0].size(); ++run) {
@@ -346,7 +346,7 @@ class Comparison : private BesideFigures {
                               worse.size(), own_[0].size(), fmt::join(worse, ", ")));
   }
 
-  /// After how many runs as long as the test's data and training are earned.
+  /// Number of runs, each as long as the test, after which the cost of data and training is recovered.
   void say_break_even(const EqualPoint& point, Json& json) {
     const Equal& at_error = point.of_means;
     const training::Investment& spent = *test_.spent;
@@ -378,7 +378,7 @@ class Comparison : private BesideFigures {
     }
   }
 
-  /// " (80 to 300)": with the ends of the interval of the ratio.
+  /// " (80 to 300)": at the ends of the ratio's interval.
   std::string runs_between(const EqualPoint& point, double length, double spent) const {
     if (!point.by_run.has_interval()) return "";
     const auto runs = [&](double ratio) { return std::ceil(spent / (length * cost_ * (ratio - 1))); };

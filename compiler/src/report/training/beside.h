@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a test says of plain schemes beside a network: its figure by run, and what they take for the same.
+// Comparison of a network with plain schemes in a test: measure by run, cost at equal error, error at equal cost.
 #pragma once
 
 #include "report/training/one_test.h"
 
 namespace dpde::report {
 
-/// A row of each scene named, and of the other plain methods those that are the best for their time; what plain schemes
-/// take for the network's figure and have for its time, by kinds of method too; where the network is no better.
+/// One row for each named scene and each other plain method on the Pareto front. Reports the cost of plain schemes at
+/// the network's error and their error at its cost, also by kind of method, and runs in which the network is not
+/// better.
 void report_beside(Report& report, const OneTest& test, Json& json);
 
 }  // namespace dpde::report

@@ -63,8 +63,8 @@ PairedRatio BesideFigures::error_ratio(std::size_t s) const {
   return paired([&](double own, std::size_t run) { return beside_[s][run] / own; });
 }
 
-/// find(schemes, network's error) of the schemes in each run, over `unit(error)`. `takes_within`: also where even the
-/// last scheme reaches farther.
+/// Mean of find(schemes, network's error) over `unit(error)`, for the schemes in each run. `takes_within`: also use
+/// runs in which even the last scheme is better.
 template <class Find, class Unit>
 void BesideFigures::look_at_runs(const std::vector<std::size_t>& schemes, bool takes_within, const Find& find,
                                  const Unit& unit, EqualPoint& point) const {

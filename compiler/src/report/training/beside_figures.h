@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers by which a network is compared with the scenes beside it, run by run.
+// Numbers for comparing a network with other scenes, run by run.
 #pragma once
 
 #include <set>
@@ -12,16 +12,17 @@
 
 namespace dpde::report {
 
-/// One number of means over the runs, and the same of each run and seed: without a mean where one of them has none.
+/// A number from means over the runs, and its mean over runs and seeds; the latter is missing if one of them has no
+/// number.
 struct EqualPoint {
   analysis::Equal of_means;
-  analysis::PairedRatio by_run;  // over the network's own
-  int runs_beyond = 0;           // in which, for a seed at least, no scheme reaches so far
-  int runs_within = 0;           // the same, even the last one reaches farther
+  analysis::PairedRatio by_run;  // relative to the network
+  int runs_beyond = 0;           // runs in which, for at least one seed, no scheme reaches the network's value
+  int runs_within = 0;           // the same; even the last scheme is better
 
   bool is_of_all_runs() const { return runs_beyond == 0 && runs_within == 0; }
 };
-/// What plain schemes take for the network's figure, and have for its time.
+/// Cost of plain schemes at the network's error, and their error at its cost.
 struct Equals {
   EqualPoint cost, error;
 };
@@ -30,8 +31,8 @@ class BesideFigures {
  public:
   explicit BesideFigures(const OneTest& test);
 
-  /// What scenes are compared by is the smaller the better; of a correlation it is one over the time that is told. And
-  /// back.
+  /// Scenes are compared by errors, the smaller the better. For a correlation the reported figure is a duration, and
+  /// the error is its reciprocal. This converts in both directions.
   double figure_of(double error) const { return is_time_ ? 1 / error : error; }
   std::vector<double> figures_of(const training::TrajectoryTest& test) const;
   double error_of(const training::TrajectoryTest& test) const;
@@ -40,24 +41,25 @@ class BesideFigures {
   bool is_paired(std::size_t s) const { return scene(s).has_runs_of(test_.found()); }
   bool is_plain(std::size_t s) const { return !scene(s).has_network && !scene(s).made_data; }
 
-  /// By how much the error of a scene is larger.
+  /// Ratio of a scene's error to the network's.
   analysis::PairedRatio error_ratio(std::size_t s) const;
-  /// Of these scenes: in the mean, and of each run by those that are the best in the mean, chosen before any run is
-  /// looked at.
+  /// Comparison with these scenes: by means, and for each run with the Pareto front of the means, which is chosen
+  /// without knowledge of single runs.
   Equals equals(const std::vector<std::size_t>& scenes) const;
 
  protected:
   std::vector<analysis::CostAndError> costs_and_errors(const std::vector<std::size_t>& scenes) const;
 
   const OneTest& test_;
-  bool is_time_;                                   // figures are times that correlations last
+  bool is_time_;                                   // figures are durations of correlations
   std::vector<std::vector<double>> own_, beside_;  // errors: by trial or scene, then run
-  double cost_ = 0, error_ = 0;                    // the network's, over trials and runs
+  double cost_ = 0, error_ = 0;                    // of the network, over trials and runs
   std::vector<std::size_t> plain_;
-  std::set<std::string> front_;  // titles of the plain scenes that are the best for their time
+  std::set<std::string> front_;  // titles of the plain scenes on the Pareto front
 
  private:
-  /// ratio(trial, run) of all of them; none where one of them has none: what is left would be chosen by the result.
+  /// Mean of ratio(trial, run) over all; none if one of them is missing, since the rest would be selected by the
+  /// result.
   template <class Ratio>
   analysis::PairedRatio paired(const Ratio& ratio) const;
   template <class Find, class Unit>

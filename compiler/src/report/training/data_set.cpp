@@ -14,7 +14,7 @@ namespace dpde::report {
 
 namespace {
 
-/// What a time scheme or a solve keeps of the last step: nobody declared it.
+/// Whether it is a history state of a time scheme or solve, not a declared state.
 bool is_memory(training::DataSetMaker& maker, const std::string& name) {
   const model::State* state = maker.session().problem().find_state(name);
   return state != nullptr && !state->history_of.empty();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a data set: its runs, how well they are resolved, what drifts in them.
+// Report of a data set: its runs, their resolution, and drifts.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace dpde::report {
 
-/// Of one file. What is of the runs themselves is said of the first.
+/// For one file. Facts about the runs themselves are reported with the first file.
 Report data_set_report(const training::DataFile& file, const std::vector<training::OrderEstimate>& estimates);
 
 }  // namespace dpde::report

@@ -17,7 +17,7 @@ bool all_positive(const std::vector<double>& values) {
   return std::ranges::all_of(values, [](double value) { return value > 0 || std::isnan(value); });
 }
 
-/// Against the number of updates: every batch, and the epochs at their ends.
+/// Curves against the number of updates: every batch, and epochs at their ends.
 std::vector<plot::Curve> loss_curves(const training::TrainingState& state) {
   plot::Curve batches{"batch", {}, {}}, epochs{"epoch", {}, {}}, validation{"validation", {}, {}};
   const std::size_t stride = std::max<std::size_t>(1, state.losses.size() / most_points);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses of an optimisation and of a training, as panels and tables.
+// Losses of an optimisation or a training, as panels and tables.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 
 namespace dpde::report {
 
-/// Of each iteration.
+/// One point for each iteration.
 plot::LinePanel loss_panel(const std::vector<double>& losses);
 std::string loss_table(const std::vector<double>& losses);
 
-/// Against the number of updates: batches, epochs and validation; of several trials what they are judged by.
+/// Against the number of updates: batches, epochs and validation; for several trials only the loss that ranks them.
 plot::LinePanel loss_panel(const training::Trials& trials);
-/// Of each batch and of each epoch, of all trials; of one alone without its number.
+/// By batch and by epoch, for all trials; for a single trial without its number.
 std::string loss_table(const training::Trials& trials);
 std::string epoch_table(const training::Trials& trials);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the reports of tests share.
+// Common parts of the reports of tests.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,19 @@
 
 namespace dpde::report {
 
-/// What one test says of each trial, of the start and of the scenes beside.
+/// Results of one test: for each trial, for the start and for the compared scenes.
 struct OneTest {
   std::vector<const training::TrajectoryTest*> trials;
   std::size_t best = 0;
   const training::TrajectoryTest* start = nullptr;
   const std::vector<training::TrajectoryTest>* beside = nullptr;
-  std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
+  std::vector<double> costs;  // of the task's scene and the compared ones; empty without a comparison
   const training::Investment* spent = nullptr;
   bool is_chart = false;
 
   const training::TrajectoryTest& found() const { return *trials[best]; }
   bool has_trials() const { return trials.size() > 1; }
-  /// Of the means over runs and times, over the trials.
+  /// For each trial, the mean over runs and times.
   std::vector<double> means() const {
     std::vector<double> all;
     for (const training::TrajectoryTest* trial : trials) all.push_back(training::mean_and_spread(trial->means()).mean);
@@ -36,22 +36,22 @@ struct OneTest {
   }
 };
 
-/// "0.12 +- 0.01"; of one number it alone.
+/// "0.12 +- 0.01"; for a single value without spread.
 std::string text_of(const training::MeanAndSpread& value);
 /// "1 run", "5 runs"
 std::string counted_runs(std::size_t runs);
-/// null of one number.
+/// null for a single value.
 Json spread_json(double spread);
-/// With its numbers, as JSON.
+/// Mean and spread with the values, as JSON.
 Json json_of(const std::vector<double>& values);
-/// Of a correlation: how many runs stay above the threshold.
+/// For a correlation: number of runs that stay above the threshold.
 std::string staying_text(const training::TrajectoryTest& test);
-/// Iterations and seconds of the solves of its runs, a line each.
+/// Iterations and seconds of its solves, one line for each.
 void say_solves(Report& report, const training::TrajectoryTest& test);
-/// The runs in which it is no longer finite.
+/// Reports the runs in which it is no longer finite.
 void say_blow_up(Report& report, const training::TrajectoryTest& test);
 
-/// Words, tables and pictures in `report`, and the JSON of the test.
+/// Adds text, tables and pictures to `report`; returns the JSON of the test.
 Json spectrum_report(Report& report, const OneTest& test);
 Json correlation_report(Report& report, const OneTest& test);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What spectra and correlations of a training say, beside those of plain schemes.
+// Reports of spectra and correlations of a training, compared with plain schemes.
 #include "training/tests/spectrum.h"
 
 #include <fmt/format.h>
@@ -20,11 +20,11 @@ using training::TrajectoryTest;
 
 namespace {
 
-/// One number of each run of a test, and what is said behind them.
+/// Returns one number for each run of a test; writes the report of a test.
 using Figures = std::function<std::vector<double>(const TrajectoryTest&)>;
 using OneReport = std::function<Json(const std::string& title, const TrajectoryTest&)>;
 
-/// What was found, the start, the trials and the scenes beside, a line each; `table` is a file with a row each.
+/// Reports the result, the start, the trials and the compared scenes, one line each; also writes a table.
 Json report_all(Report& report, const OneTest& test, const Figures& figures, const OneReport& report_one) {
   const TrajectoryTest& found = test.found();
   std::string table = "scene,file,network,mean,spread\n";
@@ -50,7 +50,7 @@ Json report_all(Report& report, const OneTest& test, const Figures& figures, con
     json["beside"][beside.scene] = report_one(beside.scene, beside);
     add_row(beside);
   }
-  const bool is_compared = !test.costs.empty();  // its rows say more
+  const bool is_compared = !test.costs.empty();  // the comparison has more details
   if (!test.beside->empty() && !is_compared) report.add(found.name + "_beside.csv", table);
   return json;
 }
@@ -65,21 +65,21 @@ std::vector<double> distances(const TrajectoryTest& test, std::size_t last) {
   return all;
 }
 
-/// What all scenes of the test resolve.
+/// Last shell that all scenes of the test resolve.
 std::size_t last_shell(const OneTest& test) {
   std::size_t last = test.start->last_resolved;
   for (const TrajectoryTest& beside : *test.beside) last = std::min(last, beside.last_resolved);
   return last;
 }
 
-/// A column of the table and a curve of the picture: energies by shells.
+/// A column of the table and a curve of the picture: energy by shell.
 struct Energies {
   std::string column, title;
   std::vector<double> values;
   std::size_t last_resolved = 0;
 };
 
-/// Data of other files are those of other grids.
+/// Data of other files are on other grids and thus separate.
 std::vector<Energies> energies_of(const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::size_t last = found.last_resolved;
@@ -100,7 +100,7 @@ std::vector<Energies> energies_of(const OneTest& test) {
   return all;
 }
 
-/// What is resolved, and is more than rounding.
+/// Only resolved shells above rounding.
 plot::Curve curve_of(const Energies& energies, double noise) {
   double whole = 0;
   for (const double energy : energies.values) whole += energy;
@@ -201,7 +201,7 @@ Json correlation_report(Report& report, const OneTest& test) {
     const auto all = crossings(each);
     const auto staying = std::ranges::count(all, false, &training::Crossing::reached);
     const auto is_this = [&](const TrajectoryTest& beside) { return &beside == &each; };
-    if (std::ranges::none_of(*test.beside, is_this))  // those are said with what they cost
+    if (std::ranges::none_of(*test.beside, is_this))  // reported with their costs
       report.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file,
                              staying_text(each)));
     if (std::ranges::any_of(all, [](const training::Crossing& one) { return std::isnan(one.time); }))

@@ -44,7 +44,7 @@ std::vector<MeanAndSpread> spreads_of(const std::vector<std::vector<double>>& ru
   return all;
 }
 
-/// Columns of numbers with one name each, a row a time.
+/// Named columns of numbers, one row for each time.
 class Table {
  public:
   explicit Table(const std::vector<double>& times) : times_(times) {}
@@ -118,7 +118,7 @@ void write_test(Report& report, const OneTest& test) {
   report.add_if_drawn(found.name, panel);
 }
 
-/// Over the trials, in words and as JSON.
+/// Reports mean and spread over the trials, as text and JSON.
 void report_trials(Report& report, const OneTest& test, Json& json) {
   if (!test.has_trials()) return;
   const MeanAndSpread over = mean_and_spread(test.means());
@@ -148,7 +148,7 @@ Json report_test(Report& report, const OneTest& test) {
 // ---- statistics
 // ------------------------------------------------------------------------------------------------------
 
-/// Mean and standard deviation over the times, in the mean over the runs.
+/// Mean and standard deviation over time, averaged over the runs.
 struct OverTime {
   MeanAndSpread mean, deviation;
 };
@@ -165,7 +165,7 @@ Json json_of(const std::vector<std::vector<double>>& runs) {
           {"course", json_numbers(TrajectoryTest::course_of(runs))}};
 }
 
-/// In parts of the data's; where that is 0 there are none.
+/// Relative difference from the data; NaN if these are 0.
 double difference(double value, double of_data) {
   return of_data == 0 ? std::nan("") : (value - of_data) / std::abs(of_data);
 }
@@ -179,11 +179,11 @@ Json difference_json(double value, double of_data) {
   return of_data == 0 ? Json(nullptr) : spread_json(difference(value, of_data));
 }
 
-/// Of a scene, beside what the data of its own file say.
+/// Reports a scene's statistic and that of its own data.
 Json report_statistic_of(Report& report, const std::string& title, const TrajectoryTest& test) {
   const OverTime own = over_time(test.runs), data = over_time(test.data);
   std::string deviation, of_data;
-  if (test.times.size() > 1) {  // one time tells none
+  if (test.times.size() > 1) {  // a single time has no deviation
     deviation = fmt::format(", deviation {:.4g} ({})", shown(own.deviation.mean),
                             difference_text(own.deviation.mean, data.deviation.mean));
     of_data = fmt::format(", {:.4g}", shown(data.deviation.mean));
@@ -261,7 +261,7 @@ std::string error_text(const std::string& variable, const files::Trajectories::O
                          : fmt::format("{} not known: {}", variable, error.why_not);
 }
 
-/// How the runs of a file compare with those that were learnt from.
+/// Compares the runs of a file with the training runs.
 void say_conditions(Report& report, const std::string& file, const training::TestConditions& conditions) {
   if (conditions.is_training_file) report.say(fmt::format("warning: {} is the file that was learnt from\n", file));
   if (!conditions.known_runs.empty())
@@ -300,7 +300,7 @@ Json conditions_json(const training::TestConditions& conditions) {
   return json;
 }
 
-/// Of --json.
+/// Key in --json.
 const char* key_of(Kind kind) {
   switch (kind) {
     case Kind::number: return "test";
@@ -317,11 +317,11 @@ Report tests_report(const training::TestResults& results) {
   Report report;
   report.json["test"] = Json::object();
   if (results.costs.size() != results.start.size())
-    return report;  // a file has gone since the training began: reported
+    return report;  // a file disappeared since the training began, which was reported
   std::set<std::string> files;
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     OneTest test{{}, results.best, &results.start[i], &results.beside[i], {}, &results.spent, results.is_chart};
-    for (const training::TestCost& cost : results.costs[i])  // as points of a chart are; else what disturbs least
+    for (const training::TestCost& cost : results.costs[i])  // median in charts, else minimum
       test.costs.push_back(results.is_chart ? cost.median() : cost.least());
     for (const std::vector<TrajectoryTest>& trial : results.trials) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);

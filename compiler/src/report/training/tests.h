@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of a training say: in words, as tables, curves and JSON.
+// Report of a training's tests: text, tables, curves and JSON.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace dpde::report {
 
-/// The keys test, statistic, spectrum and correlation of the JSON. Nothing but an empty `test` where a file of data has
-/// gone since the training began.
+/// JSON keys test, statistic, spectrum and correlation. Only an empty `test` if a data file disappeared since the
+/// training began.
 Report tests_report(const training::TestResults& results);
-/// The key growth; none where there are no such tests.
+/// JSON key growth; omitted if there are no such tests.
 Report growths_report(const training::GrowthResults& results);
 
-/// Weights are the network's in all scenes: what is learnt stands above the file of weights that a scene beside names.
-/// Warnings of such files, a line each.
+/// Learnt weights are used in all scenes and override weight files that compared scenes name. Warnings of such files,
+/// one line for each.
 std::string weights_not_used_text(const training::TestScenes& scenes);
 
 }  // namespace dpde::report

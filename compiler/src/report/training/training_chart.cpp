@@ -18,12 +18,12 @@ namespace {
 using training::mean_and_spread;
 using training::TrajectoryTest;
 
-/// Trials of the network or one plain scene, by what is on the axes.
+/// Trials of the network, or one plain scene, with their coordinates in the chart.
 struct Row {
-  std::string title, curve;  // plain scenes of one method on several grids are one curve
+  std::string title, curve;  // one method on several grids is one curve
   bool has_network = false;
   chart::Point point = {};
-  bool made_data = false;  // its errors are rounding: drawn nowhere, compared with nothing
+  bool made_data = false;  // its errors are only rounding: neither drawn nor compared
 };
 
 chart::Point point_of(const TrajectoryTest& test, const training::TestCost& cost) {
@@ -34,7 +34,7 @@ chart::Point point_of(const TrajectoryTest& test, const training::TestCost& cost
   return point;
 }
 
-/// The first scene of each scheme names its curve, whatever its step, its precision and how near its solves come.
+/// Names a curve by the first scene of its scheme, ignoring step, precision and tolerances.
 class CurveNames {
  public:
   std::string of(model::Test::Baseline beside, model::Scheme scheme) {
@@ -91,7 +91,7 @@ std::vector<chart::MethodMarks> marks_of(const std::vector<Row>& rows) {
   return methods;
 }
 
-/// What a network has to be better than: at its error, and the one that comes nearest where none has that.
+/// Best plain method: at the network's error, and the most accurate one if none reaches that.
 struct BestPlain {
   analysis::Equal at_error;
   std::optional<analysis::CostAndError> most_accurate;
@@ -107,7 +107,7 @@ BestPlain best_plain(const std::vector<Row>& rows, double error) {
   return found;
 }
 
-/// Seconds of data and training; what is not known counts nothing, and the curve says so.
+/// CPU seconds of data and training; unknown parts count 0, which the curve states.
 struct Spent {
   double seconds = 0;
   bool is_whole = true;
@@ -121,8 +121,8 @@ Spent spent_on(const training::Investment& investment) {
   return spent;
 }
 
-/// After how many runs data and training are earned. Where no plain method has the error, one that has it takes
-/// longer than the most accurate one: the number is an upper bound.
+/// Number of runs after which data and training pay off. If no plain method reaches the error, one that does would take
+/// longer than the most accurate one, so the number is an upper bound.
 struct Earned {
   std::optional<double> runs;
   bool is_bound = false;
@@ -138,7 +138,7 @@ Earned earned(const BestPlain& plain, double cost, double length, const Spent& s
   return result;
 }
 
-/// Seconds in all against the number of runs.
+/// Total seconds against the number of runs.
 plot::LinePanel total_panel(const std::vector<Row>& rows, const BestPlain& plain, const Spent& spent, double length) {
   const double cost = rows.front().point.seconds;
   const Earned even = earned(plain, cost, length, spent);
@@ -219,7 +219,7 @@ Report training_chart(const training::TestScenes& scenes, const training::TestRe
   json["points"] = Json::array();
   json["best_plain"] = Json::object();
   if (results.costs.size() != results.start.size())
-    return report;  // a file has gone since the training began: reported
+    return report;  // a file disappeared since the training began, which was reported
   const Spent spent = spent_on(results.spent);
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     if (scenes.tests[i].kind != model::Test::Kind::number || !training::is_compared(scenes.tests[i])) continue;

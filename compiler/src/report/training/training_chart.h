@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trained network on a chart: its error on data that it has not seen against the seconds of a unit of time, beside
-// plain methods; and what it costs with data and training, beside the plain method of the same error.
+// Chart of a trained network: error on unseen data against seconds for a unit of time, compared with plain methods; and
+// its cost with data and training, compared with the plain method of the same error.
 #pragma once
 
 #include "report/report.h"
@@ -9,7 +9,8 @@
 
 namespace dpde::report {
 
-/// `results` are those of the tests of `scenes`. The picture and table TEST_chart, and the keys points and best_plain.
+/// `results`: results of the tests of `scenes`. Makes the picture and table TEST_chart, and the keys points and
+/// best_plain.
 Report training_chart(const training::TestScenes& scenes, const training::TestResults& results);
 
 }  // namespace dpde::report
