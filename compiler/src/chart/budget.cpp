@@ -15,10 +15,10 @@ namespace dpde::chart {
 
 namespace {
 
-constexpr int most_parts = 64;                              // of a step, for the sake of finer cells
-constexpr double smallest_tolerance = SolveBy{}.tolerance;  // of solves
+constexpr int most_parts = 64;                              // of a step, for stability on finer cells
+constexpr double smallest_tolerance = SolveBy{}.tolerance;  // for solves
 constexpr int fewest_coarse = 4;                            // cells along an axis
-constexpr double least_order = 0.25, largest_order = 12;    // beyond them the differences are not those of a power
+constexpr double least_order = 0.25, largest_order = 12;    // outside, differences do not follow a power law
 
 using Values = std::vector<double>;
 
@@ -28,7 +28,8 @@ Values difference(const Values& a, const Values& b) {
   return result;
 }
 
-/// A difference to the next finer run, carried on to the limit, where differences fall from `size` to `next_size`.
+/// Extrapolates the difference to the next finer run to the limit (Richardson), if differences fall from `size` to
+/// `next_size`.
 Values extrapolated(Values first, double size, double next_size, double ratio, Budget::Part& part) {
   const double order = next_size > 0 ? std::log(size / next_size) / std::log(ratio) : 0;
   const bool is_power = order >= least_order && order <= largest_order;
@@ -54,7 +55,7 @@ class Companions {
   }
 
  private:
-  /// The error of the point knows it: of states without an exact solution it does not, as of velocities.
+  /// Whether the point's error has this measure: states without an exact solution, e.g. velocities, may lack one.
   bool is_measured(const Measure& measure) const {
     return point_.errors.empty() || point_.errors.contains(text_of(measure));
   }
@@ -73,7 +74,7 @@ class Companions {
     return open(source_, options_, variant, budget_.failure);
   }
 
-  /// False where it does not end.
+  /// Returns false if the run does not reach its end.
   bool run(driver::Session* session, FinalStates& states) {
     if (session == nullptr) return false;
     const RunResult result = session->rollout().run();
@@ -84,7 +85,7 @@ class Companions {
   }
   bool run(double cells, int parts, FinalStates& states) { return run(open_at(cells, parts).get(), states); }
 
-  /// The smallest power of 2 whose part of the step is stable on cells half as large.
+  /// The smallest power of 2 by which the step must be divided to be stable on cells half as large.
   int parts_for(driver::Session& finer) {
     const stability::StabilityReport verdict = stability::verdict_of(finer);
     int parts = 1;
@@ -94,7 +95,7 @@ class Companions {
     return parts;
   }
 
-  /// Of a session that has run.
+  /// Requires that the session has run.
   void find_exacter_solves(driver::Session& own) {
     const std::deque<SolveNote>& notes = own.rollout().solve_notes();
     const bool by_steps = std::ranges::any_of(
@@ -172,8 +173,8 @@ class Companions {
   Variant variant_;
   bool is_single_ = false;
   std::vector<std::string> axis_names_;
-  std::string exacter_solves_;                                // of a scheme; "": none are by steps
-  FinalStates as_it_is_;                                      // of the point itself
+  std::string exacter_solves_;                                // setting of the scheme; "": no iterative solves
+  FinalStates as_it_is_;                                      // the point itself
   FinalStates to_tolerance_;                                  // in double precision
   FinalStates base_, half_, quarter_, same_, coarse_, fine_;  // the same, with exacter solves
   Budget budget_;

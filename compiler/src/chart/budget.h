@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the error of a point comes from. Companion runs on the same grid with halved and quartered steps tell the part
-// of the steps and its order q, runs on doubled and halved cells with a step that all of them bear the part of the
-// cells and its order p, a run in double precision that of rounding. Where equations are solved by steps, all of these
-// come to a hundredth of the tolerance, and one more, to the point's own, tells the part of that:
+// Sources of a point's error. Companion runs on the same grid with half and quarter steps give the error of the steps
+// and its order q. Runs on twice and half the cell width, with a step stable on all of them, give the error of the
+// cells and its order p. A run in double precision gives that of rounding. With iterative solves, all of these use a
+// hundredth of the tolerance, and one more run with the point's own tolerance gives the error of solves:
 //
 //   E_time  = (u(h, dt) - u(h, dt/2))/(1 - 2^-q),   2^q = |u(h, dt) - u(h, dt/2)|/|u(h, dt/2) - u(h, dt/4)|
 //   E_space = (u(h, dt') - u(h/2, dt'))/(1 - 2^-p), 2^p = |u(2h, dt') - u(h, dt')|/|u(h, dt') - u(h/2, dt')|
@@ -14,7 +14,7 @@
 
 namespace dpde::chart {
 
-/// Of a point that ran. What is thrown is its failure.
+/// For a point that ran. Exceptions become the budget's failure.
 Budget budget_of(const SourceFile& source, const PointOptions& options, const Point& point);
 
 }  // namespace dpde::chart

@@ -10,13 +10,13 @@ namespace dpde::chart {
 
 namespace {
 
-constexpr double narrow = 0.25;     // of the median
-constexpr double busy_part = 0.25;  // of the points
+constexpr double narrow = 0.25;     // relative to the median
+constexpr double busy_part = 0.25;  // share of the points
 constexpr int resamplings = 1000;
 constexpr std::size_t fewest_samples = 3;
-constexpr double tail = 0.025;  // on each side of the interval
+constexpr double tail = 0.025;  // probability on each side of the interval
 
-/// Seconds at this error on a hull; nullopt beyond its ends.
+/// Seconds at this error, interpolated on a hull; nullopt outside its range.
 std::optional<double> seconds_at(const std::vector<Mark>& hull, double error) {
   for (std::size_t i = 0; i + 1 < hull.size(); ++i) {
     const Measured &a = hull[i].at, &b = hull[i + 1].at;
@@ -27,7 +27,7 @@ std::optional<double> seconds_at(const std::vector<Mark>& hull, double error) {
   return std::nullopt;
 }
 
-/// The same points with medians of as many timings, drawn among them.
+/// Bootstrap: the same points with medians of timings drawn with replacement.
 std::vector<Mark> resampled(std::vector<Mark> hull, std::mt19937_64& random) {
   for (Mark& mark : hull) {
     const std::vector<double>& samples = mark.at.samples;
@@ -40,7 +40,7 @@ std::vector<Mark> resampled(std::vector<Mark> hull, std::mt19937_64& random) {
   return hull;
 }
 
-/// Both hulls reach the error. The seed is fixed: the same timings give the same interval.
+/// Requires that both hulls reach the error. The seed is fixed, so the same timings give the same interval.
 void add_interval(const std::vector<Mark>& base, const std::vector<Mark>& hull, SpeedUp& speed_up) {
   const auto has_few = [](const Mark& mark) { return mark.at.samples.size() < fewest_samples; };
   if (std::ranges::any_of(base, has_few) || std::ranges::any_of(hull, has_few)) return;
@@ -85,7 +85,7 @@ std::vector<Mark> unbeaten_of(const MethodMarks& method) {
 std::vector<Mark> hull_of(const MethodMarks& method) {
   std::vector<Mark> hull;
   for (const Mark& mark : unbeaten_of(method)) {
-    const auto is_beyond_line = [&] {  // the last one, of the line to this one
+    const auto is_beyond_line = [&] {  // whether the last one is above the line from the one before to this one
       const Measured &a = hull[hull.size() - 2].at, &b = hull.back().at, &c = mark.at;
       return std::log(b.seconds / a.seconds) * std::log(a.error / c.error) >=
              std::log(c.seconds / a.seconds) * std::log(a.error / b.error);

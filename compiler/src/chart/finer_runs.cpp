@@ -18,8 +18,8 @@ namespace dpde::chart {
 namespace {
 
 constexpr double reference_fraction = 0.25;  // of the largest stable step
-constexpr double no_agreement = 0.5;         // of two runs: neither is a reference
-constexpr int growth_of_work = 2;            // twice as many steps on twice as many cells: 2^(1 + axes) at least
+constexpr double no_agreement = 0.5;         // of two runs: neither can be a reference
+constexpr int growth_of_work = 2;            // at least twice as many steps on twice as many cells: 2^(1 + axes)
 
 bool reads_files(const model::Problem& problem) {
   const auto is_file = [](const model::Source& source) { return !source.file.empty(); };
@@ -32,7 +32,7 @@ bool reads_files(const model::Problem& problem) {
   return reads;
 }
 
-/// What the text does not hold is not in the key: files, also those of scenes that make data.
+/// Whether the result can be cached: files, also those of scenes that make data, are not part of the key.
 bool may_be_kept(const driver::Session& session) {
   const driver::Compiled& compiled = session.compiled();
   if (compiled.options.cache == nullptr || reads_files(session.problem())) return false;
@@ -46,7 +46,7 @@ bool may_be_kept(const driver::Session& session) {
   });
 }
 
-/// The text with what it imports, and all that was selected of it.
+/// The text with its imports, and all selections.
 std::string key_of(const SourceFile& source, const driver::Session& session) {
   const model::Selection& selection = session.compiled().options.selection;
   std::string key = fmt::format("reference of a chart\n{}\n{}\n{} cells {}\n", selection.name, selection.scheme,
@@ -61,7 +61,7 @@ std::string bytes_of(const std::vector<double>& values) {
   return bytes;
 }
 
-/// What `run` gives, or what it gave before.
+/// Returns the cached result of `run`, or runs it.
 std::optional<std::vector<double>> kept_or_run(const SourceFile& source, const driver::Session& session,
                                                const std::function<std::optional<std::vector<double>>()>& run) {
   codegen::CodeCache* const cache = may_be_kept(session) ? session.compiled().options.cache.get() : nullptr;
@@ -77,12 +77,12 @@ std::optional<std::vector<double>> kept_or_run(const SourceFile& source, const d
   return values;
 }
 
-/// A run that is a reference, of states or of gradients.
+/// A run that makes a reference, of states or of gradients.
 template <class Result>
 struct Finer {
   std::function<std::optional<Result>(const Variant&, std::string& why)> run;
   std::function<double(const Result& finest, const Result& second)> uncertainty;
-  std::function<bool()> has_jumps = [] { return false; };  // the states that the last two runs began with
+  std::function<bool()> has_jumps = [] { return false; };  // of the initial states in the last two runs
 };
 
 template <class Result>
@@ -92,8 +92,8 @@ struct LastTwo {
   double uncertainty;
 };
 
-/// Of the finest run, from how the last two differ and the two before. Two grids may meet a jump alike by chance: error
-/// of jumps falls with the first order at best.
+/// Uncertainty of the finest run, from the last two differences. With a jump two grids may agree by chance; its error
+/// falls with first order at best.
 double doubted(double difference, std::optional<double> before, bool has_jumps) {
   return has_jumps && before ? std::max(difference, 0.5 * *before) : difference;
 }
@@ -102,7 +102,7 @@ std::string of_factor(const model::Problem& scene, double factor) {
   return fmt::format("on {:g} times the {}", factor, scene.has_grid ? "cells" : "steps");
 }
 
-/// By one method.
+/// Refines with one method.
 template <class Result>
 std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptions& options,
                                       const model::Problem& scene, const Refinement& refinement,
@@ -115,7 +115,7 @@ std::optional<LastTwo<Result>> refine(const SourceFile& source, const PointOptio
     Entry entry = refined(scene, method, reference_fraction, factor);
     Point point;
     const auto start = Clock::now();
-    // ordinary equations have no cells to be resolved, and their largest stable step says nothing of accuracy
+    // ordinary equations have no cells, and their largest stable step does not indicate accuracy
     const double longest = scene.has_grid ? std::numeric_limits<double>::infinity() : scene.step / factor;
     if (!choose_step(source, options, scene, entry, point, longest)) {
       why = point.failure;
@@ -163,7 +163,7 @@ std::optional<LastTwo<Result>> last_two(const SourceFile& source, const PointOpt
   return found;
 }
 
-/// The largest rise from a point to the next along any axis, of the range of a state.
+/// Largest difference of adjacent points along any axis, relative to the range of the state.
 double steepness(driver::Session& session) {
   double steepest = 0;
   for (int s = 0; s < session.rollout().state_count(); ++s) {
@@ -198,7 +198,7 @@ std::optional<std::vector<double>> run_states(driver::Session& session) {
 std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
                                         const model::Problem& scene, const Refinement& refinement, std::string& why) {
   Finer<FinalStates> finer;
-  double steep = 0, steep_before = 0;  // finer cells make smooth states half as steep
+  double steep = 0, steep_before = 0;  // halves for smooth states on half the cell width
   finer.has_jumps = [&] { return steep > 0.75 * steep_before; };
   finer.run = [&](const Variant& variant, std::string& reason) -> std::optional<FinalStates> {
     const std::unique_ptr<driver::Session> session = open(source, options, variant, reason);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// References that are runs: finer and finer ones until two agree, each kept in the cache by what it is made of.
+// Reference runs: refined until two agree; each is cached by its inputs.
 #pragma once
 
 #include <limits>
@@ -10,20 +10,20 @@
 
 namespace dpde::chart {
 
-/// Factors are of the scene's cells along each axis, and double from run to run.
+/// Factors are relative to the scene's cells along each axis, and double from run to run.
 struct Refinement {
-  double first = 1;                                               // the second run has twice as many
-  double most = 2;                                                // no run has more, but for the second one
-  double enough = std::numeric_limits<double>::infinity();        // the uncertainty that no finer run is made below
-  double most_seconds = std::numeric_limits<double>::infinity();  // that a run may take, by those before it
+  double first = 1;                                               // the second run has twice as many cells
+  double most = 2;                                                // maximum for all but the second run
+  double enough = std::numeric_limits<double>::infinity();        // no further refinement below this uncertainty
+  double most_seconds = std::numeric_limits<double>::infinity();  // maximum of a run, predicted from earlier ones
 };
 
-/// Runs by central differences of order 6 and rk4 where these fit and are stable, else by the scene's own scheme. Of
-/// the last two one is the reference and the other tells how well it is known. nullopt, and why, where none can be
-/// made.
+/// Runs with central differences of order 6 and rk4 if these are suitable and stable, else with the scene's own scheme.
+/// Of the last two runs one is the reference, and the other gives its uncertainty. nullopt and `why` if no reference is
+/// possible.
 std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
                                         const model::Problem& scene, const Refinement& refinement, std::string& why);
-/// The same of the gradient of the options' task.
+/// The same for the gradient of the options' task.
 std::optional<GradientReference> make_gradient_reference(const SourceFile& source, const PointOptions& options,
                                                          const model::Problem& scene, const Refinement& refinement,
                                                          std::string& why);

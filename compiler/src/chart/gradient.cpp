@@ -18,7 +18,7 @@ model::Placement placement_of(const model::Problem& problem, const driver::Inver
   return part.is_initial() ? problem.find_state(part.name)->placement : problem.find_coefficient(part.name)->placement;
 }
 
-/// Each value over the volume of its cell; `values` may hold several fields.
+/// Divides each value by the volume of its cell; `values` may contain several fields.
 void divide_by_volumes(const std::vector<model::Axis>& axes, std::vector<double>& values) {
   std::size_t below = 1;
   for (const model::Axis& axis : axes) {
@@ -34,7 +34,7 @@ std::size_t size_of(const std::vector<model::Axis>& axes) {
   return size;
 }
 
-/// Each field of `from` at the points of `axes`.
+/// Interpolates each field of `from` to the points of `axes`.
 std::vector<double> fields_at_points(const GradientPart& from, const std::vector<model::Axis>& axes) {
   const std::size_t size = size_of(from.axes);
   std::vector<double> values;
@@ -71,7 +71,7 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
     why = sink.all().empty() ? "it has no gradient" : sink.all().front().message;
     return nullptr;
   }
-  // Steps are parts of what the scene bears: the task may begin where that is less.
+  // Steps are fractions of the scene's stable step: the task may start where the stable step is smaller.
   task->inverse_->assign(task->inverse_->start());
   const stability::StabilityReport verdict = stability::verdict_of(*task->session_);
   if (verdict.ruins_run()) {

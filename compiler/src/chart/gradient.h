@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a task's loss in a form in which grids can be compared: by fields it is taken over the volume of each
-// cell, which is the derivative by the function that the field stands for, and has its points as states do.
+// The gradient of a task's loss in a form that can be compared between grids. For fields it is divided by the cell
+// volumes, which gives the functional derivative, at the same points as states.
 #pragma once
 
 #include <map>
@@ -16,28 +16,28 @@
 namespace dpde::chart {
 
 struct GradientPart {
-  std::vector<model::Axis> axes;  // of a field: its points in the place of centres; else none
-  std::vector<double> values;     // of a field over cell volumes, one interval of a control field after the other
+  std::vector<model::Axis> axes;  // for a field: its points as cell centres; else empty
+  std::vector<double> values;     // for a field divided by cell volumes; control fields interval after interval
 };
-/// By unknown.
+/// By name of the unknown.
 using GradientParts = std::map<std::string, GradientPart>;
 
-/// A task of a scene where it begins.
+/// A task of a scene, at its start.
 class TaskGradient {
  public:
-  /// null where `why` says why not. `session` was compiled with the task and its adjoint.
+  /// Returns null on failure, with the reason in `why`. `session` must be compiled with the task and its adjoint.
   static std::unique_ptr<TaskGradient> open(std::unique_ptr<driver::Session> session, const SourceFile& source,
                                             std::string& why);
 
-  /// One value and gradient; false where it was stopped.
+  /// Computes value and gradient; returns false if it was stopped.
   bool run();
-  /// Of the last run, one unknown after the other.
+  /// Result of the last run, one unknown after the other.
   std::vector<double> values() const { return {gradient_.data(), gradient_.data() + gradient_.size()}; }
-  /// Of such values.
+  /// Splits such values into parts.
   GradientParts parts(const std::vector<double>& values) const;
   bool is_finite() const;
   driver::Session& session() { return *session_; }
-  /// At the peak of a run.
+  /// Peak memory of a run.
   double memory_bytes(const SourceFile& source) const;
 
  private:
@@ -50,10 +50,10 @@ class TaskGradient {
 class GradientReference {
  public:
   GradientReference() = default;
-  /// `second` is the same with half as many cells and steps.
+  /// `second`: the result with half as many cells and steps.
   GradientReference(GradientParts finest, const GradientParts& second, std::string text);
 
-  /// Relative root mean square differences by unknown; of those that cannot be compared none.
+  /// Relative RMS differences by unknown, for those that can be compared.
   std::map<std::string, double> errors(const GradientParts& parts) const;
   double uncertainty() const { return uncertainty_; }
   const std::string& text() const { return text_; }

@@ -23,7 +23,7 @@ std::string method_text(const Variant& variant) {
 void Measured::take(std::vector<double> timings) {
   std::ranges::sort(timings);
   samples = std::move(timings);
-  // between two samples by a straight line: R. J. Hyndman and Y. Fan, Am. Statistician 50 (1996), definition 7
+  // linear interpolation of quantiles: R. J. Hyndman and Y. Fan, Am. Statistician 50 (1996), definition 7
   const auto quantile = [&](double part) {
     const double place = part * static_cast<double>(samples.size() - 1);
     const auto below = static_cast<std::size_t>(place);
@@ -37,9 +37,9 @@ void Measured::take(std::vector<double> timings) {
 
 namespace {
 
-constexpr std::int64_t most_checkpoint_bytes = std::int64_t{1} << 30;  // of gradients
+constexpr std::int64_t most_checkpoint_bytes = std::int64_t{1} << 30;  // for gradients
 
-/// As `compile` says, with the variant put in.
+/// Opens a session with `compile` and the variant's settings.
 std::unique_ptr<driver::Session> open_with(const SourceFile& source, const PointOptions& options,
                                            driver::CompileOptions compile, const Variant& variant, std::string& why) {
   DiagnosticSink sink;
@@ -52,7 +52,7 @@ std::unique_ptr<driver::Session> open_with(const SourceFile& source, const Point
       }
     }
   }
-  compile.runs = driver::any_number_of_runs;  // the time of a run is what a chart shows
+  compile.runs = driver::any_number_of_runs;  // charts measure run times: optimise fully
   std::optional<driver::Compiled> compiled = driver::compile(source, compile, sink);
   std::unique_ptr<driver::Session> session;
   if (compiled && compiled->problem) {
@@ -90,7 +90,7 @@ namespace {
 
 const std::string never_stable = "unstable at every step";
 
-/// Seconds of each sample, per run; `run` is false where it was stopped.
+/// Seconds per run of each sample; `run` returns false if it was stopped.
 std::vector<double> time_runs(const PointOptions& options, const std::function<bool()>& run) {
   using Clock = std::chrono::steady_clock;
   std::vector<double> samples;
@@ -108,7 +108,7 @@ std::vector<double> time_runs(const PointOptions& options, const std::function<b
   return samples;
 }
 
-/// False where the step is not run.
+/// Returns false if the step must not be run.
 bool is_allowed(Point& point, driver::Session& session) {
   const stability::StabilityReport verdict = stability::verdict_of(session);
   if (verdict.limit.kind == stability::StepLimit::Kind::limit) point.largest_step = verdict.limit.step;
@@ -123,7 +123,7 @@ bool is_allowed(Point& point, driver::Session& session) {
   return false;
 }
 
-/// null where the variant does not fit: `point` says why.
+/// Returns null if the variant is not applicable; `point` has the reason.
 std::unique_ptr<driver::Session> open_for(Point& point, const SourceFile& source, const PointOptions& options,
                                           const Variant& variant) {
   std::string why;
@@ -143,8 +143,8 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
     point.fail(Outcome::never_stable, never_stable);
     return false;
   }
-  // Without a limit the scene's own step, which shrinks with the cells; that of exponential schemes does not, and says
-  // nothing of accuracy.
+  // Without a limit: the scene's own step, scaled with the cell width. For exponential schemes the limit does not
+  // shrink with the cells and does not indicate accuracy.
   double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
   const bool is_told = std::isfinite(verdict.bounded_step()) && verdict.parts == 1;
   if (is_told && model::is_exponential(session->problem().scheme.time))
@@ -159,8 +159,8 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
 
 namespace {
 
-/// A step that is chosen as part of the largest stable one needs no other verdict. Where none is known, as of steps
-/// that a Courant number splits, it does.
+/// A step chosen as fraction of the largest stable one needs no further stability check, unless no such step is known,
+/// as for steps split by a Courant number.
 void run_or_throw(const SourceFile& source, const PointOptions& options, const Entry& entry,
                   const References& references, Point& point) {
   const std::unique_ptr<driver::Session> session = open_for(point, source, options, entry.variant);
@@ -198,7 +198,7 @@ void run_or_throw(const SourceFile& source, const PointOptions& options, const E
   point.take(std::move(samples));
 }
 
-/// Of a point that ran.
+/// Requires a point that ran.
 void add_gradient(const SourceFile& source, const PointOptions& options, const Variant& variant,
                   const GradientReference& reference, Point& point) {
   const std::unique_ptr<TaskGradient> task = open_gradient(source, options, variant, point.gradient_failure);
@@ -249,7 +249,7 @@ bool is_complete(const Measured& measured) { return measured.seconds > 0 && std:
 bool is_complete(const Point& p) { return p.failure.empty() && is_complete(static_cast<const Measured&>(p)); }
 
 bool beats(const Measured& a, const Measured& b) {
-  constexpr double alike = 1.01;  // errors that differ by less are the same: shorter steps that buy nothing
+  constexpr double alike = 1.01;  // errors closer than this count as equal: shorter steps have no benefit
   return a.error <= alike * b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
 }
 

@@ -92,7 +92,7 @@ constexpr std::pair<Outcome, const char*> outcomes[] = {
 const char* word_of(Outcome outcome) {
   return std::ranges::find(outcomes, outcome, &std::pair<Outcome, const char*>::first)->second;
 }
-/// @throws JsonError of another word.
+/// @throws JsonError for an unknown word.
 Outcome outcome_from(const std::string& word) {
   for (const auto& [outcome, known] : outcomes) {
     if (word == known) return outcome;
@@ -159,7 +159,7 @@ bool PointsFile::open(const std::string& folder, const std::string& chart, bool 
       known_[key] = point;
     }
     return true;
-  } catch (const JsonError&) {  // said below
+  } catch (const JsonError&) {  // reported below
   }
   known_.clear();
   sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"}, "leave out --resume to begin anew");

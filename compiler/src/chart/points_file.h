@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The points of a chart in a file from which another call goes on.
+// File with the points of a chart, from which a later call resumes.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +15,14 @@ namespace dpde::chart {
 
 Json point_json(const Point& point);
 
-/// The points that were run, CHART_points.json in the folder of --out: written anew after each.
+/// Finished points, in CHART_points.json in the folder of --out; rewritten after each point.
 class PointsFile {
  public:
-  /// False and a diagnostic where a file that is to be resumed cannot be read.
+  /// Returns false with a diagnostic if a file to be resumed cannot be read.
   bool open(const std::string& folder, const std::string& chart, bool resume, DiagnosticSink& sink);
-  /// `run` says what all points have in common: the text with what it imports, settings, the reference.
+  /// `run`: common properties of all points: the text with its imports, settings, the reference.
   static std::string key_of(const std::string& run, const Entry& entry);
-  /// The point of an entry that was run before.
+  /// The earlier point of an entry.
   std::optional<Point> find(const std::string& key, const Entry& entry) const;
   void add(const std::string& key, const Point& point);
   bool save(DiagnosticSink& sink) const;

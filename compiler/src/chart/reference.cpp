@@ -17,14 +17,14 @@ namespace {
 
 constexpr int points = 6;
 
-/// Points of one axis and their weights, for a place between them.
+/// Points along one axis and their interpolation weights.
 struct Stencil {
   std::array<int, points> at{};
   std::array<double, points> weights{};
   int count = 0;
 };
 
-/// `place` in units of cells, 0 at the first point.
+/// `place`: position in cells, 0 at the first point.
 Stencil stencil_at(double place, int cells, bool is_periodic) {
   Stencil result;
   result.count = std::min(points, is_periodic ? points : cells);
@@ -41,8 +41,7 @@ Stencil stencil_at(double place, int cells, bool is_periodic) {
   return result;
 }
 
-/// For each point of `to` along one axis. Coordinates that run uniformly are compared: maps of stretched axes are
-/// equal.
+/// For each point of `to` along one axis. Uses the uniform coordinates, since maps of stretched axes are equal.
 std::vector<Stencil> stencils_along(const model::Axis& from, const model::Axis& to) {
   std::vector<Stencil> result;
   for (int i = 0; i < to.cells; ++i) {
@@ -68,7 +67,7 @@ double norm_of(const driver::ErrorNorms& norms, model::ErrorNorm norm) {
   unreachable("norm of errors");
 }
 
-/// Those that are asked of a state; without any, l2.
+/// The measures requested for a state; l2 if none are.
 std::vector<Measure> measures_of(const std::string& state, const std::vector<Measure>& measures) {
   if (measures.empty()) return {{state}};
   std::vector<Measure> own;
@@ -125,7 +124,7 @@ FinalStates final_states(driver::Session& session, const std::vector<double>& va
 
 std::vector<double> at_points(const FinalState& state, const std::vector<model::Axis>& axes) {
   std::vector<double> values = state.values;
-  std::size_t below = 1;  // points along the axes that are done
+  std::size_t below = 1;  // points along the axes already interpolated
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const std::vector<Stencil> stencils = stencils_along(state.axes[a], axes[a]);
     const auto from = static_cast<std::size_t>(state.axes[a].cells), to = static_cast<std::size_t>(axes[a].cells);

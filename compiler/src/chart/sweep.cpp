@@ -22,7 +22,7 @@ constexpr int fewest_cells = 8;
 
 struct Uses {
   bool advect = false, first = false, second = false;
-  bool dealias = false;  // which is for waves: it would cut those that differences resolve
+  bool dealias = false;  // only for waves: it would remove waves that differences resolve
 };
 
 Uses uses_of(const model::Problem& problem) {
@@ -40,7 +40,7 @@ Uses uses_of(const model::Problem& problem) {
   return uses;
 }
 
-/// Whether it takes all that is used by Fourier series.
+/// Whether all derivatives are by Fourier series.
 bool is_of_waves(const Uses& uses, const model::Scheme& scheme) {
   const bool is_used = uses.advect || uses.first || uses.second;
   return is_used && (!uses.advect || model::is_spectral(scheme.transport)) &&
@@ -57,7 +57,7 @@ Method central(const Uses& uses, const std::string& order) {
   return method;
 }
 
-/// Central differences of order 4, but for advection.
+/// Central differences of order 4, except advection.
 Method upwind(const Uses& uses, const std::string& advect) {
   Method method = central(uses, "4");
   method["advect"] = advect;
@@ -129,7 +129,7 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
   add(central(uses, "4"), cheap);
   add(central(uses, "4"), "rk4");
   if (!uses.advect) return methods;
-  const std::string damped = is_second_order ? "rk4" : "ssp_rk3";  // leapfrog lets grow what is damped
+  const std::string damped = is_second_order ? "rk4" : "ssp_rk3";  // leapfrog amplifies damped modes
   add(upwind(uses, "upwind3"), damped);
   add(upwind(uses, "upwind5"), "rk4");
   add(upwind(uses, "weno5"), damped);
@@ -205,7 +205,7 @@ Method exact_solves(const model::Scheme& scheme) {
   return scheme.solve == by ? Method{} : Method{{"solve", model::print(by)}};
 }
 
-/// Fourier series where the scene has them: no difference resolves as much.
+/// Keeps Fourier series if the scene uses them: no difference resolves as much.
 Method most_accurate(const model::Problem& problem) {
   const Uses uses = uses_of(problem);
   Method method = is_of_waves(uses, problem.scheme) ? Method{} : central(uses, "6");

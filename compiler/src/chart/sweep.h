@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which variants a chart runs: methods times cells times steps.
+// Variants of a chart: methods times cells times steps.
 #pragma once
 
 #include <map>
@@ -10,43 +10,43 @@
 
 namespace dpde::chart {
 
-/// What a person asked for; what is empty is chosen.
+/// The user's choices; empty ones are chosen automatically.
 struct Wishes {
   std::map<std::string, std::vector<std::string>> method;  // by scheme key: real, advect, time ...; scheme: of blocks
   std::vector<int> cells;                                  // along every axis
   std::vector<double> steps;
-  /// In place of steps: parts of the largest stable one; where there is none, of the scene's step, which shrinks with
-  /// the cells.
+  /// Replaces steps: fractions of the largest stable step; if there is none, of the scene's step, scaled with the cell
+  /// width.
   std::vector<double> fractions;
 };
 
-/// Methods that suit the scene's equations where none are asked for: its own, and central differences of order 2 and 4,
-/// with ssp_rk3 (leapfrog for equations of second order) and rk4; where something is advected also upwind differences
-/// of order 3 and 5, and weno and muscl for what is not smooth. Eight at most, none twice.
+/// Methods suited to the scene's equations, if none are requested: its own; central differences of order 2 and 4, with
+/// ssp_rk3 (leapfrog for second-order equations) and rk4; for advection also upwind differences of order 3 and 5, and
+/// weno and muscl for solutions that are not smooth. At most eight, without duplicates.
 std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
 
-/// Each of the methods with each of the steps, on these cells (keys of --set). Tolerances of solves, as of
-/// solve=cg(1e-4), are resolutions as cells and steps are: the method is solve=cg.
+/// Each method with each step, on these cells (keys of --set). Tolerances of solves, as in solve=cg(1e-4), count as
+/// resolution like cells and steps: the method is solve=cg.
 std::vector<Entry> entries_on(const model::Problem& problem, const Wishes& wishes,
                               const std::map<std::string, std::string>& cells);
-/// On all cells: the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
+/// On all cells; by default 1/4, 1/2, 1 and 2 times the scene's.
 std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
 
-/// How the problem takes derivatives in space: "upwind(3)", "central(4)"; of a program by hand its name, of what has no
-/// derivatives the time scheme.
+/// The spatial discretisation: "upwind(3)", "central(4)"; for a hand-written program its name, without derivatives the
+/// time scheme.
 std::string kind_of_method(const model::Problem& problem);
 
-/// So many times the scene's cells along each axis, as --set has them; {} of a scene without a grid.
+/// Settings for `factor` times the scene's cells along each axis, for --set; {} for a scene without a grid.
 std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor);
-/// On so many times the cells; without a grid by steps shorter by the factor.
+/// With `factor` times the cells; without a grid, with steps shorter by the factor.
 Entry refined(const model::Problem& problem, const std::map<std::string, std::string>& method, double fraction,
               double factor);
-/// The most cells of an entry along an axis, in units of the scene's; 1 at least.
+/// Largest number of cells of an entry along an axis, relative to the scene's; at least 1.
 double finest_of(const model::Problem& scene, const std::vector<Entry>& entries);
 
-/// The scene's solves, to the tolerance of a reference: {} where theirs is as small.
+/// The scene's solves with the tolerance of a reference: {} if theirs is as small.
 std::map<std::string, std::string> exact_solves(const model::Scheme& scheme);
-/// Central differences of order 6 and rk4, in double precision, and solves to the smallest tolerance.
+/// Central differences of order 6, rk4, double precision, and solves with the smallest tolerance.
 std::map<std::string, std::string> most_accurate(const model::Problem& problem);
 
 }  // namespace dpde::chart

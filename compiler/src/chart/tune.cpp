@@ -15,31 +15,31 @@ namespace {
 
 constexpr double rung_ratio = 1.4142135623730951;
 constexpr int cells_to_begin_with = 8, rungs_apart = 2;
-constexpr double resolved = 0.1;  // errors above it tell no order
-constexpr double margin = 0.95;   // of the tolerance that predictions aim at
+constexpr double resolved = 0.1;  // larger errors show no order
+constexpr double margin = 0.95;   // predictions aim at this part of the tolerance
 constexpr double most_steps = 1000;
 constexpr double usual_order = 2, lowest_order = 0.3, doubtful_order = 0.75, highest_order = 10;
 constexpr double longest_fraction = 0.9, short_fraction = 0.3;  // of the largest stable step
 constexpr std::array all_fractions{short_fraction, 0.45, 0.6, 0.75, longest_fraction};
-constexpr double longest_step = 1e4;       // of the scene's, where no largest stable one is known
-constexpr double doubt = 2;                // by so much predictions of time may be too long
-constexpr double single_tolerance = 1e-4;  // from which on single precision, of 6e-8 a step, is tried first
+constexpr double longest_step = 1e4;       // relative to the scene's, if no largest stable step is known
+constexpr double doubt = 2;                // factor by which predicted times may be too long
+constexpr double single_tolerance = 1e-4;  // above it, single precision (rounding 6e-8 a step) is tried first
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-constexpr double same_error = 1.2;  // times, of longer steps
-constexpr double hopeless = 1000;   // times the time of the best
-constexpr double risen = 1.1;       // order, from one pair of grids to the next
+constexpr double same_error = 1.2;  // factor that counts as no increase, for longer steps
+constexpr double hopeless = 1000;   // factor over the best time
+constexpr double risen = 1.1;       // increase of the order between pairs of grids
 
 /// One method with one fraction of the largest stable step.
 struct Candidate {
   std::map<std::string, std::string> method;
   double fraction;
   std::map<int, Point> runs = {};  // by rung
-  std::set<int> proven = {};       // rungs that are timed as points are; others only explore
-  int next = 0;                    // the rung that should meet the tolerance
-  double seconds = infinite;       // that it should take
-  double predicted = infinite;     // the same, before it was proven
-  std::string out = "";            // why it is out
+  std::set<int> proven = {};       // rungs that are fully timed; others are only explored
+  int next = 0;                    // first rung expected to meet the tolerance
+  double seconds = infinite;       // predicted time there
+  double predicted = infinite;     // the prediction before it was proven
+  std::string out = "";            // why it was rejected
 };
 
 class Tuner {
@@ -74,13 +74,14 @@ class Tuner {
 
  private:
   double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
-  /// Of the largest stable steps, which may be far too long for ordinary equations: they cost little.
+  /// In units of the scene's cells or steps. Largest stable steps may be far too long for ordinary equations, which are
+  /// cheap.
   double most() const { return scene_.has_grid ? options_.most_cells : most_steps; }
   const char* resolution() const { return scene_.has_grid ? "cells" : "steps"; }
   int axes() const { return scene_.has_grid ? static_cast<int>(scene_.axes.size()) : 0; }
   bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
 
-  /// The least of the timings counts: what disturbs them only adds to them.
+  /// Uses the minimum of the timings: disturbances only add time.
   Point run(const Entry& entry, const PointOptions& options) {
     Point point = run_point(source_, options, scene_, entry, references_);
     if (point.steps > 0) ++result_.tried;
@@ -92,7 +93,7 @@ class Tuner {
     return point;
   }
 
-  /// Short timings where it is only to be seen how error and time go on.
+  /// Short timings, only to find the trend of error and time.
   const Point& explore_at(Candidate& candidate, int rung) {
     PointOptions options = options_.point;
     options.samples = std::min(options.samples, 3);
@@ -110,7 +111,7 @@ class Tuner {
       if (meets(point)) return candidate.runs[rung] = point;
     }
     const Point& point = candidate.runs[rung] = run_at(candidate, rung, options_.point);
-    if (is_single_first_ && meets(point)) is_single_first_ = false;  // it is rounding that has missed
+    if (is_single_first_ && meets(point)) is_single_first_ = false;  // then rounding was the reason for missing it
     return point;
   }
 
@@ -122,7 +123,7 @@ class Tuner {
     return run(entry, options);
   }
 
-  /// However far the reference is off.
+  /// Takes the uncertainty of the reference into account.
   bool is_near_enough(const Point& point) const {
     const double uncertainty =
         options_.of_gradient ? references_.gradient.uncertainty() : references_.states.uncertainty();
@@ -130,9 +131,9 @@ class Tuner {
   }
   bool meets(const Point& point) const { return is_complete(point) && is_near_enough(point); }
 
-  /// Two coarse grids, and finer ones as long as they are unstable or do not resolve what there is.
+  /// Runs two coarse grids, and finer ones as long as they are unstable or do not resolve the solution.
   void explore(Candidate& candidate) {
-    std::string why;  // the finest run has failed
+    std::string why;  // why the finest run failed
     bool was_lengthened = false;
     for (int rung = 0; rung <= highest_rung_ && !is_stopped(); rung += rungs_apart) {
       const Point& point = explore_at(candidate, rung);
@@ -152,7 +153,8 @@ class Tuner {
     look_finer(candidate);
   }
 
-  /// Where no largest step is known the scene's own may be far too short: as long as it leaves the error as it is.
+  /// If no largest step is known, the scene's may be far too short: lengthens it as long as the error does not
+  /// increase.
   void lengthen(Candidate& candidate, int rung) {
     if (candidate.runs.at(rung).largest_step > 0 || fractions_.empty() || candidate.fraction < longest_fraction) return;
     while (candidate.fraction < longest_step && !is_stopped()) {
@@ -166,8 +168,8 @@ class Tuner {
     }
   }
 
-  /// Coarse grids may be too coarse for a method to show its order: what would need too many cells is looked at on
-  /// finer ones once, and as long as its order rises.
+  /// Coarse grids may not show a method's order. A candidate that seems to need too many cells is tested on finer
+  /// grids, once and as long as its order rises.
   void look_finer(Candidate& candidate) {
     double before = 0;
     while (!candidate.out.empty() && !is_stopped()) {
@@ -182,12 +184,12 @@ class Tuner {
     }
   }
 
-  /// By the two finest runs.
+  /// Predicts from the two finest runs.
   void predict(Candidate& candidate) {
     if (candidate.runs.empty()) return;
     const auto last = std::prev(candidate.runs.end());
     const auto [rung, point] = *last;
-    bool is_doubtful = false;  // so low an order may be that of chance: where jumps lie between cells
+    bool is_doubtful = false;  // such a low order may be accidental, depending on the position of jumps within cells
     if (!point.failure.empty() || !(point.error > 0)) {  // coarse grids may fail where finer ones do not
       candidate.next = rung + 1;
       candidate.seconds = point.seconds > 0 ? point.seconds : 0;
@@ -206,7 +208,7 @@ class Tuner {
       const double growth = growth_of_steps + axes();
       candidate.seconds = point.seconds * std::pow(factor_of(candidate.next) / factor_of(rung), growth);
     }
-    for (const auto& [known, run] : candidate.runs) {  // above all that miss the tolerance
+    for (const auto& [known, run] : candidate.runs) {  // finer than all runs that miss the tolerance
       if (!is_near_enough(run)) candidate.next = std::max(candidate.next, known + 1);
     }
     if (candidate.next > highest_rung_ && is_doubtful && rung < highest_rung_) candidate.next = highest_rung_;
@@ -223,7 +225,7 @@ class Tuner {
     return best;
   }
 
-  /// False where no other can be faster than what is proven.
+  /// Returns false if no other candidate can be faster than the proven one.
   bool advance(Candidate& candidate) {
     if (proven_ && candidate.seconds > doubt * proven_->seconds) return false;
     if (!meets(prove_at(candidate, candidate.next))) {
@@ -231,7 +233,7 @@ class Tuner {
       return true;
     }
     candidate.predicted = candidate.seconds;
-    int rung = candidate.next;  // as coarse as it may be
+    int rung = candidate.next;  // as coarse as possible
     while (rung > 0 && !is_stopped() && meets(prove_at(candidate, rung - 1))) --rung;
     const Point& best = candidate.runs.at(rung);
     candidate.seconds = best.seconds;
@@ -240,7 +242,7 @@ class Tuner {
     return true;
   }
 
-  /// Where it is faster than what is proven so far.
+  /// Takes the point if it is faster than the best proven one.
   bool take(const Point& point, const Candidate& candidate) {
     if (!meets(point) || (proven_ && point.seconds >= proven_->seconds)) return false;
     proven_ = point;
@@ -248,7 +250,7 @@ class Tuner {
     return true;
   }
 
-  /// Coarser ones than the longest steps need may do with shorter ones, as long as these cost less.
+  /// Tries coarser cells with shorter steps, as long as that is cheaper.
   void try_coarser_cells() {
     const bool is_known = proven_ && proven_->largest_step > 0 && scene_.has_grid;
     if (!is_known || winner_rung_ == 0 || winner_fraction_ < longest_fraction) return;
@@ -258,21 +260,21 @@ class Tuner {
     try_fractions({proven_->variant.method, coarser}, shortest, longest_fraction);
   }
 
-  /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
+  /// Coarse grids may have required shorter steps than the chosen one needs.
   void try_longer_steps() {
     if (!proven_) return;
     Variant variant = proven_->variant;
     variant.resolution.erase("step");
     try_fractions(variant, std::nextafter(winner_fraction_, 1), 1);
     if (proven_->largest_step > 0 || fractions_.empty()) return;
-    double fraction = 2 * winner_fraction_;  // of the scene's step
+    double fraction = 2 * winner_fraction_;  // relative to the scene's step
     const auto is_better = [&](double longer) { return take(run({variant, longer}, options_.point), *winner_); };
     while (fraction < longest_step && !is_stopped() && is_better(fraction)) fraction *= 2;
     if (!is_stopped()) is_better(0.7 * fraction);
   }
 
-  /// The longest steps that meet the tolerance, of fractions from `low` to below `high`, by halving. None where a
-  /// person has named those to try.
+  /// Finds the longest steps that meet the tolerance, for fractions from `low` to below `high`, by bisection. Does
+  /// nothing if the user named the fractions.
   void try_fractions(const Variant& variant, double low, double high) {
     auto first = std::ranges::lower_bound(fractions_, low), last = std::ranges::lower_bound(fractions_, high);
     while (first < last && !is_stopped()) {
@@ -290,7 +292,7 @@ class Tuner {
     if (!proven_ || wishes.method.contains("real") || is_stopped()) return;
     Entry other{proven_->variant, 0};
     const bool is_single = proven_->variant.method.contains("real");
-    if (is_single && proven_->seconds <= winner_->predicted) return;  // double was to take longer
+    if (is_single && proven_->seconds <= winner_->predicted) return;  // double precision was predicted to be slower
     if (is_single) other.variant.method.erase("real");
     if (!is_single) other.variant.method["real"] = "f32";
     const char* name = is_single ? "double" : "single";
@@ -305,11 +307,11 @@ class Tuner {
     }
   }
 
-  /// The methods that lost, each with its last run.
+  /// Adds the rejected methods, each with its last run.
   Choice finish() {
     result_.chosen = proven_;
     for (Candidate& candidate : candidates_) {
-      std::erase_if(candidate.runs, [&](const auto& run) {  // broken off
+      std::erase_if(candidate.runs, [&](const auto& run) {  // interrupted
         return is_stopped() && run.second.failure.empty() && !is_complete(run.second);
       });
       if (candidate.runs.empty() || &candidate == winner_) continue;
@@ -332,7 +334,7 @@ class Tuner {
   std::vector<Candidate> candidates_;
   bool is_single_first_ = false;
   std::optional<Point> proven_;
-  const Candidate* winner_ = nullptr;  // whose point that is
+  const Candidate* winner_ = nullptr;  // the candidate of that point
   int winner_rung_ = 0;
   double winner_fraction_ = 0;
   std::vector<double> fractions_;
