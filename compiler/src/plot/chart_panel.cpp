@@ -13,7 +13,7 @@ namespace dpde::plot {
 
 namespace {
 
-/// Of all that is drawn.
+/// Range of all drawn marks.
 struct Extent {
   double slowest = 0, fastest = INFINITY, worst = 0, least_memory = INFINITY, most_memory = 0;
 };
@@ -33,7 +33,7 @@ Extent extent_of(const std::vector<chart::MethodMarks>& methods) {
   return extent;
 }
 
-/// From 0.5 to 1.5, by the logarithm.
+/// Size of a mark from 0.5 to 1.5, linear in the logarithm of its memory.
 double size_of(const chart::Mark& mark, const Extent& extent) {
   if (!(extent.most_memory > extent.least_memory) || !(extent.least_memory > 0)) return 0.8;
   return 0.5 +
@@ -68,7 +68,7 @@ Curve marks_where(const char* title, Symbol symbol, const std::vector<chart::Met
   return curve;
 }
 
-/// They have no error: beside the worst one that is, below each other.
+/// Failed points have no error: drawn at the right of the largest error, one below the other.
 Curve failures_of(const char* title, const std::function<bool(const chart::Mark&)>& is_meant,
                   const std::vector<chart::MethodMarks>& methods, const Extent& extent, int& drawn) {
   Curve curve{title, {}, {}, true};

@@ -15,9 +15,9 @@ struct ChartText {
   std::string machine;  // "AMD EPYC, 2 cores"
 };
 
-/// A curve a method with quartiles as bars and marks as large as the memory that they take; what is beaten by its own
-/// method, what the reference does not resolve, what failed and how, what nothing beats; walls at the error of the
-/// reference and at the tolerance (each 0: none).
+/// One curve for each method, with quartiles as bars and mark sizes by memory. Other marks show points beaten by their
+/// own method, points below the reference's uncertainty, failures by kind, and the Pareto front. Walls are at the
+/// reference's error and at the tolerance (0: none).
 LinePanel chart_panel(const ChartText& text, const std::vector<chart::MethodMarks>& methods, double uncertainty,
                       double tolerance);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t parts = 2048;
 constexpr std::size_t most_of_a_part = 5;
 
-/// Which of the values from `begin` to `end` are kept.
+/// Indices of the values kept between `begin` and `end`.
 std::set<std::size_t> kept_of(std::span<const double> values, std::size_t begin, std::size_t end) {
   std::set<std::size_t> kept{begin, end - 1};
   std::size_t low = end, high = end, bad = end;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A field on one axis as a line with no more points than show.
+// A field on one axis as a curve with no more points than are visible.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,9 @@
 
 namespace dpde::plot {
 
-/// The values as a curve. Of very many, those that decide what is drawn are kept: of each of as many equal parts as
-/// no picture has columns the first, the last, the smallest and the largest, and one that is not finite.
+/// The values as a curve. Long arrays are thinned without visible change: they are split into more equal parts than
+/// pictures have columns, and of each part the first, last, smallest and largest value and one that is not finite are
+/// kept.
 Curve curve_of(std::string title, std::span<const double> values, const std::function<double(std::size_t)>& place);
 
 }  // namespace dpde::plot

@@ -61,7 +61,7 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   return panel;
 }
 
-/// Over all states, so that the frames of a video share it.
+/// Range over all states, shared by the frames of a film.
 std::optional<ValueRange> common_range(const StoredField& field) {
   std::vector<double> ends;
   for (const std::vector<double>& state : field.states) {

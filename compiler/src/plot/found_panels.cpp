@@ -11,7 +11,7 @@ namespace dpde::plot {
 
 namespace {
 
-/// The state a datum is a target of: the field it comes from, or the only state; "" where neither tells.
+/// The state that a datum is compared with: the field it comes from, or the only state; "" if unclear.
 std::string state_of(const Found& found, const std::string& datum) {
   for (const model::Datum& declared : found.task().data) {
     if (declared.name == datum && !declared.field.empty()) return declared.field;
@@ -28,7 +28,7 @@ bool is_in_loss(const Found& found, const std::string& datum) {
   });
 }
 
-/// The states at a step of the run from the unknowns found.
+/// The states at a step of the run with the unknowns `x`.
 std::vector<std::vector<double>> states_at(const Found& found, const Eigen::VectorXd& x, int step) {
   std::vector<std::vector<double>> states;
   found.inverse.assign(x);
@@ -66,7 +66,7 @@ void add_targets(const Found& found, const Eigen::VectorXd& x, std::vector<Panel
   }
 }
 
-/// A line of steps.
+/// A panel with a step function.
 LinePanel control_panel(const Found& found, const std::string& name, const std::vector<double>& values) {
   const std::vector<double> times = intervals_of(found.session, name);
   Curve curve{name, {}, {}};

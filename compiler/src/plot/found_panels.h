@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an optimisation has found as panels of a picture.
+// Results of an optimisation as panels of a picture.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,10 +20,10 @@ struct Found {
   const model::Task& task() const { return *session.problem().task; }
 };
 
-/// Target and result of each datum at the last time of the last loss, by one more run; then what was found of controls
-/// and fields, beside what the scene has. `x`: all unknowns.
+/// Target and result of each datum at the last time of the last loss, from one more run; then the controls and fields
+/// found, compared with the scene's values. `x`: all unknowns.
 std::vector<Panel> panels_of_found(const Found& found, const Eigen::VectorXd& x);
-/// Begins of the intervals of a control, and the end of the last.
+/// Beginnings of a control's intervals, and the end of the last one.
 std::vector<double> intervals_of(const driver::Session& session, const std::string& control);
 
 }  // namespace dpde::plot

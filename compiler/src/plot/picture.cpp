@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes one gnuplot script with the data inside, runs gnuplot in a temporary folder, moves the results to their place.
+// Writes one gnuplot script with embedded data, runs gnuplot in a temporary folder, and moves the results to their
+// final location.
 #include "plot/picture.h"
 
 #include <fmt/format.h>
@@ -19,9 +20,9 @@ namespace {
 
 constexpr int panel_width = 640, panel_height = 440;  // pixels
 constexpr int most_columns = 2;
-constexpr int name_height = 15, names_with_room = 4;  // of what stands below a picture
+constexpr int name_height = 15, names_with_room = 4;  // of curve names below a picture
 
-/// A gnuplot string: single quotes take nothing but themselves specially.
+/// A gnuplot string in single quotes, in which only the quote itself is special.
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c == '\n' ? ' ' : c);
@@ -46,12 +47,13 @@ std::string data_of(const LinePanel& panel, int index) {
   return text;
 }
 
-/// Cells below one pixel, as far as `end`.
+/// Range of cells covered by one pixel; `end` is excluded.
 struct Span {
   int begin = 0, end = 0;
 };
 
-/// Of equal pixels, at most `most`: those whose centres they cover, else the one below their middle.
+/// Splits cells into at most `most` equal pixels: each has the cells whose centres it covers, else the cell at its
+/// middle.
 std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces, int most) {
   const auto face = [&](int i) {
     return faces.empty() ? double(i) / cells : (faces[std::size_t(i)] - faces.front()) / (faces.back() - faces.front());
@@ -71,7 +73,7 @@ std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces
   return below;
 }
 
-/// Places rise to the right and upwards, whatever way the cells are counted.
+/// Flips the map so that coordinates increase to the right and upwards.
 MapPanel with_rising_places(MapPanel panel) {
   const auto row = [&](int y) { return panel.values.begin() + std::ptrdiff_t{y} * panel.nx; };
   if (panel.x_low > panel.x_high) {
@@ -87,8 +89,8 @@ MapPanel with_rising_places(MapPanel panel) {
   return panel;
 }
 
-/// The panel with equal pixels in the place of cells, no more of them than the picture has: each the mean of its cells,
-/// so that one that is not finite shows. The colours are those of the values themselves.
+/// Resamples the panel to equal pixels, at most as many as the picture has. Each is the mean of its cells, so a value
+/// that is not finite stays visible. Colours are those of the values.
 MapPanel with_pixels(MapPanel panel) {
   panel = with_rising_places(std::move(panel));
   if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height)
@@ -125,7 +127,7 @@ std::string data_of(const MapPanel& panel, int index) {
   return text + "EOD\n";
 }
 
-/// Powers raised and products as dots: m^2*K is m\u00b2\u00b7K.
+/// Typesets units: superscript powers, products as dots: m^2*K is m\u00b2\u00b7K.
 std::string typeset(const std::string& label) {
   constexpr const char* digits[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
                                     "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
@@ -148,7 +150,7 @@ std::string labels_of(const std::string& title, const std::string& x_label, cons
                      quoted(typeset(x_label)), quoted(typeset(y_label)));
 }
 
-/// gnuplot's number of a symbol, and its size.
+/// gnuplot's number and size of a symbol.
 std::string symbol_of(Symbol symbol) {
   switch (symbol) {
     case Symbol::small_dot: return "pt 7 ps 0.4";
@@ -160,7 +162,7 @@ std::string symbol_of(Symbol symbol) {
   unreachable("symbol");
 }
 
-/// With the name of the curve's data, and its title.
+/// Plot command for the curve's data block, with its title.
 std::string plot_of(const Curve& curve, const std::string& data, std::size_t number, const std::string& title) {
   const std::string line =
       curve.colour.empty() ? fmt::format("lt {}", number + 1) : fmt::format("lc rgb '{}'", curve.colour);
@@ -176,13 +178,13 @@ std::string plot_of(const Curve& curve, const std::string& data, std::size_t num
   return fmt::format("{} {} title {}", data, style, title);
 }
 
-/// Lines end where the picture does; marks keep room around them.
+/// Lines extend to the frame; marks keep a margin.
 std::string limits_of(const LinePanel& panel) {
   const auto is_line = [](const Curve& curve) { return !curve.points && curve.low.empty(); };
   return std::ranges::all_of(panel.curves, is_line) ? "set autoscale xfix\n" : "";
 }
 
-/// 1, 10, 100 where that is short, else 1e-07.
+/// Format 1, 10, 100 if that is short, else 1e-07.
 const char* format_of_decades(const LinePanel& panel, std::vector<double> Curve::*values) {
   constexpr double least = 1e-3, most = 1e4;
   const auto is_short = [](double value) { return !std::isfinite(value) || (value >= least && value <= most); };
@@ -194,14 +196,14 @@ const char* format_of_decades(const LinePanel& panel, std::vector<double> Curve:
 
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
-  if (panel.names_below || panel.curves.size() > 1)  // a second line keeps them off the label
+  if (panel.names_below || panel.curves.size() > 1)  // a second line separates them from the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
   text += fmt::format("unset logscale\n{}set format y '{}'\n", panel.log_y ? "set logscale y\n" : "",
                       panel.log_y ? format_of_decades(panel, &Curve::y) : "%g");
   text += fmt::format("{}set format x '{}'\n", panel.log_x ? "set logscale x\n" : "",
                       panel.log_x ? format_of_decades(panel, &Curve::x) : "%g");
   text += "set autoscale\n" + limits_of(panel);
-  // Room above and below; equal values have none of their own.
+  // Margin above and below; a constant curve has no extent of its own.
   if (panel.range) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
     text += fmt::format("set yrange [{}:{}]\n", number(panel.range->low - room), number(panel.range->high + room));
@@ -227,12 +229,12 @@ std::string plot_of(const MapPanel& panel, int index) {
   const double hx = (panel.x_high - panel.x_low) / panel.nx, hy = (panel.y_high - panel.y_low) / panel.ny;
   const std::optional<ValueRange> range = panel.range ? panel.range : range_of(panel.values);
   double low = range ? range->low : INFINITY, high = range ? range->high : -INFINITY;
-  if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // one value everywhere, or none
+  if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // constant or no values
     const double middle = std::isfinite(low) ? low : 0, half = middle == 0 ? 1 : std::abs(middle) / 10;
     low = middle - half;
     high = middle + half;
   }
-  // Signed data: red and blue around zero; data of one sign, but for what goes a little beyond 0: one hue.
+  // Signed data: red and blue around zero. Data of one sign, allowing slight excess beyond 0: a single hue.
   constexpr double little = 0.1;
   const double bound = std::max(std::abs(low), std::abs(high));
   const bool is_signed = std::min(-low, high) > little * bound;
@@ -253,8 +255,8 @@ std::string plot_of(const MapPanel& panel, int index) {
   return text;
 }
 
-/// Colours that people tell apart who see no red or no green (Okabe and Ito, jfly.uni-koeln.de/color, without the
-/// yellow that white swallows), and where there are more curves, the same with dashes.
+/// Colours that are distinguishable with red-green colour blindness (Okabe and Ito, jfly.uni-koeln.de/color, without
+/// the yellow, which is invisible on white); further curves repeat them dashed.
 std::string line_types() {
   constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
   constexpr int dashes[] = {1, 2, 4};
@@ -272,7 +274,7 @@ int rows_of(const std::vector<Panel>& panels) {
   return (static_cast<int>(panels.size()) + most_columns - 1) / most_columns;
 }
 
-/// One picture: its data, and its panels side by side, row below row.
+/// One picture: its data, and its panels in rows.
 std::string page_of(const std::vector<Panel>& given) {
   std::vector<Panel> panels;
   for (const Panel& panel : given) panels.push_back(match(panel, [](const auto& p) { return Panel(with_pixels(p)); }));
@@ -287,7 +289,7 @@ std::string page_of(const std::vector<Panel>& given) {
   return text + (panels.size() > 1 ? "unset multiplot\n" : "");
 }
 
-/// Of one page, or of many of a film.
+/// Script for one page, or for the pages of a film.
 std::string script_for(const std::vector<std::vector<Panel>>& pages, const std::string& terminal,
                        const fs::path& output) {
   std::string text =
@@ -297,7 +299,7 @@ std::string script_for(const std::vector<std::vector<Panel>>& pages, const std::
   return text + "unset output\n";
 }
 
-/// Names below a picture take none of its own height.
+/// Height including the names below the panels.
 int height_of(const std::vector<Panel>& panels) {
   std::size_t names = 0;
   for (const Panel& panel : panels) {
@@ -311,7 +313,7 @@ struct Format {
   std::string extension, terminal;
 };
 
-/// What gnuplot makes of the pages, under its final name; "" after a diagnostic.
+/// Runs gnuplot for the pages and returns the final file name; "" after a diagnostic.
 std::string draw_as(const Format& format, const fs::path& stem, const std::vector<std::vector<Panel>>& pages,
                     const TemporaryFolder& folder, DiagnosticSink& sink) {
   const fs::path drawn = folder.path() / ("picture" + format.extension);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run went through as panels of its pictures.
+// Results of a run as panels of its pictures.
 #pragma once
 
 #include <cstddef>
@@ -12,20 +12,20 @@
 
 namespace dpde::plot {
 
-/// Values are asked for as they are drawn, so that those of one field are held at a time.
+/// Values are requested when they are drawn, so that only one field is in memory at a time.
 struct DrawnRun {
-  std::vector<std::string> states, outputs;  // outputs: those with a formula
-  double time = 0;                           // where it ended
+  std::vector<std::string> states, outputs;  // outputs: only those with a formula
+  double time = 0;                           // end time
   std::function<std::vector<double>(const std::string&)> at_end;
-  std::function<std::vector<double>(const std::string&)> at_start = nullptr;  // of states; null: not drawn
-  std::vector<Curve> course = {};  // of one cell: its states over time, drawn in place of the others
+  std::function<std::vector<double>(const std::string&)> at_start = nullptr;  // for states; null: not drawn
+  std::vector<Curve> course = {};  // for one cell: time series of its states, drawn instead of the fields
 };
 
-/// Fields at the end; on one axis states at the start too.
+/// Fields at the end; on one axis also states at the start.
 std::vector<Panel> panels_of_run(const SceneView& scene, const DrawnRun& run);
-/// Of one cell: the states over time.
+/// For one cell: the states over time.
 LinePanel panel_of_course(const model::Problem& problem, std::vector<Curve> course);
-/// Observables over time, by their logarithms where decades are spanned; none of fewer than three instants.
+/// Observables over time, on a logarithmic axis if they span decades; empty for fewer than three times.
 std::vector<Panel> panels_of_observables(const model::Problem& problem, const Series& series);
 
 }  // namespace dpde::plot

@@ -15,14 +15,14 @@ namespace dpde::plot {
 
 namespace {
 
-/// None where all cells are of one width.
+/// Empty if all cells have the same width.
 std::vector<double> faces_of(const model::Axis& axis) {
   std::vector<double> faces;
   for (int i = 0; axis.stretch && i <= axis.cells; ++i) faces.push_back(axis.face(i));
   return faces;
 }
 
-/// Of a plane along the axes a and b, without values.
+/// A map of the plane of axes a and b, without values.
 MapPanel empty_map(const model::Problem& problem, const std::string& title, const model::Axis& a,
                    const model::Axis& b) {
   MapPanel panel;
@@ -40,7 +40,7 @@ MapPanel empty_map(const model::Problem& problem, const std::string& title, cons
   return panel;
 }
 
-/// The plane on two axes; on three those through the middle of each, the last axis first.
+/// On two axes the plane; on three axes the three middle planes, beginning with the one normal to the last axis.
 std::vector<Panel> maps_of(const SceneView& scene, const std::string& title, NamedState state) {
   const std::vector<model::Axis> axes = model::axes_at(scene.axes, state.placement);
   if (axes.size() == 2) {
@@ -66,7 +66,7 @@ std::vector<Panel> maps_of(const SceneView& scene, const std::string& title, Nam
 
 }  // namespace
 
-/// What several curves are, each once; nothing where that is more than an axis has room for.
+/// Appends a name to an axis label, without duplicates; the label is empty if it would be too long.
 void add_label(std::string& label, const std::string& more) {
   constexpr std::size_t longest = 60;
   const bool is_there = (", " + label + ", ").find(", " + more + ", ") != std::string::npos;

@@ -11,7 +11,7 @@
 
 namespace dpde::plot {
 
-/// What panels are of: a scene, and its axes with the cells of a run.
+/// Scene of the panels, and its axes with the cells of a run.
 struct SceneView {
   SceneView(const driver::Session& session) : problem(session.problem()), axes(session.axes()) {}  // NOLINT: a view
   SceneView(const model::Problem& of, const std::vector<model::Axis>& with) : problem(of), axes(with) {}
@@ -19,31 +19,31 @@ struct SceneView {
   const std::vector<model::Axis>& axes;
 };
 
-/// "x [m]"; the name alone where no unit is known.
+/// "x [m]"; only the name if the unit is unknown.
 std::string label_of(const model::Problem& problem, const std::string& name);
 /// "t = 0.5 s"
 std::string time_text(const model::Problem& problem, double t);
 
-/// A dense state (x fastest) with a name for the picture.
+/// A state without ghost cells (x fastest) with a title for the picture.
 struct NamedState {
   std::string title;
   std::vector<double> values;
   model::Placement placement{};
-  std::string label;  // of the axis of its values
+  std::string label;  // of the axis of values
 };
 
-/// 1-D: one panel with a curve each. 2-D: a map each, 3-D three, of the planes through the middle; all of them in the
-/// colours of one range, so that states can be compared.
+/// 1-D: one panel with one curve for each state. 2-D: one map each; 3-D: the three middle planes each. All maps share
+/// one colour range, so that states can be compared.
 std::vector<Panel> panels_of(const SceneView& scene, const std::string& title, std::vector<NamedState> states);
-/// One after the other, so that no more of each is held than is drawn.
+/// Adds the states one by one, so that only drawn values are kept.
 void add_state(std::vector<Panel>& panels, const SceneView& scene, const std::string& title, NamedState state);
-/// Adds to what an axis of several curves is called.
+/// Appends a name to the label of an axis with several curves.
 void add_label(std::string& label, const std::string& more);
-/// Of a field on one axis.
+/// Curve of a field on one axis.
 Curve curve_of(const SceneView& scene, const NamedState& state);
 
-/// The same of a field of the scene, the values being called `label`; of a control field its first interval, the one in
-/// the middle, and the last.
+/// The same for a field of the scene, with `label` as name of its values; for a control field the first, middle and
+/// last interval.
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
                                    const std::string& label,
                                    const std::vector<std::pair<std::string, std::vector<double>>>& states);

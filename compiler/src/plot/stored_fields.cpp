@@ -18,7 +18,7 @@ namespace {
 
 using Fields = std::vector<StoredField>;
 
-/// The fields of a NetCDF file: variables on one to three axes, beside an axis of time.
+/// The fields of a NetCDF file: variables on one to three axes and optionally time.
 class NetcdfFields {
  public:
   NetcdfFields(const NetcdfReader& file, bool all_states) : file_(file), all_states_(all_states) {}
@@ -66,7 +66,7 @@ class NetcdfFields {
     return axes >= 1 && axes <= 3 && !is_bounds && std::none_of(variable.shape.begin(), variable.shape.end(), is_empty);
   }
 
-  /// The coordinate of a dimension, or 0, 1, 2, ... where there is none.
+  /// Coordinates of a dimension, or 0, 1, 2, ... if there are none.
   std::vector<double> places(const std::string& dimension, std::int64_t length) const {
     const NetcdfReader::Variable* coordinate = file_.find(dimension);
     if (coordinate != nullptr && coordinate->shape == std::vector<std::int64_t>{length}) return file_.read(*coordinate);
@@ -74,7 +74,8 @@ class NetcdfFields {
     for (std::int64_t i = 0; i < length; ++i) numbers.push_back(static_cast<double>(i));
     return numbers;
   }
-  /// What the file says that it is called, or x of x_faces too, where the file says that this is the axis X.
+  /// Name of an axis: the attribute dpde_axis if there is one; x for x_faces whose attribute axis is X; else the
+  /// dimension.
   std::string name_of(const std::string& dimension) const {
     if (const std::optional<std::string> called = file_.text(dimension, "dpde_axis")) return *called;
     const std::string letter = file_.text(dimension, "axis").value_or("");
@@ -99,7 +100,7 @@ class NetcdfFields {
     }
     return true;
   }
-  /// Those of the variable of bounds, else midway.
+  /// Faces from the bounds variable, else midway between centres.
   std::vector<double> faces_between(const std::string& dimension, const std::vector<double>& centres) const {
     const auto count = static_cast<std::int64_t>(centres.size());
     const NetcdfReader::Variable* bounds = file_.find(file_.text(dimension, "bounds").value_or(""));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of array files as they are drawn: a name, places along each axis, and one state for each time.
+// Fields from array files for drawing: a name, coordinates along each axis, and one state for each time.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +15,19 @@ struct StoredAxis {
   std::string name;
   double low = 0, high = 1;  // its ends
   std::int64_t cells = 1;
-  std::vector<double> faces = {};  // of cells of different widths, one more than cells; empty where they are uniform
-  std::string unit = {};           // "": not known
+  std::vector<double> faces = {};  // for cells of different widths, one more than cells; else empty
+  std::string unit = {};           // "": unknown
 };
 struct StoredField {
   std::string name;
-  std::vector<StoredAxis> axes;  // x first; 1 to 3
+  std::vector<StoredAxis> axes;  // 1 to 3, x first
   std::vector<double> times;     // empty: one state without a time
   std::vector<std::vector<double>> states;
   std::string unit = {}, time_unit = {};
 };
 
-/// One field of a .npy file, or those of a .nc file: `field`, or ("") all on the axes of the first. Only the last state
-/// unless `all_states`. nullopt after a diagnostic.
+/// One field of a .npy file, or fields of a .nc file: `field`, or all on the axes of the first one (""). Only the last
+/// state unless `all_states`. Returns nullopt after a diagnostic.
 std::optional<std::vector<StoredField>> load_fields(const std::string& path, const std::string& field, bool all_states,
                                                     DiagnosticSink& sink);
 

@@ -25,7 +25,7 @@ struct Bounds {
   }
 };
 
-/// A grid of dots that prints as characters of `across` x `down` dots.
+/// A raster of dots, printed as characters of `across` x `down` dots.
 class Canvas {
  public:
   Canvas(int width, int height, bool unicode)
