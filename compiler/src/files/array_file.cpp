@@ -48,7 +48,7 @@ bool all_fit(const std::string& file, const std::vector<double>& values, Precisi
   return true;
 }
 
-/// Ours, or as CF and UDUNITS write it: "kg m-2 s-1".
+/// Reads a unit in dpde's syntax, or that of CF and UDUNITS: "kg m-2 s-1".
 std::optional<Unit> read_unit_of_file(const std::string& told) {
   const auto ours = read_unit(told);
   if (told.empty() || std::holds_alternative<Unit>(ours))
@@ -97,7 +97,7 @@ class NetcdfField {
     return std::nullopt;
   }
 
-  /// A coordinate, or the bounds of one.
+  /// Whether the variable is a coordinate, or the bounds of one.
   bool describes_axes(const NetcdfReader::Variable& variable) const {
     if (variable.dimensions.size() == 1 && variable.dimensions[0] == variable.name) return true;
     return std::any_of(file_.variables().begin(), file_.variables().end(),
@@ -112,7 +112,7 @@ class NetcdfField {
     return !describes_axes(variable) && !is_time(variable.dimensions.back());
   }
 
-  /// nullptr after a diagnostic.
+  /// Returns nullptr after a diagnostic.
   const NetcdfReader::Variable* find() {
     std::vector<std::string> fields;
     for (const NetcdfReader::Variable& variable : file_.variables()) {
@@ -133,7 +133,7 @@ class NetcdfField {
     return nullptr;
   }
 
-  /// Shape, and the coordinates where the file gives them.
+  /// Checks the shape, and the coordinates if the file has them.
   bool fits(const NetcdfReader::Variable& variable) {
     const Shape wanted = shape_of(axes_);
     const std::size_t rank = variable.shape.size();
@@ -154,7 +154,7 @@ class NetcdfField {
     return why.empty();
   }
 
-  /// Units that are not understood, and files that tell none, are believed.
+  /// Units that are missing or not understood are accepted.
   bool has_unit(const NetcdfReader::Variable& variable) {
     const std::string told = file_.text(variable.name, "units").value_or("");
     const auto own = read_unit_of_file(told);
@@ -216,7 +216,7 @@ class NetcdfField {
   DiagnosticSink& sink_;
 };
 
-/// Axes of one place are none: a number is a field on one cell, as NumPy and people write either.
+/// Removes axes of length one: NumPy and users write a number as a field of one cell or as a scalar.
 Shape without_ones(const Shape& shape) {
   Shape result;
   std::ranges::copy_if(shape, std::back_inserter(result), [](std::int64_t size) { return size != 1; });
@@ -247,7 +247,7 @@ std::string axis_mismatch(const NetcdfReader& file, const model::Axis& axis, con
   const NetcdfReader::Variable* coordinate = file.find(dimension);
   if (coordinate == nullptr || coordinate->shape != Shape{axis.cells}) return "";
   const std::vector<double> places = file.read(*coordinate);
-  constexpr double tolerance = 1e-3;  // of a cell: single precision passes, another grid does not
+  constexpr double tolerance = 1e-3;  // in cells: single precision passes, another grid does not
   for (int i = 0; i < axis.cells; ++i) {
     const double centre = axis.centre(i);
     if (std::abs(places[static_cast<std::size_t>(i)] - centre) <= tolerance * axis.width(i)) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields from .npy and NetCDF files that must fit the grid.
+// Reads fields from .npy and NetCDF files, which must fit the grid.
 #pragma once
 
 #include <optional>
@@ -12,31 +12,29 @@
 
 namespace dpde::files {
 
-/// What to read. Of a .nc file: `variable` ("": its only field) at `times` (none: its last state). Of a .npy file: all
-/// of it, one state after the other along a leading axis when there are several times.
+/// What to read. From a .nc file: `variable` ("": its only field) at `times` (empty: its last state). From a .npy file:
+/// all of it; several times are along a leading axis.
 struct ArrayFile {
   std::string file, variable;
   std::vector<double> times;
-  /// Of a last state: what it is called, and the times of the states that it is compared with. Another time is a
-  /// warning.
+  /// For a last state: its name, and the times of the states it is compared with. Another time causes a warning.
   std::string name = {};
   std::vector<double> compared_at = {};
-  /// What the values are in where they go; of a .nc file whose `units` are another one that is an error. "": not known.
+  /// Required unit; another unit in a .nc file's `units` is an error. "": unknown.
   std::string unit = {};
 };
 
-/// The states one after the other, each dense and x fastest. Reports cannot-read, bad-array-file, wrong-shape,
-/// data-without-time, data-not-finite and, of values too large for `real`, not-in-precision at `where`.
+/// The states one after the other, without ghost cells, x fastest. Reports cannot-read, bad-array-file, wrong-shape,
+/// data-without-time, data-not-finite and, for values too large for `real`, not-in-precision at `where`.
 std::optional<std::vector<double>> load_array(const ArrayFile& from, const SourceFile& source,
                                               const std::vector<model::Axis>& axes, Precision real, SourceRange where,
                                               DiagnosticSink& sink);
-/// The same for a formula's place.
+/// The same for a source of a formula or field.
 std::optional<std::vector<double>> load_array(const model::Source& from, const std::string& unit,
                                               const SourceFile& source, const std::vector<model::Axis>& axes,
                                               Precision real, DiagnosticSink& sink);
 
-/// Why the coordinates that a file has along `dimension` are not those of `axis`; "" when they are, or when it has
-/// none.
+/// Why the file's coordinates along `dimension` differ from those of `axis`; "" if they agree or the file has none.
 std::string axis_mismatch(const NetcdfReader& file, const model::Axis& axis, const std::string& dimension);
 
 }  // namespace dpde::files

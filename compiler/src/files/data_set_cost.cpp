@@ -16,7 +16,7 @@ namespace {
 
 constexpr double most_seconds = 1e12;  // 30 000 years of one processor
 
-/// The line behind `word`, taken off the text.
+/// Returns the rest of the line after `word`, and removes the line from the text.
 std::optional<std::string_view> line_behind(std::string_view word, std::string_view& text) {
   const std::size_t end = text.find('\n');
   if (!text.starts_with(word) || end == std::string_view::npos) return std::nullopt;
@@ -48,7 +48,7 @@ double stored_cost(const std::string& data_set, std::uint64_t hash, SourceRange 
   std::string_view text = *bytes;
   const auto its_hash = line_behind("data ", text), line = line_behind("cpu_s ", text);
   const std::optional<double> seconds = line ? number_in(*line) : std::nullopt;
-  const bool is_one = its_hash && seconds && text.empty() && *seconds >= 0 && *seconds <= most_seconds;  // a NaN is not
+  const bool is_one = its_hash && seconds && text.empty() && *seconds >= 0 && *seconds <= most_seconds;  // not NaN
   if (!is_one) {
     const std::string found = line && text.empty()
                                   ? fmt::format("cpu_s is {}, no number of seconds that a data set takes", *line)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a data set has cost, in a file NAME.nc.cost beside it: a measurement, and the data themselves are the same bytes
-// whenever they are made.
+// Cost of a data set, in a separate file NAME.nc.cost: it is a measurement, while the data are the same bytes whenever
+// they are made.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 namespace dpde::files {
 
 std::string cost_file_of(const std::string& data_set);
-/// Its text: seconds that processors worked for the data set whose bytes have this hash.
+/// Text of the file: CPU seconds for the data set with this hash.
 std::string cost_text(std::uint64_t hash, double seconds);
-/// Not a number where there is no such file, or it is of other data. Reports bad-array-file where it is no such text.
+/// NaN if the file does not exist or belongs to other data. Reports bad-array-file if its text is invalid.
 double stored_cost(const std::string& data_set, std::uint64_t hash, SourceRange where, DiagnosticSink& sink);
 
 }  // namespace dpde::files

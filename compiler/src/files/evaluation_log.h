@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluations of an objective on disk, in order. Optimisers are deterministic, so that a killed run that reads its
-// evaluations back goes on exactly where it was, whatever the method and wherever its line search stood.
+// Log of evaluations of an objective on disk, in order. Optimisers are deterministic, so a killed run that reads its
+// evaluations back continues exactly where it was, for any method and any state of its line search.
 //
-// File: "dpdelog1", key, unknowns (8 bytes each), then records of loss, gradient, checksum. A record that is cut off or
-// damaged ends the log; what follows it is written anew.
+// Format: "dpdelog1", key, unknowns (8 bytes each), then records of loss, gradient, checksum. The log ends at the first
+// truncated or damaged record; later ones are overwritten.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +17,9 @@ namespace dpde::files {
 
 class EvaluationLog {
  public:
-  /// `key` stands for everything the evaluations depend on. With `resume` records of a log with the same key and size
-  /// are kept, and a log of something else is an error; otherwise the log starts empty. Nothing is written before the
-  /// first append. Check `is_open()`.
+  /// `key`: hash of everything the evaluations depend on. With `resume`, records of a log with the same key and size
+  /// are kept, and another log is an error; otherwise the log starts empty. Nothing is written before the first append.
+  /// Check `is_open()`.
   EvaluationLog(const std::filesystem::path& path, std::uint64_t key, Eigen::Index unknowns, bool resume,
                 DiagnosticSink& sink);
   ~EvaluationLog();
@@ -27,11 +27,11 @@ class EvaluationLog {
   EvaluationLog& operator=(const EvaluationLog&) = delete;
 
   bool is_open() const { return file_ >= 0; }
-  /// Records that were there at the start.
+  /// Number of records at the start.
   std::int64_t recorded() const { return recorded_; }
-  /// Reads the next record; false when there is none.
+  /// Reads the next record; returns false if there is none.
   bool next(double& loss, Eigen::VectorXd& gradient);
-  /// @throws Error(machine) when it cannot be written.
+  /// @throws Error(machine) if it cannot be written.
   void append(double loss, const Eigen::VectorXd& gradient);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading goes through POSIX calls: they tell what kind of file it is and why something failed.
+// Reads by POSIX calls, which return the kind of file and the reason of failures.
 #include "files/files.h"
 
 #include <fcntl.h>
@@ -36,7 +36,7 @@ class Descriptor {
   int fd_;
 };
 
-/// With errno where it cannot be read.
+/// Returns nullopt and sets errno if it cannot be read.
 std::optional<std::string> content_of(const Descriptor& file, const struct stat& status) {
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
   std::size_t done = 0;
@@ -58,7 +58,7 @@ std::optional<std::string> read_file(const fs::path& path, SourceRange where, Di
     sink.report("cannot-read", where, {path.string(), reason});
     return std::nullopt;
   };
-  // O_NONBLOCK: a named pipe without a writer must not hang us; regular files do not notice.
+  // O_NONBLOCK: a named pipe without a writer must not block; regular files are not affected.
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) return fail(std::strerror(errno));
   struct stat status {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files in and out. A file appears under its final name only when it is complete; every failure is a diagnostic.
+// Reading and writing files. A file gets its final name only when it is complete; every failure is a diagnostic.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,13 @@
 
 namespace dpde::files {
 
-/// The bytes of a regular file of at most 16 GiB. Reports cannot-read at `where`.
+/// Content of a regular file of at most 16 GiB. Reports cannot-read at `where`.
 std::optional<std::string> read_file(const std::filesystem::path& path, SourceRange where, DiagnosticSink& sink);
 
-/// See dpde/runtime/atomic_file.h. Reports machine-failed and leaves nothing behind when it fails.
+/// See dpde/runtime/atomic_file.h. Reports machine-failed on failure, without leaving a file.
 bool write_file(const std::filesystem::path& path, std::string_view bytes, DiagnosticSink& sink);
 
-/// Makes the folder and its parents. Reports cannot-write.
+/// Creates the folder and its parents. Reports cannot-write.
 bool make_folder(const std::filesystem::path& path, DiagnosticSink& sink);
 
 /// `file` as named in a .dpde file: relative to the folder of `model_file`, or else to the current folder.

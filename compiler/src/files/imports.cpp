@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The same for all ways to write a path; of files that are not there too.
+/// Canonical path, equal for all spellings; also for files that do not exist.
 fs::path identity(const fs::path& path) {
   std::error_code ignored;
   const fs::path known = fs::weakly_canonical(path, ignored);
@@ -26,7 +26,7 @@ fs::path identity(const fs::path& path) {
 }
 
 std::vector<ast::Import> imports_of(const std::string& path, const std::string& text) {
-  DiagnosticSink unheard;  // the whole is parsed again, with all messages
+  DiagnosticSink unheard;  // discarded: the whole text is parsed again with all messages
   std::vector<ast::Import> imports;
   for (const ast::Declaration& declaration : ast::parse(SourceFile(path, text), unheard).declarations) {
     if (const auto* found = std::get_if<ast::Import>(&declaration.kind)) imports.push_back(*found);
@@ -39,13 +39,13 @@ class Importer {
   Importer(SourceFile source, DiagnosticSink& sink) : all_(std::move(source)), sink_(sink) {}
 
   SourceFile run() {
-    const std::string path = all_.path(), text(all_.text());  // copies: what is appended moves the originals
+    const std::string path = all_.path(), text(all_.text());  // copies: append() moves the originals
     visit(path, text, 0);
     return std::move(all_);
   }
 
  private:
-  /// What the file at `path` imports; it stands at offset `begin`.
+  /// Appends the imports of the file at `path`, whose text begins at offset `begin`.
   void visit(const std::string& path, const std::string& text, int begin) {
     seen_.push_back(identity(path));
     open_.emplace_back(identity(path), path);
@@ -82,7 +82,7 @@ class Importer {
   SourceFile all_;
   DiagnosticSink& sink_;
   std::vector<fs::path> seen_;
-  std::vector<std::pair<fs::path, std::string>> open_;  // from the first file to the one being read
+  std::vector<std::pair<fs::path, std::string>> open_;  // import chain from the first file to the present one
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// import "flow.dpde": files that stand behind the one that names them.
+// import "flow.dpde": the imported file is appended to the importing one.
 #pragma once
 
 #include <string>
@@ -9,12 +9,11 @@
 
 namespace dpde::files {
 
-/// `source` with the files that it imports behind it, and those that they import, each once. Paths are relative to the
-/// file that imports. Reports cannot-read and cyclic-import. Mistakes in the text of the files are left to whoever
-/// parses it.
+/// `source` followed by all files it imports, directly or indirectly, each once. Paths are relative to the importing
+/// file. Reports cannot-read and cyclic-import. Errors in the text of the files are reported when it is parsed.
 SourceFile with_imports(SourceFile source, DiagnosticSink& sink);
 
-/// The same blocks as one file without imports; the text itself where there are none.
+/// The same blocks as a single file without imports; the unchanged text if there are none.
 std::string text_without_imports(const SourceFile& source);
 
 }  // namespace dpde::files

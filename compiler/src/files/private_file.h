@@ -7,8 +7,8 @@
 
 namespace dpde::files {
 
-/// The bytes of a file that nobody but this user can have written: it is no link, this user's, and neither its group
-/// nor others may write to it. It is opened once, and looked at as it is open.
+/// Content of a file that only this user can have written: no link, owned by this user, and not writable by its group
+/// or others. It is opened once, and checked through the open descriptor.
 std::optional<std::string> read_private_file(const std::filesystem::path& path);
 
 }  // namespace dpde::files

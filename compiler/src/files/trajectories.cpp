@@ -28,27 +28,27 @@ std::string count_of(std::int64_t count, std::string_view what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// Steps from frame to frame; 0 where that is no whole number of them.
+/// Steps between frames; 0 if that is not an integer.
 int steps_between(const std::vector<double>& times, double step) {
   const double spacing = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
   const double steps = std::round(spacing / step);
   return steps >= 1 && std::abs(spacing - steps * step) <= 1e-6 * step ? static_cast<int>(steps) : 0;
 }
 
-/// What is read of a file.
+/// Parts of a file to read.
 struct Wanted {
-  std::vector<const model::Datum*> data = {};  // that have values
-  const Trajectories* windows = nullptr;       // where they begin; null: with states of the scene in this file
+  std::vector<const model::Datum*> data = {};  // those with values
+  const Trajectories* windows = nullptr;       // with the first frames; null: this file has them
 };
 
-/// Reads one file; every fault is an Error, which the caller reports.
+/// Reads one file; every fault is thrown as Error, which the caller reports.
 class Reader {
  public:
   Reader(const model::Problem& problem, const Wanted& wanted, const NetcdfReader& file, Trajectories& to)
       : problem_(problem), wanted_(wanted), file_(file), to_(to) {}
 
-  /// Parameters that are one number for all runs: the scene's own counts, and may be another on purpose, so nothing is
-  /// refused.
+  /// Warns if a parameter common to all runs differs from the scene's. The scene's value is used; the difference may be
+  /// intended.
   void compare_params(SourceRange where, DiagnosticSink& sink) const {
     constexpr double rounding = 1e-12;
     for (const model::Parameter& param : problem_.params) {
@@ -111,7 +111,7 @@ class Reader {
 
   const NetcdfReader::Variable* find(const std::string& name) const { return file_.find(name); }
 
-  /// Windows begin with the states of the scene where these lie.
+  /// The scene's state of this name, if this file has the first frames.
   const model::State* find_state(const std::string& variable) const {
     return wanted_.windows == nullptr ? problem_.find_state(variable) : nullptr;
   }
@@ -120,14 +120,14 @@ class Reader {
     const auto datum = std::ranges::find(wanted_.data, variable, &model::Datum::variable);
     return datum == wanted_.data.end() ? model::Placement{} : (*datum)->placement;
   }
-  /// By the file that windows begin with, which is compared with this one.
+  /// Whether the file with the first frames has the parameter; the two files are compared later.
   bool is_told_elsewhere(const std::string& param) const {
     return wanted_.windows != nullptr &&
            (wanted_.windows->numbers.contains(param) ||
             std::ranges::find(wanted_.windows->params, param) != wanted_.windows->params.end());
   }
 
-  /// No state: an array a run, or one for all of them.
+  /// Whether the variable has no time axis: one array for each run, or one for all runs.
   bool lacks_time(const std::string& name) const {
     const NetcdfReader::Variable* variable = find(name);
     if (variable == nullptr || find_state(name) != nullptr) return false;
@@ -227,7 +227,7 @@ class Reader {
     if (coordinate == nullptr || coordinate->shape != Shape{frames_})
       fail(fmt::format("it does not say at which times its {} frames are", frames_));
     to_.times = file_.read(*coordinate);
-    if (to_.times.size() == 1 && !to_.has_frames_of_data) return;  // where each run begins
+    if (to_.times.size() == 1 && !to_.has_frames_of_data) return;  // the initial state of each run
     if (to_.times.size() < 2) fail(fmt::format("it has {} frames; a window needs at least two", to_.times.size()));
     if (to_.runs.empty()) fail("it has no run");
     const double spacing = (to_.times.back() - to_.times.front()) / static_cast<double>(to_.times.size() - 1);
@@ -242,7 +242,7 @@ class Reader {
     }
   }
 
-  /// Those that are sought are not the data's to say.
+  /// Reads parameters, except unknown ones.
   void read_params() {
     for (const model::Parameter& param : problem_.params) {
       const NetcdfReader::Variable* variable = find(param.name);
@@ -333,7 +333,7 @@ std::vector<const model::Datum*> data_with_values(const model::Problem& problem)
   return data;
 }
 
-/// Of a run; nullopt where the file does not say it.
+/// Value for a run; nullopt if the file does not have it.
 std::optional<double> param_of(const Trajectories& from, std::size_t run, const std::string& name) {
   const auto number = from.numbers.find(name);
   if (number != from.numbers.end()) return number->second;
@@ -344,7 +344,7 @@ std::optional<double> param_of(const Trajectories& from, std::size_t run, const 
 
 std::string text_of_param(std::optional<double> value) { return value ? fmt::format("{}", *value) : "none"; }
 
-/// Where parameters of the runs differ, and those that differ from run to run are told by one file alone.
+/// Describes parameters that differ between the files; run-dependent ones may be in one file only.
 std::string other_params(const Trajectories& own, const Trajectories& other) {
   std::set<std::string> names(own.params.begin(), own.params.end());
   names.insert(other.params.begin(), other.params.end());
@@ -363,7 +363,7 @@ std::string other_params(const Trajectories& own, const Trajectories& other) {
   return "";
 }
 
-/// Why data of `other` do not belong to the windows of `own`; "" where they do.
+/// Why data of `other` do not fit the samples of `own`; "" if they do.
 std::string misfit(const Trajectories& own, const Trajectories& other) {
   if (other.runs.size() != own.runs.size())
     return fmt::format("it has {}, {} has {}", count_of(std::ssize(other.runs), "run"), own.path, own.runs.size());
@@ -379,7 +379,7 @@ std::string misfit(const Trajectories& own, const Trajectories& other) {
   return other_params(own, other);
 }
 
-/// Adds the data of another file under names that no variable has.
+/// Adds the data of another file under unused names.
 void join(Trajectories& own, const Trajectories& other, const Wanted& wanted) {
   for (const model::Datum* datum : wanted.data) {
     const std::string name = fmt::format("{} of {}", datum->variable, other.path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of a scene in a NetCDF file of the tool's own format: states at equal intervals of time, with a leading
-// dimension `run` where there are several. What networks and parameters are learnt from and tested on.
+// Runs of a scene in a NetCDF file in dpde's format: states at equal time intervals, with a leading dimension `run` if
+// there are several. Networks and parameters are trained and tested on them.
 #pragma once
 
 #include <algorithm>
@@ -17,65 +17,65 @@
 
 namespace dpde::files {
 
-/// Attributes of variables, which data sets write: the data's own error, why there is none, and of a parameter that it
-/// numbers the runs.
+/// Attributes of variables in data sets: error of the data, why there is none, and whether a parameter just numbers the
+/// runs.
 inline constexpr const char *attribute_of_error = "error_estimate", *attribute_of_no_error = "no_error_estimate",
                             *attribute_of_counts = "counts_runs";
 
-/// What to read: the variables of the data, those of the scene's states that are there, and the parameters that differ
-/// from run to run.
+/// Content of the file: variables of the data, states of the scene as far as present, and parameters that differ
+/// between runs.
 struct Trajectories {
   std::string path;
   std::vector<double> times;        // of the frames
-  int every = 1;                    // steps of the scene from one frame to the next
-  bool has_frames_of_data = false;  // of the task's data; else these are goals of whole runs, or there are none
-  int looks = 1;  // steps from one state that losses look at to the next: those that have frames of data, or all
+  int every = 1;                    // steps of the scene between frames
+  bool has_frames_of_data = false;  // of the task's data; else these are goals of whole runs, or missing
+  int looks = 1;                    // steps between states that losses use: those with frames of data, or all
   std::size_t cells = 0;
-  std::vector<std::string> states;        // of the scene; the others begin as the scene says
-  std::vector<std::string> params;        // of the scene, with a value for each run
-  std::map<std::string, double> numbers;  // of the scene that are one for all runs
-  std::set<std::string> counted;          // of the first: numbers of runs, as of random fields, that have no range
+  std::vector<std::string> states;        // states of the scene in the file; the others begin as in the scene
+  std::vector<std::string> params;        // parameters of the scene, with a value for each run
+  std::map<std::string, double> numbers;  // parameters of the scene common to all runs
+  std::set<std::string> counted;          // those of `params` that number the runs, without a range
   struct Run {
-    /// By variable: one after the other; of a goal one for all. Copies of trajectories share them.
+    /// By variable, frame after frame; a goal has one array. Shared by copies of Trajectories.
     std::map<std::string, std::shared_ptr<const std::vector<double>>> frames;
     std::vector<double> params;  // in the order of Trajectories::params
   };
   std::vector<Run> runs;
-  /// The data's own error, root of the mean square, as the file tells it of its variables; or why there is none.
+  /// RMS error of the data, as stated in the file for each variable, or why there is none.
   struct OwnError {
-    double value = 0;  // 0: not known
+    double value = 0;  // 0: unknown
     std::string why_not;
   };
   std::map<std::string, OwnError> own_errors;
-  std::vector<std::uint64_t> hashes;  // of the file, and of others that data are from
+  std::vector<std::uint64_t> hashes;  // of the file, and of other files with data
   std::uint64_t hash() const;
-  double cost_s = 0;  // seconds that processors worked for them; not a number where that is not known
+  double cost_s = 0;  // CPU seconds to make them; NaN if unknown
 
   int frame_count() const { return static_cast<int>(times.size()); }
-  std::vector<std::string> goals;  // variables that are one array a run
+  std::vector<std::string> goals;  // variables with one array for each run
   bool is_goal(const std::string& variable) const { return std::ranges::find(goals, variable) != goals.end(); }
-  /// By datum, of those that are not from the file that windows begin with: what their frames are called here.
+  /// By datum, for data from other files: the name of its frames here.
   std::map<std::string, std::string> names_of_data;
   const std::string& name_of(const model::Datum& datum) const {
     const auto other = names_of_data.find(datum.name);
     return other == names_of_data.end() ? datum.variable : other->second;
   }
 
-  /// `count` frames of a variable from `first` on; of a goal itself, whatever the frames are.
+  /// `count` frames of a variable from `first` on; for a goal its single array.
   std::span<const double> frames(int run, const std::string& variable, int first, int count = 1) const;
-  /// The standard deviation of a variable over all runs, frames and cells.
+  /// Standard deviation of a variable over all runs, frames and cells.
   double deviation(const std::string& variable) const;
-  /// The same for steps of this length; nullopt where frames are no whole number of them apart.
+  /// The same for another step length; nullopt if frames are not an integer number of steps apart.
   std::optional<Trajectories> in_steps_of(double step) const;
 };
 
 /// The trajectories of `file`, with all data of the problem's task. Reports cannot-read and bad-array-file at `where`,
-/// and warns of data-of-other-parameter there.
+/// and warns with data-of-other-parameter there.
 std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
                                               const SourceFile& source, SourceRange where, DiagnosticSink& sink);
 
-/// Those that the problem's task learns from: of the file that windows begin with, and the data of others, which have
-/// the same runs at the same times. Reports the same at the lines of the data.
+/// The trajectories that the problem's task learns from: the file with the first frames, and data of other files, which
+/// must have the same runs and times. Reports as above, at the lines of the data.
 std::optional<Trajectories> load_learnt_trajectories(const model::Problem& problem, const SourceFile& source,
                                                      DiagnosticSink& sink);
 

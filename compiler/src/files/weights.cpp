@@ -28,7 +28,7 @@ std::optional<std::vector<double>> load(const network::Network& network, const m
   }
 }
 
-/// By the name of the network.
+/// By name of the network.
 std::map<std::string, model::Source> files_of_weights(const model::Problem& problem) {
   std::map<std::string, model::Source> files;
   for (const model::GivenWeights& given : problem.weights) files[given.network] = given.from;
@@ -63,7 +63,7 @@ std::uint64_t hash_of_files(const model::Problem& problem, const SourceFile& sou
   for (const auto& [name, from] : files_of_weights(problem)) add(from);
   std::uint64_t hash = hash_bytes(nullptr, 0);
   for (const std::string& path : files) {
-    DiagnosticSink ignored;  // who uses the file has said that it cannot be read
+    DiagnosticSink ignored;  // users of the file report that it cannot be read
     const std::string bytes = read_file(path, {}, ignored).value_or("");
     hash = hash_bytes(bytes.data(), bytes.size(), hash);
   }
