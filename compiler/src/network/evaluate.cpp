@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All layers are sums of terms factor * weight * value; where a layer is not linear, the factor of the tangent depends
-// on the values. So there is one list of terms a layer, and value, tangent and adjoint go through it.
+// Every layer is a sum of terms factor * weight * value; for nonlinear layers the factor in the tangent depends on the
+// values. So each layer has one list of terms, used for value, tangent and adjoint.
 #include "network/evaluate.h"
 
 #include <cmath>
@@ -15,8 +15,8 @@ namespace {
 using Cell = std::array<int, 3>;
 
 constexpr int none = -1;
-/// Adds factor * weights[weight] * values[value].values[from] to result `to`; none: 1 in place of the weight or the
-/// value.
+/// Adds factor * weights[weight] * values[value].values[from] to result `to`; without a weight or a value, 1 replaces
+/// it.
 struct Term {
   std::size_t to;
   int value;
@@ -43,7 +43,7 @@ void for_each_cell(const Cell& cells, const F& f) {
   }
 }
 
-/// The cell that stands for place p of an axis of n cells, none where 0 does.
+/// The cell from which position p on an axis of n cells is read; `none` for zero padding.
 int padded(int p, int n, Padding padding) {
   const auto wrapped = [](int i, int period) { return ((i % period) + period) % period; };
   switch (padding) {
@@ -60,7 +60,7 @@ int padded(int p, int n, Padding padding) {
 
 double activated(const Layer& layer, double v) {
   switch (layer.activation) {
-    case Activation::relu: return v < 0 ? 0 : v;  // NaN stays
+    case Activation::relu: return v < 0 ? 0 : v;  // NaN stays NaN
     case Activation::leaky_relu: return v < 0 ? layer.factor * v : v;
     case Activation::gelu: return 0.5 * v * (1 + std::erf(v / std::sqrt(2.0)));
     case Activation::tanh: return std::tanh(v);
@@ -87,7 +87,7 @@ double slope(const Layer& layer, double v) {
   unreachable("activation");
 }
 
-/// The derivative of the slope; those with kinks are bent nowhere else.
+/// Second derivative of the activation; 0 for those with kinks.
 double bend(const Layer& layer, double v) {
   const double s = 1 / (1 + std::exp(-v)), t = std::tanh(v);
   switch (layer.activation) {
@@ -102,7 +102,7 @@ double bend(const Layer& layer, double v) {
   unreachable("activation");
 }
 
-/// A network on one grid: the values of all layers, and the terms of each.
+/// A network on one grid: values of all layers, and the terms of each layer.
 class Evaluation {
  public:
   Evaluation(const Network& network, const Tensor& inputs, const std::vector<double>& weights)
@@ -125,7 +125,7 @@ class Evaluation {
 
   const std::vector<Tensor>& values() const { return values_; }
 
-  /// Of all values.
+  /// Tangents of all values.
   std::vector<Tensor> tangents(const Tensor& rates, const std::vector<double>& weight_rates) const {
     std::vector<Tensor> all{rates};
     for (std::size_t i = 0; i < network_.layers.size(); ++i) {
@@ -158,8 +158,8 @@ class Evaluation {
     return bars.front();
   }
 
-  /// The adjoint with x + e*x_dot in place of each value and e*e = 0: the part without e belongs to the rates, that
-  /// with e to the values.
+  /// The adjoint in dual numbers x + e*x_dot with e*e = 0: the real part is the adjoint of the tangents, the e part
+  /// that of the values.
   SecondBars second(const Tensor& input_rates, const Tensor& seed, const std::vector<double>& given_rates) const {
     const std::vector<Tensor> rates = tangents(input_rates, given_rates);
     std::vector<double> weight_rates = given_rates;
@@ -191,7 +191,7 @@ class Evaluation {
   }
 
  private:
-  /// Of the factors of terms those of activations alone vary.
+  /// Tangent of a term's factor; only those of activations vary.
   double factor_rate(std::size_t index, const Term& t, const std::vector<Tensor>& rates) const {
     const Layer& layer = network_.layers[index];
     return layer.kind == LayerKind::activate ? bend(layer, value(t, values_)) * value(t, rates) : 0;
@@ -205,7 +205,7 @@ class Evaluation {
   }
   const Tensor& input_of(const Layer& layer) const { return values_[static_cast<std::size_t>(layer.input)]; }
 
-  /// On a grid of ceil(cells / size) cells along each axis, `size` being the level of the value.
+  /// Shape with ceil(cells / size) cells along each axis, where `size` is the coarsening of the value.
   Tensor shape_of(int index) {
     const Layer& layer = network_.layers[static_cast<std::size_t>(index)];
     int size = sizes_[static_cast<std::size_t>(layer.input)];
@@ -225,7 +225,7 @@ class Evaluation {
     return result;
   }
 
-  /// Those of the derivative at the values: where the layer is not linear, its slope.
+  /// Terms of the derivative at the values; for nonlinear layers with the slope as factor.
   void derivative_terms(int index, const Visit& visit) const {
     const Layer& layer = network_.layers[static_cast<std::size_t>(index)];
     const Tensor& result = values_[static_cast<std::size_t>(index) + 1];
@@ -254,7 +254,7 @@ class Evaluation {
     }
   }
 
-  /// Layers that look at one place of a finer or equal grid.
+  /// Terms of layers that read a single position of a finer or equal grid.
   void cell_terms(const Layer& layer, const Tensor& result, int channel, const Cell& cell, const Visit& visit) const {
     const std::size_t to = index_of(result, channel, cell);
     const auto from = [&](int value, int from_channel, const Cell& at) {
@@ -358,7 +358,7 @@ class Evaluation {
   const Network& network_;
   const std::vector<double>& weights_;
   std::vector<Tensor> values_;
-  std::vector<int> sizes_{1};  // of each value
+  std::vector<int> sizes_{1};  // coarsening of each value
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ std::int64_t kernel_weights(const Network& network, const Layer& layer) {
   return places * layer.channels * (channels_of(network, layer.input) / layer.groups);
 }
 
-/// With the biases; none where they are those of another layer.
+/// Number of weights and biases; 0 if it shares those of another layer.
 std::int64_t own_weights(const Network& network, const Layer& layer) {
   if (layer.kind != LayerKind::conv || layer.weights_of > 0) return 0;
   return kernel_weights(network, layer) + (layer.bias ? layer.channels : 0);
@@ -51,7 +51,7 @@ std::int64_t weight_count(const Network& network) {
 }
 
 double multiplications_a_cell(const Network& network) {
-  std::vector<double> sizes{1};  // of the coarse cells of each value, in cells of the scene along an axis
+  std::vector<double> sizes{1};  // width of the coarse cells of each value, in cells of the scene
   double total = 0;
   for (const Layer& layer : network.layers) {
     const double size = sizes[static_cast<std::size_t>(layer.input)];

@@ -13,7 +13,7 @@ constexpr const char* axis_names[] = {"x", "y", "z"};
 
 std::string value_name(int number) { return number == 0 ? "in" : fmt::format("v{}", number); }
 
-/// What is not as it is when nothing is said.
+/// Options that differ from the default.
 std::string conv_options(const Layer& layer) {
   std::string text;
   if (layer.stride != 1) text += fmt::format(", stride = {}", layer.stride);

@@ -8,7 +8,7 @@
 
 namespace dpde::network {
 
-/// network NAME(3) -> 2 { ... }, with a line break at its end.
+/// network NAME(3) -> 2 { ... }, with a final line break.
 std::string print(const Network& network);
 
 }  // namespace dpde::network

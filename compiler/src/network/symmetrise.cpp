@@ -11,7 +11,7 @@ constexpr Orientation as_it_is{1, 2, 3};
 
 std::size_t axis_of(int signed_axis) { return static_cast<std::size_t>(std::abs(signed_axis)) - 1; }
 
-/// The image by `second` of the image by `first`.
+/// Composition: `first`, then `second`.
 Orientation product(const Orientation& first, const Orientation& second) {
   Orientation result{};
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -28,7 +28,7 @@ Orientation inverse(const Orientation& orientation) {
   return result;
 }
 
-/// Of the channels, as Layer::order has it.
+/// The channels' order as Layer::order.
 std::vector<int> order_of(const Orientation& orientation, const std::vector<bool>& vectors, int rank) {
   std::vector<int> order;
   bool changes = false;
@@ -67,7 +67,8 @@ class Copies {
   }
 
  private:
-  /// What an image does to cells and channels; several do the same where there is no vector and no neighbour.
+  /// Effect of an orientation on cells and channels. Several have the same effect if there are no vectors and no
+  /// neighbours.
   struct Act {
     Orientation axes = as_it_is;
     std::vector<int> inputs, outputs;
@@ -82,7 +83,7 @@ class Copies {
     return true;
   }
 
-  /// A function of each cell for itself makes the same of cells in another order.
+  /// Pointwise networks need no reordering of cells.
   Orientation axes(const Orientation& orientation) const { return is_pointwise_ ? as_it_is : orientation; }
 
   int last() const { return static_cast<int>(result_.layers.size()); }
@@ -118,7 +119,7 @@ class Copies {
   const Symmetry& symmetry_;
   bool is_pointwise_;
   Network result_;
-  std::vector<Act> acts_{Act{}};  // the network itself
+  std::vector<Act> acts_{Act{}};  // begins with the network itself
 };
 
 }  // namespace

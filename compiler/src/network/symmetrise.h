@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks that turn and mirror what they make when what goes in is turned and mirrored.
+// Makes networks equivariant under rotations and reflections of the grid.
 #pragma once
 
 #include <array>
@@ -9,24 +9,23 @@
 
 namespace dpde::network {
 
-/// A turn or mirror image of the grid: the axis, from 1 on, that lies along each axis of the image, negative:
-/// backwards. What Layer::axes says, which is also what becomes of the components of a vector.
+/// A rotation or reflection of the grid: for each axis of the image the original axis, counted from 1, negative for
+/// reversed. Same as Layer::axes; vector components transform likewise.
 using Orientation = std::array<int, 3>;
 
 struct Symmetry {
-  std::vector<Orientation> generators;  // the group is all that they make
-  std::vector<bool> inputs, outputs;    // for each whether it is a vector, of as many channels as axes, or a number
+  std::vector<Orientation> generators;  // of the group
+  std::vector<bool> inputs, outputs;    // whether each is a vector, with one channel for each axis
 };
 
-/// All that the generators make, that which changes nothing first.
+/// All products of the generators; the identity first.
 std::vector<Orientation> group_of(const std::vector<Orientation>& generators);
 
-/// The mean over the group of what the network makes of an image, turned back: the image of the inputs gives the image
-/// of the outputs, whatever the weights. All copies have the weights of the network, whose layers come first and stay
-/// as they are.
+/// Mean over the group of the network applied to a transformed input, transformed back. It is equivariant for any
+/// weights. All copies share the weights of the network, whose layers come first and are unchanged.
 Network symmetrised(const Network& network, const Symmetry& symmetry);
 
-/// The grid of these cells, or one with more cells along axes that a network exchanges with others.
+/// Returns `cells`, or more cells along axes that a network exchanges with others.
 std::vector<int> grid_for(const std::vector<Network>& networks, std::vector<int> cells);
 
 }  // namespace dpde::network
