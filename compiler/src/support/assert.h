@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programmer errors: conditions no input of a user can bring about.
+// Internal errors: conditions that no user input can cause.
 #pragma once
 
 #include <cstdio>
@@ -8,7 +8,7 @@
 
 namespace dpde {
 
-/// Reports a broken invariant of the compiler and aborts. User errors are diagnostics, never this.
+/// Reports a broken invariant of the compiler and aborts. Not for user errors, which are diagnostics.
 [[noreturn]] inline void unreachable(const char* what, std::source_location at = std::source_location::current()) {
   std::fprintf(stderr, "dpde: internal error: %s (%s:%u)\n", what, at.file_name(), at.line());
   std::abort();

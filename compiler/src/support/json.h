@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON as a value, for what the command prints and reads. The text is the library's affair, in json.cpp alone: in each
-// file that uses its templates they take seconds to compile.
+// A JSON value, for input and output of the command. Only json.cpp uses the JSON library, whose templates take seconds
+// to compile in every file that includes them.
 #pragma once
 
 #include <compare>
@@ -19,12 +19,12 @@
 
 namespace dpde {
 
-/// A value is not of the kind that is asked for, or a key or an index is not there.
+/// A value has another kind than requested, or a key or an index does not exist.
 struct JsonError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// null, true or false, a number, a text, an array, or an object, whose keys keep their order.
+/// null, true or false, a number, a text, an array, or an object with keys in insertion order.
 class Json {
  public:
   Json();  // null
@@ -41,7 +41,7 @@ class Json {
   Json(std::string_view text);
   Json(const Json& other);
   Json(Json&& other) noexcept;
-  /// By value: `json["a"] = json["b"]` copies b before it makes room for a.
+  /// Takes its argument by value: `json["a"] = json["b"]` copies b before it inserts a.
   Json& operator=(Json other) noexcept;
   ~Json();
   template <class T>
@@ -52,7 +52,7 @@ class Json {
   Json(const std::map<std::string, T>& values) : Json(object()) {
     for (const auto& [key, value] : values) (*this)[key] = value;
   }
-  /// An object where all are pairs of a text and a value; otherwise an array.
+  /// An object if all parts are pairs of a text and a value; otherwise an array.
   Json(std::initializer_list<Json> parts);
   static Json array(std::initializer_list<Json> values = {});
   static Json object();
@@ -64,7 +64,7 @@ class Json {
   bool is_array() const;
   bool is_object() const;
 
-  /// bool, a number, std::string, or a vector of these. A number in place of a whole one is cut off behind the point.
+  /// bool, a number, std::string, or a vector of these. Converting to an integer truncates.
   template <class T>
   T get() const {
     if constexpr (std::same_as<T, bool>) {
@@ -88,8 +88,8 @@ class Json {
     return get<T>();
   }
 
-  /// Elements of an array, values of an object; a null becomes an array by push_back, an object by a key.
-  /// What is taken out of a value that goes away is a copy.
+  /// Elements of an array, values of an object. null becomes an array by push_back, an object by a key. Access to a
+  /// temporary returns a copy.
   Json& operator[](const std::string& key) &;
   const Json& operator[](const std::string& key) const& { return at(key); }
   Json operator[](const std::string& key) && { return std::move((*this)[key]); }
@@ -108,7 +108,7 @@ class Json {
   T value(const std::string& key, T otherwise) const {
     return contains(key) ? at(key).get<T>() : otherwise;
   }
-  /// Sets the keys of `other`, an object.
+  /// Sets all keys of `other`, an object.
   void update(const Json& other);
   void push_back(Json value);
   std::size_t size() const;
@@ -133,10 +133,10 @@ class Json {
   std::vector<Item<const Json>> items() const&;
   void items() && = delete;
 
-  /// One line, or indented by so many places a level. Bytes that are no UTF-8 are replaced.
+  /// One line, or indented by `indent` blanks for each level. Bytes that are not UTF-8 are replaced.
   std::string dump(int indent = -1) const;
 
-  /// Objects are equal in any order of their keys; numbers compare by their values, arrays and objects in no order.
+  /// Objects are equal for any order of their keys. Numbers compare by value; arrays and objects are unordered.
   friend bool operator==(const Json& a, const Json& b);
   friend std::partial_ordering operator<=>(const Json& a, const Json& b);
   template <class T>
@@ -162,13 +162,13 @@ class Json {
   const Object& members() const;
 
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, std::vector<Json>, Object>
-      value_;  // std::uint64_t: what std::int64_t does not hold
+      value_;  // std::uint64_t: only for values beyond std::int64_t
 };
 
-/// What a text says; nothing where it is no JSON, or deeper than a thousand levels.
+/// Parses a text; nullopt if it is not JSON, or nested deeper than a thousand levels.
 std::optional<Json> parse_json(const std::string& text);
 
-/// A number, or "nan", "inf" or "-inf", which JSON has no numbers for.
+/// A number, or "nan", "inf" or "-inf", which JSON cannot express as numbers.
 Json json_number(double value);
 Json json_numbers(const std::vector<double>& values);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// match() over std::variant and Variant: one case per kind, and a kind without a case does not compile.
+// match() over std::variant and Variant: one case for each kind; a missing case fails to compile.
 #pragma once
 
 #include <cstdlib>
@@ -23,13 +23,13 @@ consteval void require_case() {
   static_assert(handled, "match(): no case for this Kind");
 }
 
-/// A branch for each kind: std::visit's table of functions takes twice as long to compile.
+/// One branch for each kind: std::visit's function tables take twice as long to compile.
 template <class Result, class Kind, class... Rest, class V, class Cases>
 constexpr Result call_case(V& v, const Cases& cases) {
   using std::get_if;
   if (auto* kind = get_if<Kind>(&v)) return cases(*kind);
   if constexpr (sizeof...(Rest) > 0) return call_case<Result, Rest...>(v, cases);
-  std::abort();  // without a value, after an exception
+  std::abort();  // valueless after an exception
 }
 
 /// Calls the one case that accepts the active alternative of `v`.

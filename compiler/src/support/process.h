@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other programs and their files: a folder that does not outlive its scope, and a program that no shell sees.
+// Temporary folders that are removed at the end of their scope, and running programs without a shell.
 #pragma once
 
 #include <filesystem>
@@ -8,14 +8,14 @@
 
 namespace dpde {
 
-/// Only this user can read it. A signal that ends the process at once leaves it behind.
+/// Readable by this user only. Not removed if a signal kills the process.
 class TemporaryFolder {
  public:
   TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   ~TemporaryFolder();
-  /// Empty when the folder could not be made; errno says why.
+  /// Empty if the folder could not be created; errno has the reason.
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -23,12 +23,13 @@ class TemporaryFolder {
 };
 
 struct ProcessResult {
-  int error = 0;    // why it did not start, as errno; else 0
-  int status = -1;  // its exit status; -1 when a signal ended it
+  int error = 0;    // errno if it did not start, else 0
+  int status = -1;  // exit status; -1 if a signal killed it
   bool succeeded() const { return error == 0 && status == 0; }
 };
 
-/// Runs words[0] (looked up in PATH) with the others as its arguments. No input; both outputs go to the file `log`.
+/// Runs words[0] (found in PATH) with the other words as arguments, without input. stdout and stderr go to the file
+/// `log`.
 ProcessResult run_process(std::vector<std::string> words, const std::filesystem::path& log = "/dev/null");
 
 }  // namespace dpde

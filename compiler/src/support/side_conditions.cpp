@@ -12,7 +12,7 @@ namespace dpde {
 
 namespace {
 
-/// a*(u + v)/2 + b*(v - u)/m = c, both sides times 2m.
+/// a*(u + v)/2 + b*(v - u)/m = c, multiplied by 2m.
 constexpr GhostRow mirrored_row(int first) {
   return {.terms = {{{.place = {0, 1}, .image = {0, 1}}, {.place = {2}, .image = {-2}}}},
           .rate = {0, 2},
@@ -20,7 +20,7 @@ constexpr GhostRow mirrored_row(int first) {
           .step = 1};
 }
 constexpr GhostRule mirrored{.beyond = {mirrored_row(0)}};
-/// With the one-sided derivative (3v - 4u + w)/2; with v - u where there are two cells only.
+/// With the one-sided derivative (3v - 4u + w)/2; with v - u for two cells.
 constexpr GhostRule mirrored_on_walls{
     .on_walls = true,
     .wall = {.row = {.terms = {{{.place = {2}}, {.place = {3}, .image = {-4}, .behind = {1}}}}, .rate = {2}},
@@ -28,24 +28,24 @@ constexpr GhostRule mirrored_on_walls{
              .of_few = {.terms = {{{.place = {1}}, {.place = {1}, .image = {-1}}}}, .rate = {1}}},
     .beyond = {mirrored_row(-1)}};
 
-/// About the centre of the cell beside the side, (v - u)/((m + 1)*h) = c with u as far inside as v is outside: waves
-/// leave with the error of a central difference, wherever the condition holds. One cell has no other one: about the
+/// Centred at the cell next to the side: (v - u)/((m + 1)*h) = c, with u as far inside as v is outside. Outgoing waves
+/// then have the error of a central difference, wherever the condition applies. With one cell it is centred at the
 /// side.
 constexpr GhostRule mirrored_at_cell{
     .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .rate = {1, 1}, .first = 1, .step = 1},
                .least = 2,
                .of_few = mirrored_row(0)}};
 
-/// The line through the two cells beside the side, 2v = (m + 3)*u - (m + 1)*w, goes on; v = u where there is one.
+/// Linear extrapolation from the two cells next to the side, 2v = (m + 3)*u - (m + 1)*w; v = u for a single cell.
 constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
                                          .least = 2,
                                          .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}}};
-/// The same where places beyond the side lie a times as far apart as those inside, 2v = 2u + a*(m + 1)*(u - w).
+/// The same if cells beyond the side are a times as wide as those inside, 2v = 2u + a*(m + 1)*(u - w).
 constexpr GhostRule continued_by{
     .beyond = {.row = {.terms = {{{.image = {-1, -1}, .behind = {1, 1}}, {.place = {2}, .image = {-2}}}}},
                .least = 2,
                .of_few = continued.beyond.of_few}};
-/// Beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
+/// Linear extrapolation beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
 constexpr GhostRule continued_on_walls{
     .on_walls = true,
     .wall = {.row = {.terms = {{{}, {.place = {1}, .image = {-2}, .behind = {1}}}}},
@@ -53,10 +53,10 @@ constexpr GhostRule continued_on_walls{
              .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}},
     .beyond = {{.terms = {{{}, {.place = {2}, .image = {-2, -1}, .behind = {0, 1}}}}, .first = -1}}};
 
-/// The line beyond the wall as above; the point on it is moved by what moves the field.
+/// Linear beyond the wall as above; the point on the wall follows the field's own equation.
 constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = continued_on_walls.beyond};
 
-/// v = u of a number, v = -u of the components of a vector, whose directions turn round on the way over a pole.
+/// v = u for a scalar; v = -u for vector components, whose directions reverse across a pole.
 constexpr GhostRule across_pole{
     .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .first = 0, .step = 1}}, .turns = true};
 constexpr GhostRule turned_across_pole{

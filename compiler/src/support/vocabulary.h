@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words all levels share: operators, functions, kinds of axes and of boundaries, precisions.
+// Vocabulary shared by all levels: operators, functions, kinds of axes and boundaries, precisions.
 #pragma once
 
 #include <array>
@@ -46,22 +46,22 @@ enum class Fn {
 };
 
 enum class Topology { periodic, bounded };
-/// How the values of a field along some axes become one.
+/// Reductions of a field along axes.
 enum class Reduction { mean, sum, max, min };
-/// How a linear system is solved; automatic: as the operator's properties say.
+/// Methods for linear systems; automatic: chosen by the operator's properties.
 enum class SolveMethod { automatic, direct, tridiagonal, fourier, multigrid, cg, bicgstab, gmres };
-/// What the cycles of multigrid smooth by; automatic: as the runtime chooses.
+/// Smoothers of multigrid cycles; automatic: chosen by the runtime.
 enum class Smoother { automatic, red_black, jacobi, chebyshev };
-/// What the iterations of cg, bicgstab and gmres are preconditioned by; automatic: as the runtime chooses.
+/// Preconditioners of cg, bicgstab and gmres; automatic: chosen by the runtime.
 enum class Preconditioner { automatic, multigrid, none };
-/// What the operator A of a solve is whatever the values of its coefficients are.
+/// Properties of the operator A of a solve for all values of its coefficients.
 struct OperatorTraits {
   bool is_symmetric = false;
   bool takes_constants_to_zero = false;  // A*1 = 0
   bool sums_to_zero = false;             // A^T*1 = 0
   bool operator==(const OperatorTraits&) const = default;
 };
-/// How, and how well. What does not come near enough is an error, or where `warns` a warning.
+/// Method and accuracy of a solve. Missing the tolerance is an error, or a warning if `warns`.
 struct SolveBy {
   SolveMethod method = SolveMethod::automatic;
   double tolerance = 1e-12;
@@ -71,30 +71,30 @@ struct SolveBy {
   Preconditioner preconditioner = Preconditioner::automatic;
   bool operator==(const SolveBy&) const = default;
 };
-/// What the values of fields are, and what is computed with them.
+/// Precision of fields and of computations with them.
 enum class Precision { f64, f32 };
 
-/// What an interpolation takes along one axis between the cells around a place. stencil/stencil.h has the weights.
+/// Basis of an interpolation along one axis. stencil/stencil.h has the weights.
 enum class InterpolationBasis { linear, slope, lower, upper, cubic, cubic_slope, cubic_bend, cubic_third };
 constexpr int along_count = 8;
-/// Weights of the cells from the one before that below the place to the second above it, as polynomials of the way f
-/// from the one below: coefficients of 1, f, f^2, f^3. All 0: the cell is not taken.
+/// Weights of the four cells around a point, from the second one below to the second one above it: polynomials in the
+/// distance f from the cell below, as coefficients of 1, f, f^2, f^3. All 0: the cell is not used.
 using AlongWeights = std::array<std::array<double, 4>, 4>;
 AlongWeights weights_of(InterpolationBasis along);
-/// Whether it is 0 where the place is clamped.
+/// Whether it is a derivative, i.e. 0 where the position is clamped.
 bool is_derivative(InterpolationBasis along);
-/// By how many cells at most a place inside the domain reads beyond it.
+/// Number of ghost cells that points inside the domain read at most.
 int reach_of(InterpolationBasis along);
-/// The derivative by the place; nothing where that is 0.
+/// The derivative with respect to the position; nullopt if it is 0.
 std::optional<InterpolationBasis> derivative_of(InterpolationBasis along);
-/// interp, interp_dx, interp_lxuy, interp_cxcdy ...: for each axis that is not linear what is taken along it.
+/// interp, interp_dx, interp_lxuy, interp_cxcdy ...: names the basis along each axis that is not linear.
 std::string interp_name(const std::array<InterpolationBasis, 3>& along);
 std::optional<std::array<InterpolationBasis, 3>> find_interp(std::string_view name);
 
 /// As written: "+", "<=", "and", ...
 std::string_view spelling(BinaryOp op);
-/// Higher binds tighter: or 1, and 2, comparisons 3, + - 4, * / 5, (unary minus 6,) ^ 7. All but ^ associate to the
-/// left.
+/// Higher binds tighter: or 1, and 2, comparisons 3, + - 4, * / 5, (unary minus 6,) ^ 7. All but ^ are
+/// left-associative.
 int precedence(BinaryOp op);
 constexpr int unary_precedence = 6;
 
@@ -115,7 +115,7 @@ std::optional<Preconditioner> find_preconditioner(std::string_view name);
 /// "f64", "f32"
 std::string_view name_of(Precision real);
 int bytes_of(Precision real);
-/// The value a field of this precision holds when it is given `value`.
+/// `value` rounded to the precision.
 double rounded(double value, Precision real);
 
 }  // namespace dpde

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of a polynomial of wave numbers, by which transforms multiply waves: those of exponential integrators, and
-// what solves an equation wave by wave, and parts of spectra (runtime/abi/dpde/wave_functions.h). In text: phi2(p),
-// inverse1(p), heaviside0(p).
+// Functions of a polynomial of wave numbers, by which transforms multiply waves: those of exponential integrators, of
+// spectral solves, and of filters (runtime/abi/dpde/wave_functions.h). As text: phi2(p), inverse1(p), heaviside0(p).
 #pragma once
 
 #include <array>

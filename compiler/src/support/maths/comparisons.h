@@ -7,7 +7,7 @@
 
 namespace dpde {
 
-/// Closed: a new operator says here what it is.
+/// The switch has no default, so a new operator must be added here.
 inline bool is_comparison(BinaryOp op) {
   switch (op) {
     case BinaryOp::less:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators and functions applied to numbers: constants of a scene and the reference interpreter mean the same by them.
+// Operators and functions of numbers, shared by constants of scenes and the reference interpreter.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace dpde {
 
-/// Conditions are 1 and 0.
+/// Conditions yield 1 or 0.
 inline double evaluate_binary(BinaryOp op, double a, double b) {
   switch (op) {
     case BinaryOp::add: return a + b;
@@ -29,17 +29,17 @@ inline double evaluate_binary(BinaryOp op, double a, double b) {
   }
   unreachable("operator");
 }
-/// `b` is not looked at by functions of one argument.
+/// `b` is ignored by functions of one argument.
 double evaluate_call(Fn fn, double a, double b);
-/// The same of arguments that `value` gives, each of which is asked for once: twice at each level would be a million
-/// times where calls are 20 deep.
+/// The same with arguments from `value`, which is called once for each: two calls on each level would give 2^20 for
+/// calls nested 20 deep.
 template <class Arguments, class ValueOf>
 double evaluate_call_of(Fn fn, const Arguments& arguments, const ValueOf& value) {
   const double first = value(arguments.front());
   return evaluate_call(fn, first, arguments.size() > 1 ? value(arguments.back()) : first);
 }
 
-/// The value as messages show it: not a number has no sign.
+/// The value for messages: NaN without sign.
 inline double shown(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
 
 }  // namespace dpde

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Along random lines: places where switches change sides (piecewise.cpp) and where something is divided by 0
+// Searches random lines for points where switches change sides (piecewise.cpp) and where a divisor is 0
 // (jumps_at_poles.cpp).
 #pragma once
 
@@ -15,20 +15,19 @@
 
 namespace dpde {
 
-/// Jumps below this part of the formula's size are those of guards, as if(abs(x) > 1e-8, sin(x)/x, 1).
+/// Jumps below this part of the formula's size are ignored as guards, e.g. if(abs(x) > 1e-8, sin(x)/x, 1).
 constexpr double smallest_jump = 1e-7;
-/// Of a value that is continuous across the switch, the difference across it falls with the distance, that of a tenth
-/// root too: to 0.16 where the distance falls to the smallest there is from that many times as much. What is smooth
-/// changes by next to nothing over both.
+/// If a value is continuous across a switch, its difference across the switch falls with the distance: even for a tenth
+/// root to 0.16 when the distance falls by this factor. Smooth functions hardly change at either distance.
 constexpr double most_left_of_continuous = 0.3, distance = 0x1p26;
-/// Where a divisor cancels, as 1 - cos(z)^2 does, what is near its zero is rounding, and values are looked at farther
-/// away: where rounding makes at most this part of what lies between both sides. A tenth root changes by 0.74 of its
-/// value over `cancelled_distance`, where 0.6, most_left_of_continuous of both sides, would be settled.
+/// Where a divisor cancels, as in 1 - cos(z)^2, values near its zero are rounding. They are then taken farther away,
+/// where rounding is at most this part of the difference of both sides. Over `cancelled_distance` a tenth root changes
+/// by 0.74 of its value; 0.6, i.e. most_left_of_continuous for both sides, would count as converged.
 constexpr double most_rounding = 0.01, cancelled_distance = 0x1p8;
-constexpr int enough = 12;  // judgements of a switch or a pole
+constexpr int enough = 12;  // tests of a switch or a pole
 constexpr int most_tried = 4 * enough;
 constexpr int bisections = 100;
-/// Numbers that base + s*direction is the same of, of each of which s is within a rounding, on each side.
+/// Number of adjacent numbers s on each side for which base + s*direction rounds to the same value.
 constexpr double widest_place = 8;
 
 class JumpSearch {
@@ -36,25 +35,25 @@ class JumpSearch {
   using Id = Piecewise::Id;
   explicit JumpSearch(const Piecewise& formula);
   std::optional<Id> run();
-  /// find_sign
+  /// See find_sign.
   std::optional<double> sign();
-  /// The function of that name.
+  /// See touches_zero.
   bool touches_zero();
 
  private:
-  /// All nodes at a point of a line, and on which side each switch is.
+  /// Values of all nodes at a point of a line, and the side of each switch.
   struct Look {
     std::vector<double> values, sides;
     double result() const { return values.back(); }
   };
   static double jump_between(const Look& one, const Look& other) { return std::abs(other.result() - one.result()); }
-  /// On both sides of a zero, and next to it.
+  /// Adjacent points on both sides of a zero.
   struct Place {
     double before, behind;
     double gap() const { return behind - before; }
   };
 
-  /// Where a divisor has a zero, perhaps, and how wide a place of it may be.
+  /// Interval that may contain a zero of a divisor; `widest`: bound of the gap of its Place.
   struct Bracket {
     double from, to, widest;
     bool crosses;
@@ -105,15 +104,15 @@ class JumpSearch {
   bool is_of_the_run(Id pole, const Look& look) const;
 
   const Piecewise& formula_;
-  std::vector<Id> switches_, comparisons_, poles_;  // comparisons: of what moves, in conditions
-  std::vector<int> judged_;                         // how often each switch and pole was, and each comparison looked at
-  std::vector<int> tried_;                          // places of each pole, possible ones or not
-  std::map<Id, std::vector<Id>> divisors_;          // of each pole, what its divisor is made of
-  Look of_divisor_;                                 // where no other node is looked at
+  std::vector<Id> switches_, comparisons_, poles_;  // comparisons: of varying values, in conditions
+  std::vector<int> judged_;                         // tests of each switch, pole and comparison
+  std::vector<int> tried_;                          // for each pole, candidate points tried
+  std::map<Id, std::vector<Id>> divisors_;          // nodes of each pole's divisor
+  Look of_divisor_;                                 // sample in which only nodes of a divisor are evaluated
   std::vector<double> hints_;
   std::vector<double> base_, direction_;  // of the symbols, along the line
   bool one_moves_ = false;
-  double typical_ = 0;  // size of the formula along the line
+  double typical_ = 0;  // typical size of the formula along the line
   std::mt19937_64 random_{20240229};
   std::normal_distribution<double> normal_;
   std::uniform_real_distribution<double> part_of_one_, exponent_{-1.5, 1.5};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jumps where a divisor is 0. The divisor changes its sign there, as in atan(1/z), or touches 0, as in z/abs(z) and
+// Jumps at zeros of divisors. The divisor changes its sign there, as in atan(1/z), or touches 0, as in z/abs(z) and
 // z/sqrt(z^2).
 #include <algorithm>
 #include <cmath>
@@ -12,17 +12,17 @@ namespace dpde {
 
 namespace {
 
-constexpr double smallest_gap = 1e-60;  // its fifth power is a number yet
+constexpr double smallest_gap = 1e-60;  // its fifth power does not underflow
 constexpr double golden = 0.618033988749895;
-/// A minimum is 0 where it falls as the bracket does, or the root of that: to a millionth at the first look.
+/// A minimum is 0 if it falls with the bracket's width, or its root: to a millionth at the first check.
 constexpr int most_shrinks = 200, first_look = 30;
 constexpr double most_at_first_look = 1e-2;
-constexpr double widest_stair = 0x1p-20;  // of the distance looked through at first
-/// The same of places where rounding is small: what is looked at beyond lies within that distance.
+constexpr double widest_stair = 0x1p-20;  // relative to the interval first searched
+/// The same for zeros with small rounding: all other points used are within that distance.
 constexpr double widest_cancelled = 1 / cancelled_distance;
 constexpr double least_digits = 16, least_growth = 1024;
 constexpr int most_on_a_line = 4;
-constexpr double near_value = 0.5;  // of a parameter
+constexpr double near_value = 0.5;  // relative to the value of a parameter
 
 }  // namespace
 
@@ -47,7 +47,7 @@ double JumpSearch::divisor(Id pole, double s) {
   return divisor(pole, of_divisor_.values);
 }
 
-/// What is 0 where the node has no value.
+/// The expression that is 0 at the node's pole.
 double JumpSearch::divisor(Id pole, const std::vector<double>& values) const {
   const Piecewise::Node& node = formula_.nodes_[pole];
   const double operand = values[divisors_.at(pole).back()];
@@ -67,8 +67,9 @@ std::optional<JumpSearch::Place> JumpSearch::crossing(Id pole, double from, doub
   return around_zero(pole, {low, high}, widest, [&](double s) { return divisor(pole, s); });
 }
 
-/// Where a part of the divisor changes its sign, as the z of abs(z) and of z^2 does, and the larger of both of min and
-/// max another: of such places that with the least divisor. Sizes are stairs, whose least one need not hold the zero.
+/// Point where a part of the divisor changes its sign, as z in abs(z) and z^2, or where min or max switches; of
+/// several, the one with the smallest divisor. Rounding makes |divisor| a staircase, whose minimum need not contain the
+/// zero.
 std::optional<JumpSearch::Place> JumpSearch::change_of_a_part(Id pole, double from, double to, double most,
                                                               double widest) {
   std::optional<Place> nearest;
@@ -96,15 +97,15 @@ std::optional<JumpSearch::Place> JumpSearch::change_of_a_part(Id pole, double fr
   return nearest;
 }
 
-/// What changes its sign at a kink of the node; of another one its value.
+/// A value that changes sign at the node's kink; for nodes without a kink, their value.
 double JumpSearch::margin(Id id, const std::vector<double>& values) const {
   const Piecewise::Node& node = formula_.nodes_[id];
   const bool is_extreme = node.kind == Piecewise::Kind::call && (node.fn == Fn::min || node.fn == Fn::max);
   return is_extreme ? values[node.a] - values[node.b] : values[id];
 }
 
-/// The least size between both, by the golden section. Nothing where it does not fall below a part of that at the ends
-/// soon.
+/// Minimum of |divisor| between the points, by golden section. nullopt if it does not soon fall below a part of the
+/// values at the ends.
 std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, double to, double most_left,
                                                       double widest) {
   const auto size = [&](double s) { return std::abs(divisor(pole, s)); };
@@ -137,9 +138,9 @@ std::optional<JumpSearch::Place> JumpSearch::touching(Id pole, double from, doub
   return around_zero(pole, {low, high}, widest, [&](double s) { return divisor(pole, s); });
 }
 
-/// Wide enough that the divisor is 0 at neither end, and wider by a stair of `height` at either: what is looked at
-/// farther away by the place's width is another value of it then. Nothing where that takes steps wider than `widest`,
-/// unless all within is rounding.
+/// Widens the place until the divisor is nonzero at both ends and `height` differs by a step there, so that values one
+/// width farther away differ from it. nullopt if that needs steps wider than `widest`, unless all values within are
+/// rounding.
 std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, const Place& place, double widest,
                                                          const Height& height) {
   const Id operand = divisors_.at(pole).back();
@@ -155,8 +156,8 @@ std::optional<JumpSearch::Place> JumpSearch::around_zero(Id pole, const Place& p
   return std::nullopt;
 }
 
-/// The same zero with the line beginning beside it, where numbers are closer. Nothing, and the line as it was, where
-/// that makes the divisor no smaller.
+/// Moves the line's origin next to the zero, where numbers are denser. nullopt, with the line unchanged, if that does
+/// not reduce the divisor.
 std::optional<JumpSearch::Place> JumpSearch::move_nearer(Id pole, const Place& place, bool crosses) {
   const auto size = [&](const Place& p) {
     return std::max(std::abs(divisor(pole, p.before)), std::abs(divisor(pole, p.behind)));
@@ -173,7 +174,7 @@ std::optional<JumpSearch::Place> JumpSearch::move_nearer(Id pole, const Place& p
   return std::nullopt;
 }
 
-/// As near to the zero as numbers come: of z/(abs(z) + 1e-30) both sides meet there.
+/// Tests as near to the zero as numbers allow: for z/(abs(z) + 1e-30) both sides meet there.
 bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses, double widest) {
   const std::vector<double> base = base_;
   bool jumps = jumps_at_pole(pole, place, widest);
@@ -187,8 +188,8 @@ bool JumpSearch::jumps_at_pole(Id pole, Place place, bool crosses, double widest
   return jumps;
 }
 
-/// Values that come to two limits jump. Those that come to none run off to infinity: where states move them that ends
-/// a run, and what is divided by keeps its sign; of parameters and places alone they do so within the run.
+/// Values with two different limits jump. Values without a limit diverge: if states cause this the run ends, so the
+/// divisor keeps its sign; if only parameters and coordinates do, it happens during the run.
 bool JumpSearch::jumps_at_pole(Id pole, const Place& place, double widest) const {
   if (!may_be_reached(pole, place)) return false;
   const std::optional<Place> seen = beyond_rounding(place, widest * (widest_cancelled / widest_stair));
@@ -215,7 +216,7 @@ bool JumpSearch::jumps_at_pole(Id pole, const Place& place, double widest) const
          is_possible_at_pole(pole, behind, false);
 }
 
-/// Most poles are not, as divisors keep their signs: that is soon told.
+/// Quick test that excludes most poles, since divisors keep their signs.
 bool JumpSearch::may_be_reached(Id pole, const Place& place) const {
   const Look low = look(place.before), high = look(place.behind), beside = look(place.before - distance * place.gap());
   const std::vector<bool> needed_low = needed(low);
@@ -223,7 +224,7 @@ bool JumpSearch::may_be_reached(Id pole, const Place& place) const {
   return is_possible_at_pole(pole, place.before, at_kink) && is_possible_at_pole(pole, place.behind, at_kink);
 }
 
-/// Whether rounding is as large as the argument of a root or of abs, or as what is compared.
+/// Whether rounding is comparable to the argument of a root or abs, or to a difference that is compared.
 bool JumpSearch::may_hide_kink(const Look& look, const std::vector<bool>& needed) const {
   const std::vector<double> errors = rounding(look);
   for (Id id = 0; id < formula_.nodes_.size(); ++id) {
@@ -252,7 +253,7 @@ bool JumpSearch::is_possible_at_pole(Id pole, double s, bool at_kink) const {
   return true;
 }
 
-/// Whether what is divided by is made of fields of which nobody knows the sign.
+/// Whether the divisor depends on fields of unknown sign.
 bool JumpSearch::hangs_on_unknown_sign(Id pole) const {
   return std::ranges::any_of(divisors_.at(pole), [&](Id id) {
     const Piecewise::Node& node = formula_.nodes_[id];
@@ -260,7 +261,7 @@ bool JumpSearch::hangs_on_unknown_sign(Id pole) const {
   });
 }
 
-/// Whether abs, min, max, a root or a choice has its kink between both. `beside` is farther away on the lower side.
+/// Whether abs, min, max, a root or a choice has a kink between the points. `beside` is farther away on the lower side.
 bool JumpSearch::has_kink(const Look& low, const Look& high, const Look& beside,
                           const std::vector<bool>& needed) const {
   for (Id id = 0; id < formula_.nodes_.size(); ++id) {
@@ -281,7 +282,7 @@ bool JumpSearch::has_kink(const Look& low, const Look& high, const Look& beside,
   return low.sides != high.sides;
 }
 
-/// Whether the divisor is made of what is known alone, and parameters have about their values.
+/// Whether the divisor depends only on known values, with parameters near their values.
 bool JumpSearch::is_of_the_run(Id pole, const Look& look) const {
   return std::ranges::all_of(divisors_.at(pole), [&](Id id) {
     const Piecewise::Node& node = formula_.nodes_[id];
@@ -292,7 +293,7 @@ bool JumpSearch::is_of_the_run(Id pole, const Look& look) const {
   });
 }
 
-/// Between which looks the divisor changes its sign, or is least in size, the nearest first.
+/// Intervals between samples in which the divisor changes its sign or has its smallest magnitude, nearest first.
 std::vector<JumpSearch::Bracket> JumpSearch::brackets(Id pole, const std::vector<double>& at,
                                                       const std::vector<Look>& looks) const {
   std::vector<double> divisors;
@@ -317,7 +318,7 @@ std::optional<JumpSearch::Place> JumpSearch::zero_in(Id pole, const Bracket& bra
   return crosses ? crossing(pole, from, to, widest) : touching(pole, from, to, most_at_first_look, widest);
 }
 
-/// Of each pole the nearest places of a line.
+/// Tests the nearest candidates of each pole on a line.
 std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>& at, const std::vector<Look>& looks) {
   for (const Id pole : poles_) {
     const int before = tried_[pole];
@@ -332,7 +333,8 @@ std::optional<JumpSearch::Id> JumpSearch::search_poles(const std::vector<double>
   return std::nullopt;
 }
 
-/// What touches 0 is rounding there, or falls with the distance as far as numbers go; a least size that is not 0 stays.
+/// A value that touches 0 is rounding there, or falls with the distance down to the smallest numbers; a nonzero minimum
+/// does not fall.
 bool JumpSearch::touches_zero() {
   const Id pole = formula_.nodes_.size() - 1;
   const auto touches = [&](const Bracket& bracket) {

@@ -16,7 +16,7 @@ double norm(std::span<const double> x) {
   return std::sqrt(sum);
 }
 
-/// Leaves nothing of x from `tail` on, whose length then stands at `head`.
+/// The reflection that zeroes x from `tail` on; the length moves to `head`.
 Reflection reflection_of(std::span<const double> x, std::size_t head, std::size_t tail) {
   const double rest = norm(x.subspan(tail)), length = std::hypot(x[head], rest);
   if (rest == 0) return {head, tail, 0, 0, {}};
@@ -42,7 +42,7 @@ PseudoInverse::PseudoInverse(DenseMatrix a, double threshold) : a_(std::move(a))
   reduce_rows();
 }
 
-/// Column k becomes the one of which most is left.
+/// Swaps the column with the largest remainder to position k.
 void PseudoInverse::pivot(std::size_t k) {
   std::size_t largest = k;
   double most = 0;
@@ -67,7 +67,7 @@ void PseudoInverse::reduce_columns(double threshold) {
   }
 }
 
-/// Of the rows above what is 0, the last one first.
+/// Zeroes the rest of the rows to the right of the triangle, last row first.
 void PseudoInverse::reduce_rows() {
   const std::size_t rank = left_.size();
   std::vector<double> row(a_.size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small dense systems by plain loops: Eigen's decomposition, which does the same, takes seven seconds to compile.
+// Small dense systems with plain loops: the equivalent decomposition of Eigen takes seven seconds to compile.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dpde {
 
-/// Square, column by column.
+/// Square, column-major.
 struct DenseMatrix {
   explicit DenseMatrix(std::size_t rows) : size(rows), values(rows * rows, 0.0) {}
   std::span<double> column(std::size_t j) { return std::span(values).subspan(j * size, size); }
@@ -18,7 +18,7 @@ struct DenseMatrix {
   std::vector<double> values;
 };
 
-/// I - factor*v*v^T, where v is `first` at `head` and `rest` from `tail` on.
+/// I - factor*v*v^T, where v has `first` at `head` and `rest` from `tail` on.
 struct Reflection {
   std::size_t head, tail;
   double first, factor;
@@ -26,13 +26,13 @@ struct Reflection {
   void apply(std::span<double> x) const;
 };
 
-/// The pseudo-inverse by the complete orthogonal decomposition A*P = Q*[T 0]*Z, T a triangle (G. H. Golub and
-/// C. F. Van Loan, Matrix Computations, 5.4.7).
+/// The pseudo-inverse by a complete orthogonal decomposition A*P = Q*[T 0]*Z with triangular T (G. H. Golub and C. F.
+/// Van Loan, Matrix Computations, 5.4.7).
 class PseudoInverse {
  public:
-  /// What is left of columns is 0 below `threshold` times the largest column.
+  /// Column remainders below `threshold` times the largest column count as 0.
   PseudoInverse(DenseMatrix a, double threshold);
-  /// The smallest of the x for which |A*x - b| is smallest.
+  /// The x of smallest norm that minimises |A*x - b|.
   std::vector<double> solve(std::vector<double> b) const;
 
  private:
@@ -41,8 +41,8 @@ class PseudoInverse {
   void reduce_rows();
 
   DenseMatrix a_;                         // T in its first rows and columns
-  std::vector<std::size_t> order_;        // of the columns: P
-  std::vector<Reflection> left_, right_;  // Q from the first on, Z^T from the last on
+  std::vector<std::size_t> order_;        // permutation P of the columns
+  std::vector<Reflection> left_, right_;  // Q in forward order, Z^T in backward order
 };
 
 }  // namespace dpde

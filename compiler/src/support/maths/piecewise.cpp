@@ -51,7 +51,7 @@ Piecewise::Id Piecewise::call(Fn fn, Id left, std::optional<Id> right) {
               .is_pole = moves && (fn == Fn::log || fn == Fn::tan)});
 }
 
-/// Of an exponent, which makes no pole.
+/// Whether an exponent is positive, so that it causes no pole.
 bool Piecewise::is_positive(Id id) const {
   const Node& node = nodes_[id];
   if (node.kind == Kind::symbol) return symbols_[node.symbol].value.value_or(0) > 0;
@@ -67,7 +67,7 @@ Piecewise::Id Piecewise::choice(Id condition, Id yes, Id no) {
 namespace {
 
 constexpr int most_lines = 64;
-constexpr int most_in_a_gap = 16;  // changes between two looks
+constexpr int most_in_a_gap = 16;  // changes between two samples
 
 }  // namespace
 
@@ -88,7 +88,7 @@ JumpSearch::JumpSearch(const Piecewise& formula) : formula_(formula) {
   for (const Id pole : poles_) divisors_.emplace(pole, parts_of_divisor(pole));
 }
 
-/// 0 and to both sides from 1e-3 to 1e6, in order.
+/// 0 and both signs from 1e-3 to 1e6, sorted.
 std::vector<double> JumpSearch::places() {
   std::vector<double> result;
   for (int k = 18; k >= -9; --k) result.push_back(-std::pow(10.0, k / 3.0));
@@ -97,8 +97,8 @@ std::vector<double> JumpSearch::places() {
   return result;
 }
 
-/// Near the numbers of the formula, as thresholds are among them, or anywhere: not at 0, where u/sqrt(u^2 + v^2) jumps
-/// on a line with v = 0 and on no other.
+/// A start near the numbers of the formula, which include thresholds, or anywhere. Not at 0, where u/sqrt(u^2 + v^2)
+/// jumps on lines with v = 0 and on no other.
 double JumpSearch::start_of(const Piecewise::Symbol& symbol, bool positive) {
   if (symbol.value) return symbol.moves ? *symbol.value * (1 + 0.1 * normal_(random_)) : *symbol.value;
   if (symbol.low && symbol.high) return *symbol.low + (*symbol.high - *symbol.low) * part_of_one_(random_);
@@ -162,7 +162,7 @@ std::vector<Piecewise::Id> JumpSearch::operands_of(const Piecewise::Node& node) 
   unreachable("kind of node");
 }
 
-/// Which nodes the result hangs on there: of a choice one branch.
+/// Nodes on which the result depends at this point: of a choice only one branch.
 std::vector<bool> JumpSearch::needed(const Look& look) const {
   std::vector<bool> result(formula_.nodes_.size(), false);
   result.back() = true;
@@ -178,7 +178,7 @@ std::vector<bool> JumpSearch::needed(const Look& look) const {
   return result;
 }
 
-/// Whether all that moves is where it may be.
+/// Whether all varying symbols are in their ranges.
 bool JumpSearch::is_possible(double s) const {
   for (std::size_t i = 0; i < formula_.symbols_.size(); ++i) {
     const Piecewise::Symbol& symbol = formula_.symbols_[i];
@@ -189,8 +189,8 @@ bool JumpSearch::is_possible(double s) const {
   return true;
 }
 
-/// Whether nothing that the result hangs on is nan there. min and max of nan and a number are that number, but where a
-/// root in them ceases to be real is the end of the formula's domain and no switch.
+/// Whether no needed node is NaN. min and max of NaN and a number return the number, but if a root inside them ceases
+/// to be real, this is the end of the formula's domain and no switch.
 bool JumpSearch::is_defined(const Look& look, const std::vector<bool>& needed) const {
   for (Id id = 0; id < formula_.nodes_.size(); ++id) {
     if (needed[id] && std::isnan(look.values[id])) return false;
@@ -198,8 +198,8 @@ bool JumpSearch::is_defined(const Look& look, const std::vector<bool>& needed) c
   return true;
 }
 
-/// Whether a switch that was not judged often enough is on another side, or one of the comparisons of a condition, as
-/// a window that two of them bound lies between places that are both outside.
+/// Whether a switch that needs more tests has changed sides, or a comparison of a condition has: an interval bounded by
+/// two comparisons may be between points that are both outside.
 bool JumpSearch::is_open(const Look& one, const Look& other) const {
   for (const Id id : comparisons_) {
     if (one.values[id] != other.values[id] && judged_[id] < enough) return true;
@@ -211,14 +211,14 @@ bool JumpSearch::is_open(const Look& one, const Look& other) const {
   return false;
 }
 
-/// Whether all switches and comparisons are on the same sides.
+/// Whether all switches and comparisons agree.
 bool JumpSearch::is_alike(const Look& one, const Look& other) const {
   return one.sides == other.sides &&
          std::ranges::all_of(comparisons_, [&](Id id) { return one.values[id] == other.values[id]; });
 }
 
-/// What is on a side of its own at one place alone, as sign(u) where u is 0, is looked past: half the jump lies before
-/// it and half behind. Rounding makes a few numbers next to one another that place.
+/// Steps over a single point with a side of its own, as u = 0 in sign(u): half of the jump is before it and half after
+/// it. By rounding this may be a few adjacent numbers.
 JumpSearch::Place JumpSearch::beside_one_place(double before, double behind) const {
   const double wide = widest_place * (behind - before);
   const bool is_at_low = !is_alike(look(before), look(before - wide));
@@ -226,7 +226,7 @@ JumpSearch::Place JumpSearch::beside_one_place(double before, double behind) con
   return {is_at_low ? before - wide : before, is_at_high ? behind + wide : behind};
 }
 
-/// Between the places no number lies, or next to none, and a switch is on another side.
+/// Tests a switch that changes sides between these (almost) adjacent points.
 std::optional<Piecewise::Id> JumpSearch::judge(double low_side, double high_side) {
   const auto [before, behind] = beside_one_place(low_side, high_side);
   if (!is_possible(before) || !is_possible(behind)) return std::nullopt;
@@ -248,7 +248,7 @@ std::optional<Piecewise::Id> JumpSearch::judge(double low_side, double high_side
              : std::nullopt;
 }
 
-/// Beside the size of the formula, and what it changes by on either side.
+/// Whether the jump is visible compared with the formula's size and its change on either side.
 bool JumpSearch::is_visible(double before, const Look& low, double behind, const Look& high) const {
   const double gap = behind - before, jump = jump_between(low, high);
   const double beside = std::max(std::abs(low.result() - look(before - 2 * gap).result()),
@@ -286,7 +286,7 @@ std::optional<Piecewise::Id> JumpSearch::search_line() {
   }
   std::ranges::sort(sizes);
   typical_ = sizes.empty() ? 0 : sizes[sizes.size() / 2];
-  const std::size_t middle = at.size() / 2;  // the nearest gaps first: far away all is large
+  const std::size_t middle = at.size() / 2;  // nearest intervals first: far away all values are large
   for (std::size_t k = 0; k < middle; ++k) {
     for (const std::size_t i : {middle + k, middle - 1 - k}) {
       if (const std::optional<Id> jump = search_between(at[i], looks[i], at[i + 1], looks[i + 1])) return jump;

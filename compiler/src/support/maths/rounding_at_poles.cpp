@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rounding near zeros of divisors. Of 1 - cos(z)^2 it is 1e-16 everywhere, and all of the value within 1e-8 of the
+// Rounding near zeros of divisors. For 1 - cos(z)^2 it is 1e-16 everywhere, and the whole value within 1e-8 of the
 // zero.
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,13 @@
 
 namespace dpde {
 
-/// How far rounding may take each node, to first order: what it makes of the errors of its operands, and its own.
-/// Numbers and symbols are what they are. Infinite where an operand may leave the domain of its function.
+/// First-order bound of each node's rounding error: propagated errors of its operands plus its own. Numbers and symbols
+/// are exact. Infinite if an operand may leave the domain of its function.
 std::vector<double> JumpSearch::rounding(const Look& look) const {
   const std::vector<double>& values = look.values;
   std::vector<double> errors(values.size(), 0);
   const auto apart = [](double value, double other) {
-    if (value == other) return 0.0;  // infinite ones too
+    if (value == other) return 0.0;  // also if both are infinite
     return std::isnan(other) ? std::numeric_limits<double>::infinity() : std::abs(other - value);
   };
   const auto change = [&](double value, double less, double more) {
@@ -50,8 +50,8 @@ std::vector<double> JumpSearch::rounding(const Look& look) const {
   return errors;
 }
 
-/// The place, or one around it that is wide enough for what lies between both sides to have digits; nothing where that
-/// takes one wider than `widest`. What nobody would see needs none.
+/// The place, or one around it wide enough for the difference of both sides to be accurate; nullopt if that needs one
+/// wider than `widest`. Invisible differences need no accuracy.
 std::optional<JumpSearch::Place> JumpSearch::beyond_rounding(const Place& place, double widest) const {
   for (Place wide = place; wide.gap() <= std::max(widest, place.gap());
        wide = {wide.before - wide.gap() / 2, wide.behind + wide.gap() / 2}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names that every scene binds by itself, for all levels.
+// Names that every scene defines, for all levels.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace dpde {
 
-enum class BoundNameKind { coordinate, parameter };  // a field, a number
+enum class BoundNameKind { coordinate, parameter };  // a field; a number
 
 struct BoundName {
   std::string_view name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How derivatives are called, on every level.
+// Names of derivatives, common to all levels.
 #pragma once
 
 #include <string>

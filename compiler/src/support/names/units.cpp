@@ -16,8 +16,8 @@ namespace dpde {
 
 namespace {
 
-/// A symbol: exponents of m, kg, s, A, K, mol, cd, and its size in SI units (the SI brochure, 9th edition, tables 2, 4
-/// and 8).
+/// A symbol with the exponents of m, kg, s, A, K, mol, cd, and its value in SI units (SI brochure, 9th edition, tables
+/// 2, 4 and 8).
 struct Symbol {
   std::string_view name;
   std::array<int, 7> exponents;
@@ -55,7 +55,7 @@ constexpr Symbol symbols[] = {
     {"min", {0, 0, 1}, 60, false},
     {"h", {0, 0, 1}, 3600, false},
     {"day", {0, 0, 1}, 86400, false},
-    {"year", {0, 0, 1}, 31557600, false},  // of 365.25 days
+    {"year", {0, 0, 1}, 31557600, false},  // 365.25 days
 };
 
 struct Prefix {
@@ -74,7 +74,7 @@ const Symbol* find_symbol(std::string_view name) {
   const auto* found = std::ranges::find(symbols, name, &Symbol::name);
   return found == std::end(symbols) ? nullptr : found;
 }
-/// With a prefix where there is no such symbol without: min is no milli-inch, and mm a millimetre.
+/// Symbols without prefix come first: min is not a milli-inch, but mm is a millimetre.
 std::optional<Known> find_known(std::string_view name) {
   if (const Symbol* symbol = find_symbol(name)) return Known{symbol, 1};
   for (const Prefix& prefix : prefixes) {
@@ -85,7 +85,7 @@ std::optional<Known> find_known(std::string_view name) {
   return std::nullopt;
 }
 
-/// In lowest terms; beyond what a person writes the numbers stop to grow.
+/// In lowest terms; limited to a size far beyond realistic exponents.
 Fraction reduced(std::int64_t above, std::int64_t below) {
   constexpr std::int64_t largest = 1000000;
   const std::int64_t common = std::max<std::int64_t>(1, std::gcd(above, below)) * (below < 0 ? -1 : 1);
@@ -270,7 +270,7 @@ double Unit::scale() const {
 }
 
 bool Unit::is_same_as(const Unit& other) const {
-  constexpr double rounding = 1e-9;  // of products of powers
+  constexpr double rounding = 1e-9;  // rounding of products of powers
   return has_dimension_of(other) && std::abs(scale() - other.scale()) <= rounding * other.scale();
 }
 
