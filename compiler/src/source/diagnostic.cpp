@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sink: messages are put together here, and a flood of them is cut off.
+// The sink composes messages and limits their number.
 #include "source/diagnostic.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace {
 
 constexpr int max_of_a_severity = 20;
 
-/// Replaces each {} of `message` by the next argument; what an argument contains is left as it is.
+/// Replaces each {} of `message` by the next argument; {} inside an argument is not replaced.
 std::string fill_in(std::string_view message, std::initializer_list<std::string> arguments) {
   std::string text;
   auto argument = arguments.begin();
@@ -31,8 +31,8 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b` (Damerau-Levenshtein, each part
-/// edited once).
+/// Number of insertions, deletions, replacements and swaps of adjacent characters that turn `a` into `b`
+/// (Damerau-Levenshtein, optimal string alignment).
 int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> before_last, last, row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<int>(j);
@@ -49,7 +49,7 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// How many edits may separate a word of this length from the one that was meant.
+/// Maximum edit distance for a suggestion, by word length.
 int allowed_edits(std::size_t length) {
   if (length < 2) return 0;
   if (length < 5) return 1;
@@ -64,7 +64,7 @@ Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initial
   const auto same = std::find_if(diagnostics_.begin(), diagnostics_.end(), [&](const Diagnostic& other) {
     return other.kind == diagnostic.kind && other.message == diagnostic.message && other.range == range;
   });
-  if (same != diagnostics_.end()) return *same;  // several derivatives may stumble over one thing
+  if (same != diagnostics_.end()) return *same;  // several derivatives may report the same problem
   const Severity severity = kind.kind->severity;
   if (severity == Severity::error) ++error_count_;
   const auto kept = std::count_if(diagnostics_.begin(), diagnostics_.end(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structured diagnostics, collected in a sink. Every kind stands in error_codes.h.
+// Structured diagnostics, collected in a sink. error_codes.h has all kinds.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace dpde {
 
-/// A second place that explains the first.
+/// A second source position that explains the first.
 struct Note {
   SourceRange range;
   std::string text;
@@ -25,17 +25,17 @@ struct Diagnostic {
   const DiagnosticKind* kind = nullptr;
   std::string message;  ///< the kind's text with its {} replaced
   SourceRange range;
-  std::string hint;  ///< what to write instead; may be empty
+  std::string hint;  ///< advice; may be empty
   std::vector<Note> notes;
 };
 
-/// Names a kind of the registry; an unknown name does not compile.
+/// Refers to a kind of the registry by name; an unknown name does not compile.
 struct KindRef {
   consteval KindRef(const char* name) : kind(find_kind(name)) {}
   const DiagnosticKind* kind;
 };
 
-/// What to write instead: a text, or a function that makes it where the diagnostic is kept.
+/// Advice: a text, or a function that makes it if the diagnostic is kept.
 class Hint {
  public:
   Hint() = default;
@@ -52,14 +52,14 @@ class Hint {
 
 class DiagnosticSink {
  public:
-  /// Records one diagnostic; `arguments` replace the {} of the kind's message in order. At most 20 errors are kept.
-  /// The reference returned is valid until the next report: use it to add a hint or notes.
+  /// Records a diagnostic; `arguments` replace the {} of the kind's message in order. At most 20 errors are kept. The
+  /// returned reference is valid until the next report; use it to add a hint or notes.
   Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments = {},
                      const Hint& hint = {});
-  /// One that another sink has.
+  /// Adds a diagnostic of another sink.
   void add(const Diagnostic& diagnostic);
   bool has_errors() const { return error_count_ > 0; }
-  /// Further errors are counted only.
+  /// Whether further errors are only counted.
   bool is_full() const;
   const std::vector<Diagnostic>& all() const { return diagnostics_; }
 
@@ -69,7 +69,7 @@ class DiagnosticSink {
   int error_count_ = 0;
 };
 
-/// The nearest of `candidates` to `name` for a "did you mean", or "" when none is near (edit distance).
+/// The candidate closest to `name` (edit distance), for "did you mean"; "" if none is close.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace dpde

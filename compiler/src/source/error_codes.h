@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The registry: everything the compiler and the command may ever complain about. One row a kind.
+// The registry of all diagnostics of the compiler and the command, one row for each kind.
 // E01xx characters, E02xx syntax, E03xx names and types, E04xx grid, boundary and time, E05xx schemes,
 // E06xx derivatives, E07xx tasks and data, E08xx runs, E09xx files and machine, W0xxx warnings.
 // Messages: lower case, one sentence, no stop, the user's words. tests/diagnostics triggers every row.
@@ -307,7 +307,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0609", "jump-left-out", Severity::warning, "{}: a gradient lacks what the jump adds"},
 };
 
-/// The row called `name`; a name that is not in the table does not compile.
+/// The row called `name`; an unknown name does not compile.
 consteval const DiagnosticKind* find_kind(std::string_view name) {
   for (const DiagnosticKind& kind : diagnostic_kinds) {
     if (kind.name == name) return &kind;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line is first cut into cells (what is shown of each character, and how wide it is); the underline is made from
-// the same cells, so that both stay aligned with tabs, wide characters and bytes that are no text.
+// A line is split into cells (displayed text and width of each character). The underline is made from the same cells,
+// so both stay aligned with tabs, wide characters and invalid bytes.
 #include "source/render.h"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ std::vector<Cell> cells_of(std::string_view line) {
   return cells;
 }
 
-/// Index range of the cells to show: all of a line that is short, a window around `caret` of one that is long.
+/// Index range of the displayed cells: all of a short line, or a part around `caret` of a long one.
 struct Window {
   std::size_t begin, end;
 };
@@ -70,7 +70,7 @@ Style style_of(bool colour, Severity severity) {
   return {severity == Severity::error ? "\033[1;31m" : "\033[1;35m", "\033[1;36m", "\033[1;32m", "\033[1m", "\033[0m"};
 }
 
-/// The first line of `range` and below it ^~~~, both indented by two.
+/// The first line of `range`, and ^~~~ below it, both indented by two.
 std::string excerpt(const SourceFile& file, SourceRange range, const Style& style) {
   const LineColumn place = file.locate(range.begin);
   const std::string_view line = file.line_at(range.begin);
@@ -79,7 +79,7 @@ std::string excerpt(const SourceFile& file, SourceRange range, const Style& styl
   const std::vector<Cell> cells = cells_of(line);
   const auto is_before_caret = [&](const Cell& cell) { return cell.offset < begin; };
   std::size_t caret = std::find_if_not(cells.begin(), cells.end(), is_before_caret) - cells.begin();
-  // An offset in the middle of a character belongs to that character.
+  // An offset inside a multi-byte character refers to that character.
   const int caret_offset = caret < cells.size() ? cells[caret].offset : static_cast<int>(line.size());
   if (caret_offset > begin) --caret;
   const Window window = window_around(cells, caret);

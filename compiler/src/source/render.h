@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnostics as text for people (source line and caret) and as JSON for programs.
+// Formats diagnostics as text (with source line and caret) and as JSON.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Line table of a source file: any offset, also one outside of the text, has a line and a column.
+// Line table of a source file: every offset, also outside the text, has a line and a column.
 #include "source/source_file.h"
 
 #include <algorithm>

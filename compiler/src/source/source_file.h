@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of an input file, of those that it imports, and positions in them.
+// The text of an input file and its imports, and positions in it.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace dpde {
 
-/// Half-open range of byte offsets in a SourceFile; {-1, -1} means "no place" (generated code).
+/// Half-open range of byte offsets in a SourceFile; {-1, -1} means unknown (generated code).
 struct SourceRange {
   int begin = -1;
   int end = -1;
@@ -16,7 +16,7 @@ struct SourceRange {
   bool operator==(const SourceRange&) const = default;
 };
 
-/// Where a node came from. Always equal, so that structural equality of programs ignores it.
+/// Source range of a node. Always equal, so that structural equality of programs ignores it.
 struct Origin {
   SourceRange range;
   friend bool operator==(const Origin&, const Origin&) { return true; }
@@ -28,25 +28,25 @@ struct LineColumn {
   int column = 0;
 };
 
-/// Files one behind the other in one text, so that a range needs no word about its file.
+/// Several files concatenated to one text, so that a range need not name its file.
 class SourceFile {
  public:
   SourceFile(std::string path, std::string text);
-  /// Puts an imported file behind the others.
+  /// Appends an imported file.
   void append(std::string path, std::string_view text);
 
-  /// Of the file that all began with.
+  /// Path of the main file.
   const std::string& path() const { return parts_.front().path; }
   std::string_view text() const { return text_; }
-  /// How many files there are.
+  /// Number of files.
   int count() const { return static_cast<int>(parts_.size()); }
   const std::string& path_of(int offset) const { return part_of(offset).path; }
   bool is_imported(int offset) const { return &part_of(offset) != &parts_.front(); }
-  /// Line and column in the file of the offset.
+  /// Line and column within the file of the offset.
   LineColumn locate(int offset) const;
-  /// The text of the line (counted from 1 over all files) without its line break.
+  /// The text of a line (counted from 1 over all files) without its line break.
   std::string_view line(int number) const;
-  /// The text of the line of the offset.
+  /// The text of the line that contains the offset.
   std::string_view line_at(int offset) const { return line(line_of(offset)); }
   int line_count() const { return static_cast<int>(line_starts_.size()); }
 

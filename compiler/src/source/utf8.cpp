@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoding by the table of well-formed sequences (Unicode 15, table 3-7): no overlong forms, no surrogates.
+// Decodes by the table of well-formed sequences (Unicode 15, table 3-7): no overlong forms, no surrogates.
 #include "source/utf8.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// UTF-8, as much of it as showing text in a terminal needs.
+// UTF-8 functions for displaying text in a terminal.
 #pragma once
 
 #include <string>
@@ -7,24 +7,24 @@
 
 namespace dpde {
 
-/// The first character of a text that is not empty.
+/// The first character of a nonempty text.
 struct Utf8Character {
-  int bytes = 1;       ///< how many bytes it takes
+  int bytes = 1;       ///< its length
   char32_t code = 0;   ///< its code point
-  bool valid = false;  ///< false: one byte that is no UTF-8
+  bool valid = false;  ///< false: one byte that is not UTF-8
 };
 Utf8Character first_character(std::string_view text);
 
 /// Columns the character takes in a terminal: 0 (combining), 1 or 2 (wide).
 int display_width(char32_t code);
 
-/// False for control characters, and for those that change the direction of the text around them.
+/// False for control characters and characters that change the text direction.
 bool is_printable(char32_t code);
 
-/// `text` with '?' for everything that is no printable UTF-8; line breaks stay.
+/// `text` with '?' for everything that is not printable UTF-8; line breaks stay.
 std::string printable(std::string_view text);
 
-/// The same with '?' for line breaks too: a comment of emitted code that holds it ends where it should.
+/// The same with '?' also for line breaks, so that it cannot end a comment in emitted code.
 std::string printable_line(std::string_view text);
 
 }  // namespace dpde
