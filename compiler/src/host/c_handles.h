@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The handles of dpde_c.h, and how what is thrown becomes an error of C.
+// Handles of dpde_c.h, and conversion of exceptions to C errors.
 #pragma once
 
 #include <exception>
@@ -28,20 +28,20 @@ struct dpde_sim {
   std::vector<std::string> params, states, outputs, fields, networks, unknowns, seeds;
   std::string warnings_text, warnings_json;
   std::string reason;        // of the last optimisation
-  bool was_stopped = false;  // by a watch, in the present call
+  bool was_stopped = false;  // by a watch, during the present call
   bool has_gradient = false;
   std::optional<dpde::Recorder> recorder;
 };
 
 namespace dpde::host {
 
-/// Of the exception that is being handled. nullptr when there is no memory for it.
+/// Error for the exception being handled; nullptr if there is no memory for it.
 dpde_error* error_of_exception() noexcept;
 
-/// A stop that the caller asked for.
+/// A stop requested by the caller.
 struct Stopped {};
 
-/// Input that the C interface itself refuses.
+/// Rejects input of the C interface. @throws Error(input)
 [[noreturn]] void refuse(const std::string& why);
 
 /// @throws Error(input) for NULL.
@@ -50,10 +50,10 @@ void need(const Pointers*... pointers) {
   if (((pointers == nullptr) || ...)) refuse("NULL where a simulation, a vector or a place for the result is needed");
 }
 
-/// As dpde_error_json().
+/// JSON text as in dpde_error_json().
 std::string json_of(const std::vector<Message>& messages);
 
-/// What `call` does; DPDE_OK, or the code of what it threw.
+/// Runs `call`; returns DPDE_OK, or the code of its exception.
 template <class Call>
 int32_t guarded(dpde_error** error, const Call& call) noexcept {
   try {

@@ -41,8 +41,7 @@ dpde_error described(std::exception_ptr thrown) {
   }
 }
 
-/// @throws Error for the first scene or task that makes no sense: what is wrong with a model would come again with
-/// each.
+/// @throws Error for the first invalid scene or task; an error in a model would otherwise be repeated with each scene.
 dpde_model understood(SourceFile text) {
   DiagnosticSink sink;
   dpde_model model{files::with_imports(text, sink), {}, {}};

@@ -64,7 +64,7 @@ HostOptions options_of(const dpde_options& from) {
 
 const char* text_of(const char* name) { return name == nullptr ? "" : name; }
 
-/// The datum that is the seed of a state.
+/// Name of the datum that is the seed of a state.
 const std::string& seed_of(const dpde_sim& sim, std::string_view state) {
   if (sim.seeds.empty()) refuse("seeds are of scenes that were opened with inputs");
   const auto found = std::ranges::find(sim.states, state);
@@ -146,7 +146,7 @@ void require(bool reached_end) {
   if (!reached_end) throw Stopped();
 }
 
-/// Losses, gradients and products that a watch ends.
+/// Runs a loss, gradient or product that a watch may stop.
 template <class Call>
 auto watched(dpde_sim& sim, const Call& call) {
   sim.was_stopped = false;
@@ -252,7 +252,7 @@ const char* dpde_sim_unit(const dpde_sim* sim, const char* name) {
 int32_t dpde_sim_coordinates(const dpde_sim* sim, size_t axis, double* to, size_t size, dpde_error** error) {
   return host::guarded(error, [&] {
     host::need(sim, to);
-    const int number = axis < 3 ? static_cast<int>(axis) : 3;  // there are no more
+    const int number = axis < 3 ? static_cast<int>(axis) : 3;  // at most 3 axes
     host::copy_to("the axis", sim->simulation.coordinates(number), {to, size});
   });
 }
@@ -397,7 +397,7 @@ int32_t dpde_sim_optimise(dpde_sim* sim, int32_t iterations, dpde_progress progr
       };
     sim->has_gradient = false;
     const Optimised done = sim->simulation.optimise(callback, iterations);
-    sim->has_gradient = std::isfinite(done.loss);  // nan: it was stopped before it had one
+    sim->has_gradient = std::isfinite(done.loss);  // NaN: it was stopped before the first gradient
     sim->reason = describe(done.reason);
     *result = {done.loss, done.iterations, done.evaluations, done.hessian_products, sim->reason.c_str()};
   });

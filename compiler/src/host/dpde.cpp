@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver behind the public interface: diagnostics become an exception, a session gives the values of files and
-// data.
+// The public C++ interface, on top of the driver: diagnostics become exceptions, and a session provides the values of
+// files and data.
 #include "dpde/dpde.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace host {
 
 namespace {
 
-/// Points at the solve that finds nothing, where there is one.
+/// Adds the source position of a failed solve to an error.
 std::function<void(Error&)> explaining(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled) {
   return [source, compiled = std::move(compiled)](Error& error) {
     const SourceRange place = driver::place_of_solve(*compiled, error.solve_for());
@@ -54,7 +54,7 @@ analysis::Certifying certifying(const HostOptions& options) {
   return *options.certify ? analysis::Certifying::always : analysis::Certifying::never;
 }
 
-/// What the session has read or computed for fields without a formula.
+/// Copies the values that the session has read or computed for fields without a formula.
 bool copy_values(driver::Session& session, const SourceFile& source, const dpde_scene& scene, Simulation& simulation,
                  DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
@@ -72,7 +72,7 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   }
   if (!problem.task) return true;
   for (const driver::DataStates& datum : session.data()) {
-    if (session.compiled().options.seeded) break;  // seeds are the host's
+    if (session.compiled().options.seeded) break;  // the host sets the seeds
     const auto is_it = [&](const dpde_datum& wanted) { return datum.name == wanted.name; };
     const dpde_datum* const end = scene.data + scene.datum_count;
     const dpde_datum* const wanted = std::find_if(scene.data, end, is_it);
@@ -107,7 +107,7 @@ const char* name_of(HostBackend backend) {
   unreachable("back end of a host");
 }
 
-/// As that of `dpde run` with the same settings.
+/// Description as for `dpde run` with the same settings.
 std::shared_ptr<const RunDescription> description_of(driver::Session& session, const SourceFile& source,
                                                      const HostOptions& options) {
   driver::RunOrigin origin{.file = source.path(), .scheme = options.scheme, .backend = name_of(options.backend)};
@@ -116,8 +116,7 @@ std::shared_ptr<const RunDescription> description_of(driver::Session& session, c
   for (int s = 0; s < session.rollout().state_count(); ++s) states.push_back(session.rollout().state_name(s));
   RunDescription run = driver::describe_run(session.problem(), session.axes(), states, source, origin);
   run.draw = drawing(session.shared_compiled(), session.axes());
-  const auto kept =
-      std::make_shared<driver::RunIdentity>();  // of all programs as text: found once, when it is asked for
+  const auto kept = std::make_shared<driver::RunIdentity>();  // contains all programs as text: computed on first use
   run.identity = [compiled = session.shared_compiled(), kept] {
     if (kept->empty()) *kept = driver::identity_of(*compiled);
     return *kept;
@@ -125,7 +124,7 @@ std::shared_ptr<const RunDescription> description_of(driver::Session& session, c
   return std::make_shared<const RunDescription>(std::move(run));
 }
 
-/// The data of the task of inputs, one a state.
+/// Data of the input task, one for each state.
 std::vector<std::string> seeds_of(const model::Problem& problem, const HostOptions& options) {
   std::vector<std::string> seeds;
   if (options.inputs.empty()) return seeds;

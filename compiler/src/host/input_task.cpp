@@ -19,7 +19,7 @@ namespace dpde::host {
 
 namespace {
 
-/// What models of the file declare as fields; of an array the name without its elements.
+/// Fields declared by the file's models; arrays without their elements.
 std::vector<std::string> fields_of(const ast::File& file) {
   std::vector<std::string> names;
   for (const ast::Declaration& declaration : file.declarations) {
@@ -34,12 +34,13 @@ std::vector<std::string> fields_of(const ast::File& file) {
   return names;
 }
 
-/// As the task says that it seeks the value. @throws Error(input) for what is no name: it would be read as text.
+/// Line of the task that makes the value an unknown. @throws Error(input) if it is not a name, since it would be parsed
+/// as text.
 std::string line_for(const model::Problem& problem, const std::vector<std::string>& fields, const std::string& input) {
   const auto is_of_names = [](unsigned char c) {
     return std::isalnum(c) != 0 || std::string_view("_.()[],").find(static_cast<char>(c)) != std::string_view::npos;
   };
-  std::string joined = input;  // c[1, 2]: a blank behind a comma
+  std::string joined = input;  // c[1, 2] without the blank after the comma
   for (std::size_t at = joined.find(", "); at != std::string::npos; at = joined.find(", ", at)) joined.erase(at + 1, 1);
   if (input.empty() || !std::ranges::all_of(joined, is_of_names))
     throw Error(ErrorKind::input, fmt::format("inputs are names, and \"{}\" is none", input));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The task behind HostOptions::inputs. It is text, so that what cannot be an unknown is refused as in any task.
+// Generates the task for HostOptions::inputs as text, so that invalid unknowns are reported as in any task.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace dpde::host {
 
-/// Puts a task behind `source` that seeks options.inputs of the scene options.name, and gives its name. Its loss stands
-/// for another, driver::seed_the_end(). "" after errors.
+/// Appends to `source` a task whose unknowns are options.inputs of the scene options.name, and returns its name. Its
+/// loss is a placeholder, see driver::seed_the_end(). "" after errors.
 std::string append_input_task(SourceFile& source, const HostOptions& options, DiagnosticSink& sink);
 
 }  // namespace dpde::host

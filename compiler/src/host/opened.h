@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both faces of the compiler, dpde.h for C++ and dpde_c.h for C, are made of.
+// Common basis of the interfaces dpde.h for C++ and dpde_c.h for C.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace dpde::host {
 
 struct Opened {
   Simulation simulation;
-  std::vector<std::string> seeds;  // with HostOptions::inputs: of each state the datum that is its seed
+  std::vector<std::string> seeds;  // with HostOptions::inputs: for each state the datum that is its seed
   std::vector<Message> warnings;
   std::string warnings_text;
 };
 
-/// @throws Error as compile_text().
+/// @throws Error like compile_text().
 Opened open(const SourceFile& file, const HostOptions& options);
 
 SourceFile read(const std::string& path);

@@ -49,7 +49,7 @@ std::shared_ptr<const RunDescription> description_of(const Simulation& simulatio
   return simulation.description();
 }
 
-/// A run of a simulation, as far as it was recorded. `restart`: where its checkpoints go.
+/// A recorded run of a simulation. `restart`: folder of its checkpoints.
 struct Recorded {
   Recorded(const Simulation& simulation, const RunDescription& run, const fs::path& restart, int every)
       : frames(restart),
@@ -64,8 +64,8 @@ struct Recorded {
 
   FrameFile frames;
   RunRecord record;
-  int seen = -1;         // the last step that was looked at
-  int checkpointed = 0;  // the step of the last checkpoint
+  int seen = -1;         // last step that was checked
+  int checkpointed = 0;  // step of the last checkpoint
 };
 
 }  // namespace
@@ -84,7 +84,7 @@ struct Recorder::Impl {
     return *now;
   }
 
-  /// Nothing is recorded of those that are not. @throws NotFinite, once
+  /// Whether all states are finite; other states are not recorded.
   bool has_finite_states() const {
     return std::ranges::all_of(simulation.states(), [&](const std::string& name) {
       return std::ranges::all_of(simulation.state(name), [](double value) { return std::isfinite(value); });
@@ -126,7 +126,7 @@ struct Recorder::Impl {
     if (due.empty() || !has_finite_states()) return;
     for (const std::size_t s : due) add(s);
   }
-  /// What comes before a run.
+  /// Called before a run.
   void look_at_start() { look(recorded().seen < 0); }
   void look_on_the_way() {
     look(false);
@@ -135,7 +135,7 @@ struct Recorder::Impl {
     if (!is_due || !failure.empty()) return;
     try {
       checkpoint();
-    } catch (const Error& error) {  // a disk that is full does not end the run
+    } catch (const Error& error) {  // a full disk does not end the run
       failure = error.what();
     }
   }
@@ -154,7 +154,7 @@ struct Recorder::Impl {
     return true;
   }
 
-  /// Between states and checkpoints that are due; 0: there are none but the first and the last.
+  /// Greatest common interval of recorded states and checkpoints; 0: only the first and last state.
   int interval() { return std::gcd(recorded().record.interval(), checkpoint_every); }
   /// Steps to the next one, at most `count`.
   int steps_to_next(int count) {
@@ -162,8 +162,8 @@ struct Recorder::Impl {
     return interval == 0 ? count : std::min(count, interval - simulation.steps_done() % interval);
   }
 
-  /// What `advance` does with a callback at all steps that either wants. Steps of the call are counted from where it
-  /// begins, steps of the record from the start of the run.
+  /// Calls `advance` with a callback for all steps that the caller or the recorder needs. The caller's steps count from
+  /// the beginning of the call, the recorder's from the start of the run.
   bool watched(const ProgressCallback& progress, int interval,
                const std::function<bool(const ProgressCallback&, int)>& advance) {
     look_at_start();
@@ -187,7 +187,7 @@ struct Recorder::Impl {
     return present;
   }
 
-  /// `is_present`: the simulation is still where the run ended, in finite states.
+  /// `is_present`: the simulation is still at the end of the run, with finite states.
   std::vector<std::string> write(const RunRecord& record, bool is_present) const {
     std::vector<std::string> names;
     const auto named = [&](const std::string& name) { return folder / names.emplace_back(name); };
@@ -230,10 +230,10 @@ struct Recorder::Impl {
   std::shared_ptr<const RunDescription> run;
   int every;
   fs::path folder;
-  std::vector<std::string> outputs;  // with a formula, as the simulation has them
+  std::vector<std::string> outputs;  // outputs with a formula, in the order of the simulation
   std::unique_ptr<Recorded> now;
   int checkpoint_every = 0;  // steps; 0: never
-  std::string failure;       // of a checkpoint on the way
+  std::string failure;       // of a checkpoint during the run
 };
 
 Recorder::Recorder(Simulation& simulation, const std::string& folder, int every)
@@ -281,7 +281,7 @@ bool Recorder::resume() {
 }
 
 std::vector<std::string> Recorder::finish() {
-  bool is_present = impl_->recorded().seen <= impl_->simulation.steps_done();  // or one was begun behind
+  bool is_present = impl_->recorded().seen <= impl_->simulation.steps_done();  // or a new run began after it
   try {
     if (is_present) impl_->look(true);
     is_present = is_present && impl_->has_finite_states();

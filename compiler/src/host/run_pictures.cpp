@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of one cell: what was recorded of each state.
+/// Recorded time series of each state, for a scene of one cell.
 std::vector<plot::Curve> course_of(const RunRecord& record, const std::vector<std::string>& states) {
   const Series& series = record.series()[0];
   const auto count = static_cast<std::int64_t>(series.places.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures that hosts draw of a run: those of `dpde run`.
+// Pictures of a run for hosts, as those of `dpde run`.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace dpde::host {
 
-/// For RunDescription::draw. Without gnuplot nothing is drawn.
+/// For RunDescription::draw. Draws nothing without gnuplot.
 std::function<std::vector<std::string>(const std::filesystem::path&, const RunRecord&, const RunEnd&)> drawing(
     std::shared_ptr<const driver::Compiled> compiled, std::vector<model::Axis> axes);
 

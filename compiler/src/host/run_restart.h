@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of hosts on disk, to go on later.
+// Saves runs of hosts on disk and resumes them.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace dpde::host {
 
-/// `run`: with the present parameters. False for states that are not finite: the file that is there stays.
-/// @throws Error(machine)
+/// `run`: description with the present parameters. Returns false if states are not finite; an existing file is then
+/// kept. @throws Error(machine)
 bool save_run(const std::filesystem::path& path, Simulation& simulation, const RunDescription& run, RunRecord& record,
               FrameFile& frames);
-/// The simulation and the record, a new one, stand where it was saved; false: there is no such file, and nothing was
-/// changed. @throws Error(input) where it is damaged or of another run: the record is of no use then.
+/// Sets the simulation and a new record to the saved state. Returns false, with nothing changed, if the file does not
+/// exist. @throws Error(input) if it is damaged or of another run; the record is then unusable.
 bool resume_run(const std::filesystem::path& path, Simulation& simulation, const RunDescription& run,
                 RunRecord& record);
 

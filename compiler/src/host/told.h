@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnostics as hosts get them: an Error with their text and places.
+// Diagnostics for hosts: an Error with their texts and source positions.
 #pragma once
 
 #include <optional>
