@@ -9,8 +9,8 @@
 
 namespace dpde::codegen {
 
-/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_fraction, dpde_inside and of interpolation for what `module`
-/// uses; may be "".
+/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_fraction, dpde_inside and of interpolation, each only if `module`
+/// uses it; may be "".
 std::string cpp_helpers(const loop::Module& module);
 
 /// Name of the helper that returns the cells and weights along an axis.

@@ -146,7 +146,7 @@ void RowEmitter::find_places() {
   });
 }
 
-// ---- places --------------------------------------------------------------------------------------------------------
+// ---- positions -----------------------------------------------------------------------------------------------------
 
 std::string RowEmitter::mask_name(const loop::Inside& mask) const {
   return fmt::format("dpde_inside{}{}", cpp_offset_suffix(mask.offset, row_.rank),

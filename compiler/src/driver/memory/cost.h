@@ -28,8 +28,8 @@ Cost cost_of(const loop::Module& module, const std::string& program);
 dpde_layout layout_of(const Compiled& compiled);
 
 /// Peak bytes of `run` (driver/memory/memory_plan.h), and bytes that a gradient needs in addition to stored states
-/// (driver/memory/storage.h): sums of control fields. `part`: bytes for each substep that a Courant number splits most
-/// steps into; 0 if that stores nothing.
+/// (driver/memory/storage.h): sums of control fields. `part`: more bytes for each
+/// substep of the step with most substeps, if a Courant number splits steps and they are stored; else 0.
 struct Memory {
   double run = 0, gradient = 0, part = 0;
 };

@@ -26,7 +26,7 @@ struct SceneTableOptions {
   bool begins_as_scene = false;
   std::optional<int> steps;  // overrides the scene's steps, whatever happens in them
   bool without_files = false;
-  int every = 0;          // > 0: of a training sample, whose losses use every such step
+  int every = 0;          // > 0: for a training sample, steps between states that losses use
   bool sets_all = false;  // also parameters that others derive from: the caller has checked that these stay the same
 };
 

@@ -94,8 +94,7 @@ class Comparison : private BesideFigures {
     return !plain_.empty() && std::isfinite(error_) && std::isfinite(cost_);
   }
 
-  // ---- rows
-  // ----------------------------------------------------------------------------------------------------------
+  // ---- rows -------------------------------------------------------------------------------------------------------
 
   void say_row(const TrajectoryTest& each, double cost, const std::string& rest) {
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
@@ -205,8 +204,7 @@ class Comparison : private BesideFigures {
     return text;
   }
 
-  // ---- equal error, equal time
-  // ---------------------------------------------------------------------------------------
+  // ---- equal error, equal time ------------------------------------------------------------------------------------
 
   static Json equal_json(const EqualPoint& point, const PairedRatio& by_run, const char* key, double value,
                          double own) {

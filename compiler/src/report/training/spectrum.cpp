@@ -55,8 +55,7 @@ Json report_all(Report& report, const OneTest& test, const Figures& figures, con
   return json;
 }
 
-// ---- spectra
-// ---------------------------------------------------------------------------------------------------------
+// ---- spectra ------------------------------------------------------------------------------------------------------
 
 std::vector<double> distances(const TrajectoryTest& test, std::size_t last) {
   std::vector<double> all;
@@ -165,8 +164,7 @@ Json spectrum_report(Report& report, const OneTest& test) {
   return json;
 }
 
-// ---- correlation
-// -----------------------------------------------------------------------------------------------------
+// ---- correlation --------------------------------------------------------------------------------------------------
 
 namespace {
 

@@ -145,8 +145,7 @@ Json report_test(Report& report, const OneTest& test) {
   return json;
 }
 
-// ---- statistics
-// ------------------------------------------------------------------------------------------------------
+// ---- statistics ---------------------------------------------------------------------------------------------------
 
 /// Mean and standard deviation over time, averaged over the runs.
 struct OverTime {
@@ -218,8 +217,7 @@ Json report_statistic(Report& report, const OneTest& test) {
   return json;
 }
 
-// ---- rates of growth
-// -------------------------------------------------------------------------------------------------
+// ---- growth rates -----------------------------------------------------------------------------------------------
 
 Json json_of(const training::GrowthTest& growth) {
   const MeanAndSpread all = mean_and_spread(growth.rates);
@@ -236,8 +234,7 @@ Json json_of(Report& report, const OneTest& test) {
   unreachable("kind of test");
 }
 
-// ---- what a test is of
-// ------------------------------------------------------------------------------------------------
+// ---- conditions of a test -----------------------------------------------------------------------------------------
 
 std::string runs_text(const std::vector<int>& runs) {
   return fmt::format("run{} {}", runs.size() == 1 ? "" : "s", fmt::join(runs, ", "));

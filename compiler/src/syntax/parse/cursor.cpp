@@ -260,7 +260,7 @@ void Cursor::skip_one() {
   } while (depth > 0 && !at(TokenKind::end_of_file) && !at_declaration());
 }
 
-// ---- places --------------------------------------------------------------------------------------------------------
+// ---- source ranges -------------------------------------------------------------------------------------------------
 SourceRange Cursor::range_since(int first) const {
   const int begin = tokens_[first].range.begin;
   return {begin, last_ < first ? begin : tokens_[last_].range.end};
