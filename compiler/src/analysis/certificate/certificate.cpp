@@ -418,7 +418,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const driv
   }
   std::vector<DotCase>& cases = certificate.second->cases;
   add_cases(found, second_order_tolerance, cases, certificate.skipped);
-  // If a derivative is only rounding at points without choices, then its own derivatives are too.
+  // If the gradient is only rounding at points without choices, second derivatives that agree are rounding too.
   for (DotCase& one : cases) {
     one.is_rounding = one.is_rounding || (certificate.tests_nothing() && one.relative_error <= largest_asymmetry);
   }

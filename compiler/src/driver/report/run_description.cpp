@@ -66,7 +66,7 @@ std::vector<RunAxis> run_axes(const model::Problem& problem, const std::vector<m
   return result;
 }
 
-/// dpde_problem contains the formulas of controls.
+/// Without controls: the attribute dpde_problem contains their formulas.
 std::vector<RunNumber> run_params(const model::Problem& problem) {
   std::vector<RunNumber> numbers;
   for (const model::Parameter& param : problem.params) {
