@@ -205,10 +205,9 @@ TEST(House, OnlyConversionsSeeTwoLevels) {
                            [&](const std::string& above) { return header.starts_with(above); });
       });
       if (!sees) continue;
-      const bool converts = file.find("from_") != std::string::npos ||
-                            std::ranges::any_of(level.conversion, [&](const std::string& folder) {
-                              return file.starts_with(folder);
-                            });
+      const bool converts =
+          file.find("from_") != std::string::npos ||
+          std::ranges::any_of(level.conversion, [&](const std::string& folder) { return file.starts_with(folder); });
       EXPECT_TRUE(converts) << file << " sees the level above and is no part of a conversion";
     }
   }
@@ -234,8 +233,9 @@ TEST(House, RuntimeKnowsNothingOfTheCompiler) {
       if (!line.starts_with("#include") || std::regex_search(line, system)) continue;
       std::smatch header;
       ASSERT_TRUE(std::regex_search(line, header, own)) << path << ": " << line;
-      const bool is_of_runtime = std::ranges::any_of(std::vector{runtime / "src", runtime / "abi", runtime / "include"},
-                                                     [&](const fs::path& in) { return fs::exists(in / header[1].str()); });
+      const bool is_of_runtime =
+          std::ranges::any_of(std::vector{runtime / "src", runtime / "abi", runtime / "include"},
+                              [&](const fs::path& in) { return fs::exists(in / header[1].str()); });
       EXPECT_TRUE(is_of_runtime || fs::exists(path.parent_path() / header[1].str())) << path << ": " << line;
     }
   }

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "loop/expressions.h"
-#include "loop/overwrites.h"
 #include "loop/from_stencil/rows.h"
+#include "loop/from_stencil/uniforms.h"
+#include "loop/overwrites.h"
 #include "loop/schedule.h"
 #include "loop/share_rows.h"
-#include "loop/from_stencil/uniforms.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_reach.h"
 #include "stencil/analyse/operator_traits.h"

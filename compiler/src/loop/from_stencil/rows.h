@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "loop/loop.h"
 #include "loop/from_stencil/uniforms.h"
+#include "loop/loop.h"
 #include "stencil/stencil.h"
 
 namespace dpde::loop {

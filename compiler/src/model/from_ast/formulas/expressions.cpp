@@ -312,7 +312,8 @@ TypedExpr refuse(FormulaScope& here, const std::string& what, SourceRange range,
         "controls in c only");
     return {};
   }
-  here.elaboration.sink.report("not-allowed-here", range, {what, std::string(allowed.place)}, std::string(allowed.hint));
+  here.elaboration.sink.report("not-allowed-here", range, {what, std::string(allowed.place)},
+                               std::string(allowed.hint));
   return {};
 }
 

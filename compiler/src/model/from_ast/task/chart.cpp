@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // chart NAME : SCENE { reference exact; vary scheme in a, b; vary cells in 64, 128; error l2(u) at t = 1;
 // gradient TASK; tolerance 1e-3 }
-#include "model/chart_from_ast.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "model/chart_from_ast.h"
 #include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "syntax/expand/arrays.h"

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // dataset NAME : SCENE { runs 10; seed 0; vary nu in 0.01 .. 0.1; vary s from 100; frames every 0.1 from 3 to 23;
 // coarsen 4; file "train.nc" }, or coarsen 4 in "train.nc"; coarsen 2 in "finer.nc"
-#include "model/data_set_from_ast.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "model/data_set_from_ast.h"
 #include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "syntax/expand/arrays.h"
