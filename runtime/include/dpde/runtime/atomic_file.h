@@ -12,17 +12,16 @@
 
 namespace dpde {
 
-/// Writes the parts one after the other. When anything fails the temporary file is removed and a file that was there
-/// before under `path` is untouched. The folder must exist. An existing special file (a device, a pipe) is written
-/// directly.
+/// Writes the parts one after the other. On failure the temporary file is removed, and a file that existed under `path`
+/// stays unchanged. The folder must exist. An existing special file (a device, a pipe) is written directly.
 /// @throws Error(machine) naming the file and the operating system's reason.
 void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts);
-/// The same of a file that nobody but its owner may read or write, whoever could before.
+/// The same for a file that only its owner may read or write, whatever the permissions were before.
 void write_private_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts);
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
-/// The same of a file that is written bit by bit. Unless it is finished there is none. All throw Error(machine) naming
-/// the file and the operating system's reason.
+/// The same for a file that is written piece by piece. Without finish() no file appears. All members throw
+/// Error(machine) with the file and the operating system's reason.
 class AtomicFile {
  public:
   enum class Access { usual, of_owner };
@@ -31,17 +30,19 @@ class AtomicFile {
   AtomicFile(AtomicFile&&) noexcept;
   AtomicFile& operator=(AtomicFile&&) noexcept;
 
-  /// Behind what was written before.
+  /// Appends to what was written before.
   void append(std::string_view part);
-  /// A name by which a library can open it, reading and writing; "" of a special file. A kill from here on leaves it.
+  /// A name by which a library can open the file to read and write; "" for a special file. If the process is killed
+  /// from here on, the temporary file remains.
   std::string name();
-  /// Room for so many bytes behind its end, where the file system tells: a library that cannot write may break down.
+  /// Reserves disk space for so many bytes after the end, if the file system supports it: some libraries crash when a
+  /// write fails.
   void reserve(std::int64_t bytes) const;
-  /// The bytes from `offset`, as many as there are.
+  /// The bytes from `offset` on; fewer than asked for at the end of the file.
   std::string_view read(std::int64_t offset, std::span<char> buffer) const;
-  /// Its first bytes only; what is appended comes behind them.
+  /// Truncates the file to its first `bytes` bytes; later appends go after them.
   void cut(std::int64_t bytes);
-  /// The file is there, whole.
+  /// Moves the complete file to its final name.
   void finish();
 
  private:

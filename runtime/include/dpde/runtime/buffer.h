@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory for fields, trajectories and what else is as large: aligned, and all zero.
+// Aligned, zero-initialised memory for fields, trajectories and other large arrays.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,20 @@
 
 namespace dpde {
 
-/// 64-byte aligned, 4 KiB from one page on. From 4 MiB on (2 MiB aligned, in huge pages where there are some) it is
-/// pages of the system's own, which are there when they are first touched: a plan that touches nothing takes none.
+/// Alignment: 64 bytes; 4 KiB from one page on; 2 MiB from 4 MiB on (in huge pages if available). From 4 MiB on the
+/// pages come directly from the system and exist only once they are touched: a plan that touches nothing uses no
+/// memory.
 class Buffer {
  public:
   Buffer() = default;
   /// @throws Error(machine) naming the bytes.
   explicit Buffer(std::int64_t bytes);
-  /// In a file of the folder, whose room is taken at once so that a full disk is told here; it has no name and goes
-  /// with the buffer. @throws Error(machine) naming the folder.
+  /// Memory mapped to a file of the folder. Its disk space is reserved immediately, so that a full disk is reported
+  /// here. The file has no name and disappears with the buffer. @throws Error(machine) naming the folder.
   Buffer(const std::string& folder, std::int64_t bytes);
 
   char* data() const { return memory_.get(); }
-  /// Takes all of its pages from the system now.
+  /// Makes the system provide all pages now.
   void touch() const;
   explicit operator bool() const { return memory_ != nullptr; }
 
@@ -28,7 +29,7 @@ class Buffer {
   struct Release {
     Release() : mapped(0) {}
     explicit Release(std::int64_t bytes) : mapped(bytes) {}
-    std::int64_t mapped;  // bytes of pages; 0: of the heap, which is touched
+    std::int64_t mapped;  // bytes of mapped pages; 0: heap memory, already touched
     void operator()(char* memory) const;
   };
   std::unique_ptr<char, Release> memory_;

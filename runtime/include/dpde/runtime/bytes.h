@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers and texts as the bytes of a file, and what knows bytes again.
+// Serialisation of numbers and texts to bytes, and a hash of bytes.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,11 @@
 
 namespace dpde {
 
-/// FNV-1a, to be chained.
+/// FNV-1a hash; pass an earlier hash to chain.
 std::uint64_t hash_bytes(const void* bytes, std::size_t count, std::uint64_t hash = 14695981039346656037ull);
 
-/// Bytes put one after the other, and taken off again. Taking what is not there gives nothing and spoils the reader.
+/// Serialises values one after the other, and reads them back. A read beyond the end returns an empty value and marks
+/// the reader as failed.
 class ByteWriter {
  public:
   void number(std::int64_t value);
@@ -30,7 +31,7 @@ class ByteReader {
   std::int64_t number();
   std::string text();
   std::vector<double> values();
-  /// Everything was there, and nothing is left.
+  /// True if all reads succeeded and no bytes remain.
   bool is_done() const { return fine_ && rest_.empty(); }
   bool is_fine() const { return fine_; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells that can be disturbed at once to find the matrix of an operator: so far from one another that no image looks at
-// two of them (Curtis, Powell and Reid 1974).
+// Colouring of the cells by which the matrix of an operator is found: cells of one colour are so far apart that no row
+// of the matrix has two of them, so that one application of the operator gives all their columns (Curtis, Powell and
+// Reid 1974).
 #pragma once
 
 #include <array>
@@ -10,11 +11,11 @@
 namespace dpde {
 
 struct CellColour {
-  std::vector<std::int64_t> cells;    // those that have it
-  std::vector<std::int64_t> sources;  // for each cell of the grid: the one of them that its image may look at, or -1
+  std::vector<std::int64_t> cells;    // cells of this colour
+  std::vector<std::int64_t> sources;  // for each cell of the grid: the cell of this colour within its stencil, or -1
 };
 
-/// `reach`: how far from a cell its image looks, -1: anywhere. x fastest.
+/// `reach`: stencil radius along each axis; -1: the whole axis. Cells are numbered with x fastest.
 std::vector<CellColour> cell_colours(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
                                      const std::array<std::int64_t, 3>& reach);
 

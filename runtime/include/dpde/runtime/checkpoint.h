@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// When to store and when to recompute: the binomial (Revolve) schedule that reverses a loop over steps.
+// The binomial (Revolve) schedule of storing and recomputing states, which reverses a loop over steps.
 //
 // State i is the state after i steps; step i leads from state i to state i + 1. With `slots` stored states, the one of
 // state 0 included, the plan reverses steps - 1, ..., 0 with the least possible number of forward steps.
@@ -27,19 +27,19 @@ struct Action {
   bool operator==(const Action&) const = default;
 };
 
-/// Actions in order, one after the other as they are asked for: what is kept is a number for each slot, whatever the
-/// steps. The first stores state 0 in slot 0. steps >= 0; slots >= 1 (more than steps are never used). The forward step
-/// steps - 1, whose result the reversal starts with, is not among them: whoever executes the first `reverse` runs it
-/// before (it overwrites no stored state).
+/// The actions in order, generated one at a time; memory: one number a slot, for any number of steps. The first action
+/// stores state 0 in slot 0. steps >= 0; slots >= 1 (more slots than steps are never used). The forward step steps - 1,
+/// whose result the reversal starts from, is not among the actions: the caller runs it before the first `reverse` (it
+/// overwrites no stored state).
 class Schedule {
  public:
-  Schedule() = default;  // of no steps
+  Schedule() = default;  // a schedule of no steps
   /// @throws Error(input) when steps < 0 or slots < 1.
   Schedule(int steps, int slots);
 
-  /// Nothing when all steps are reversed.
+  /// Returns nothing once all steps are reversed.
   std::optional<Action> next();
-  /// To the first action again; no memory is allocated.
+  /// Back to the first action; allocates no memory.
   void rewind();
 
  private:
@@ -49,15 +49,14 @@ class Schedule {
   int steps_ = 0, last_ = 0;
   int end_ = 0;                   // steps end - 1 .. 0 are still to be reversed
   std::vector<int> stored_;       // entry i: the state in slot i
-  std::array<Action, 3> turn_{};  // those of this turn
+  std::array<Action, 3> turn_{};  // the actions of this turn
   int count_ = 0, at_ = 0;
 };
 
-/// Steps that a schedule advances: steps - 1 when nothing is recomputed. Closed form.
+/// Number of steps that a schedule advances, in closed form; steps - 1 if nothing is recomputed.
 int64_t advanced_steps(int steps, int slots);
 
-/// How many slots to use when slots and the two working states may together take `memory_bytes`: 1 .. max(1, steps -
-/// 1).
+/// Number of slots for which slots and the two working states together fit in `memory_bytes`: 1 .. max(1, steps - 1).
 /// @throws Error(input) when less than four states of `state_bytes` fit.
 int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps);
 

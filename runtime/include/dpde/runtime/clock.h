@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the time of gradients goes, for those that ask: two looks at the clock a program and a network, none where
-// nobody asks.
+// Optional timing of gradients: two readings of the clock for each run of a program and of a network, none if timing is
+// off.
 #pragma once
 
 #include <chrono>
 
 namespace dpde {
 
-/// Seconds of the runs of a program, added up.
+/// Seconds spent in the runs of a program, added up.
 struct RunSeconds {
-  double all = 0, networks = 0;  // networks: of these
+  double all = 0, networks = 0;  // networks: the part of `all` spent in them
   double rest() const { return all - networks; }
   RunSeconds& operator+=(const RunSeconds& other) {
     all += other.all;
@@ -18,9 +18,9 @@ struct RunSeconds {
   }
 };
 
-/// Of the programs of a gradient. Steps that are made again count as steps.
+/// Seconds of the programs of a gradient. Recomputed steps count as steps.
 struct GradientSeconds {
-  RunSeconds steps, adjoints, losses;  // losses: and their adjoints
+  RunSeconds steps, adjoints, losses;  // losses: with their adjoints
   GradientSeconds& operator+=(const GradientSeconds& other) {
     steps += other.steps;
     adjoints += other.adjoints;
@@ -29,7 +29,7 @@ struct GradientSeconds {
   }
 };
 
-/// Adds the time from here to the end of its life; null: does nothing.
+/// Adds its own lifetime to *to; does nothing if `to` is null.
 class Stopwatch {
  public:
   explicit Stopwatch(double* to) : to_(to) {

@@ -3,8 +3,8 @@
 
 namespace dpde {
 
-/// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never
-/// negative.
+/// The Hessian of the loss, or its Gauss-Newton approximation, which leaves out the curvature of the model and is
+/// positive semidefinite.
 enum class Curvature { full, gauss_newton };
 
 }  // namespace dpde

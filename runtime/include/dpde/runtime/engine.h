@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a compiled scene and its task: fields and numbers by name, the initial state by formulas or as it is given, the
-// rollouts of steps, losses and derivatives, and the task's unknowns as one vector. Simulations of hosts, commands and
-// training are faces of it: they load what it runs and say in their words what went wrong.
+// Runs a compiled scene and its task: fields and numbers by name, the initial state by formula or as given values, the
+// rollouts of steps, losses and derivatives, and the unknowns of the task as one vector. Host simulations, commands and
+// training are front ends of it: they load the scene and word the error messages.
 //
-//  - The initial state lies in the rollout that is opened first; others get copies of it.
+//  - The rollout that is opened first holds the initial state; others get copies of it.
 //  - Formulas of initial states and coefficients are evaluated again after a value that they read has changed, except
-//    where values were given (`is_given`). Those of fields that are sought say where these begin: they take unknowns as
-//    these were at first, and in derivatives by an unknown the fields stay as they are.
-//  - The vector of unknowns holds those of unknowns() one after the other.
+//    for fields with given values (`is_given`). The formula of an unknown field defines its first guess only: it is
+//    evaluated with the first guesses of the other unknowns, and derivatives by another unknown leave the field
+//    constant.
+//  - The vector of unknowns holds the values of unknowns(), one after the other.
 #pragma once
 
 #include <array>
@@ -32,14 +33,14 @@ namespace dpde {
 
 struct EngineOptions : SimulationOptions {
   std::string checkpoint_folder;  // see RolloutSetup
-  /// Cells of halo that programs beside the scene's need, which the caller runs on the same fields.
+  /// Halo cells that the caller's own programs on the same fields need.
   std::array<std::int64_t, 3> halo{};
-  /// Not null: one of several engines that have a subgrid each. `cells` are those of the whole grid; fields, unknown
-  /// ones too, are those of the subgrid. All make the same calls.
+  /// Not null: one of several engines, each with a subgrid. `cells` are those of the whole grid; fields, unknown ones
+  /// too, cover the subgrid. All engines make the same calls.
   Communicator* ranks = nullptr;
-  /// Gradients do not look whether something jumps in the run (dpde_scene::watched), as of states that are made up.
+  /// Gradients skip the test for jumps in the run (dpde_scene::watched); for checks with artificial states.
   bool trusts_signs = false;
-  /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
+  /// Returns the stored tuning of a rollout (RolloutSetup::tuning); may be empty.
   std::function<std::string(const RolloutSetup&)> find_tuning;
 };
 
@@ -47,24 +48,24 @@ class Engine {
  public:
   struct State {
     std::string name;
-    int32_t start = DPDE_START_SCENE;  // DPDE_START_HOST: nobody but who gives it knows it
+    int32_t start = DPDE_START_SCENE;  // DPDE_START_HOST: only the host can give its values
     bool is_unknown = false, is_given = false;
-    bool is_held = false;  // sought, and where its formula has it for unknowns as they were at first
+    bool is_held = false;  // an unknown whose formula was evaluated with the first guesses of the unknowns
     bool is_kept() const { return is_given || is_held; }
   };
   /// A coefficient, or data of the task.
   struct Given {
     bool is_datum = false, is_given = false;
-    bool is_needed = false;            // it has no formula
-    std::size_t states = 1;            // of data; of a control field one an interval
+    bool is_needed = false;            // it has no formula: values must be given
+    std::size_t states = 1;            // of data; of a control field: one an interval
     int32_t start = DPDE_START_SCENE;  // of a coefficient
     bool is_unknown = false, is_held = false;
-    bool is_number = false;  // data: one a state, the same in all cells
+    bool is_number = false;  // data: one number a state, the same in all cells
     bool is_kept() const { return is_given || is_held; }
   };
-  /// An unknown and its part of the vector of all of them.
+  /// An unknown and its part of the vector of all unknowns.
   struct Unknown {
-    std::string name, rate;  // the rate as tangents call it; "" where none varies by it
+    std::string name, rate;  // rate: the name of its tangent; "" if nothing depends on it
     int32_t kind;
     double low, high;
     std::size_t offset, size;
@@ -76,7 +77,7 @@ class Engine {
     }
   };
 
-  /// The scene's data and programs must stay; `keep` is held as long.
+  /// The scene's data and programs must outlive the engine; it holds `keep` for that.
   /// @throws Error(input) for cells that do not fit, Error(machine) when memory runs out.
   Engine(const dpde_scene& scene, EngineOptions options, std::shared_ptr<const void> keep);
   Engine(const Engine&) = delete;
@@ -93,7 +94,7 @@ class Engine {
   /// -1 when there is none of that name.
   int state_index(std::string_view name) const;
 
-  // Values. Names are those of the scene, lengths fit.
+  // Values. The names must exist in the scene and the lengths must fit.
   void set_param(std::string_view name, double value);
   void set_control(std::string_view name, Values values);
   void set_weights(std::string_view network, Values values);
@@ -101,29 +102,30 @@ class Engine {
   void set_initial(std::size_t state, Values values);
   /// A coefficient, a control field (one interval after the other) or data (one state after the other).
   void set_field(std::string_view name, Values values);
-  /// The same where the caller has put the values into the workspace. `at`: data hold these states, and not those that
-  /// the scene's table says; empty: one for all times.
+  /// The same after the caller has written the values into the workspace. `at`: the states that the data hold, in place
+  /// of those in the scene's table; empty: one state for all times.
   void take_datum(std::string_view name, std::vector<int> at);
-  /// The time of the initial state, for formulas too; controls stay with the numbers of the steps.
+  /// Sets the time of the initial state, for formulas too; controls still go by the step number.
   void begin_at(double time);
   double t_begin() const { return workspace_->t_begin(); }
-  /// After it initial(state) and all fields of formulas are those of the present values.
+  /// Evaluates outdated formulas: initial(state) and all fields of formulas then fit the present values.
   void update_formulas();
   Field& initial(std::size_t state) { return primary().initial(static_cast<int>(state)); }
 
   // Rollouts
-  /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
+  /// The scene's step with all fields and parameters bound, without adjoint and losses.
   RolloutSetup setup();
-  /// Without losses; made when it is first asked for.
+  /// The rollout without losses; made on first use.
   Rollout& stepper();
-  /// With the task's losses and adjoints. @throws Error(input) for a loss at a time that its data do not hold.
+  /// The rollout with the task's losses and adjoints. @throws Error(input) for a loss at a time that its data lack.
   Rollout& objective();
   bool is_open() const { return primary_ != nullptr; }
-  /// The one that holds the initial state.
+  /// The rollout that holds the initial state.
   Rollout& primary() { return primary_ != nullptr ? *primary_ : scene_.task != nullptr ? objective() : stepper(); }
-  /// Puts the initial state, as formulas give it now, into a rollout of this engine.
+  /// Copies the initial state, as formulas give it now, to a rollout of this engine.
   void begin(Rollout& rollout);
-  /// The same for one that the caller has made by setup(): parameters and controls, too. Its dt stays its own.
+  /// The same for a rollout that the caller has made from setup(); sets its parameters and controls too, but not its
+  /// dt.
   void begin_other(Rollout& rollout);
   void watch_gradients(GradientCallback watch, int every);
 
@@ -132,30 +134,30 @@ class Engine {
   std::size_t unknown_count() const { return unknown_count_; }
   void values_of(const Unknown& unknown, std::span<double> to);
   void set_unknowns(Values x);
-  /// As tasks say it: infinite where an unknown has none; empty when none has any.
+  /// From the task: infinite for an unknown without bounds; empty if none has any.
   Bounds bounds() const;
   double loss();
-  /// `to` has unknown_count() values. Not a number when stopped. @throws NoSolution where a divisor or a switch that
-  /// the derivatives take for granted (dpde_scene::watched) changes in the run.
+  /// Sets `to` (unknown_count() values) and returns the loss; NaN when stopped. @throws NoSolution if a divisor or a
+  /// switch that the derivatives assume to be constant (dpde_scene::watched) changes in the run.
   double gradient(std::span<double> to);
-  /// The first of dpde_scene::watched that jumps in the run, where one does.
+  /// The first of dpde_scene::watched that jumps in the run; empty if none does.
   std::optional<Unsolved> jump_in_run();
   /// See Rollout::end_at_rest.
   void end_at_rest(bool ends_at_rest);
   const GradientResult& last_gradient() const { return *last_gradient_; }
   bool was_stopped() const { return was_stopped_; }
-  /// "", or why there are no products.
+  /// Why there are no Hessian products; "" if there are.
   std::string why_no_products(Curvature curvature) const;
-  /// Second derivatives of the loss times a vector: a run that carries states and rates forward through the tangent of
-  /// the step, and the adjoint of that tangent back. Not a number when stopped.
+  /// Hessian of the loss times a vector, forward over reverse: the tangent of the step carries states and rates
+  /// forward, the adjoint of that tangent runs back. NaN when stopped.
   void product(Values direction, std::span<double> to, Curvature curvature);
-  /// The rate of the loss along a direction, by tangents alone.
+  /// Directional derivative of the loss, by tangents alone.
   double rate_along(Values direction);
   Rollout& products(Curvature curvature);
-  /// Under a tolerance: losses and derivatives of the steps that the last loss() or gradient() has made, until that is
-  /// over. Without, each makes its own.
+  /// With a tolerance: true fixes the substeps to those of the last loss() or gradient(), for losses and derivatives
+  /// alike; false lets each choose its own.
   void hold_steps(bool hold);
-  /// Gives back the memory of products and rates; they are made anew when they are asked for.
+  /// Frees the memory of Hessian products and tangents; they are made again on demand.
   void release_products();
 
  private:
@@ -181,7 +183,7 @@ class Engine {
   void give_controls(Rollout& rollout) const;
   void before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view));
   void hold_sought(bool holds);
-  /// @throws Unsolved of a solve whose solution has no derivative by an unknown.
+  /// @throws Unsolved for a solve whose solution has no derivative with respect to an unknown.
   void refuse_without_derivative(const Rollout& rollout) const;
   void add_sought_numbers(std::vector<double>& to) const;
   void put_sought_numbers(Values numbers);
@@ -211,7 +213,7 @@ class Engine {
   const dpde_scene& scene_;
   EngineOptions options_;
   std::shared_ptr<const void> keep_;
-  std::vector<const dpde_program*> formulas_;  // programs that turn numbers into fields, before the first step
+  std::vector<const dpde_program*> formulas_;  // programs that compute fields from numbers, before the first step
   std::vector<std::int64_t> cells_;
   std::optional<Workspace> workspace_;
   std::vector<State> states_;
@@ -220,8 +222,8 @@ class Engine {
   std::vector<Unknown> unknowns_;
   std::size_t unknown_count_ = 0;
   bool formulas_are_stale_ = true, held_are_stale_ = false;
-  std::vector<double> first_numbers_;           // of the unknowns that are no fields, once others are held
-  std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
+  std::vector<double> first_numbers_;  // first guesses of the unknowns that are not fields, once a field is held
+  std::vector<std::unique_ptr<Field>> unused_;  // targets for formulas of fields with given values
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_, watched_;
   StepRecord held_;
   struct Averaged {
@@ -229,7 +231,7 @@ class Engine {
     std::string average;
     double weight;
   };
-  std::vector<Averaged> averaged_;  // terms of tangent_ whose weights are those that averages have in the loss
+  std::vector<Averaged> averaged_;  // terms of tangent_ with weights = d loss / d average
   Rollout* primary_ = nullptr;
   GradientCallback watch_;
   int watch_every_ = 1;

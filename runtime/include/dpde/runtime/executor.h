@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs compiled programs: fills, folds, reductions and sweeps of row functions over the fields of one layout.
+// Runs compiled programs: fills, folds, reductions and sweeps of row functions over fields of one layout.
 //
 //  - run() allocates nothing, looks nothing up and takes no lock; the constructor resolves everything.
 //  - Results, sums included, are bit-identical for any number of threads.
@@ -35,36 +35,36 @@ class FieldSolve;
 class Network;
 class SolverStore;
 
-/// Of programs that run one after the other: solves with the same operator share a solver.
+/// A store for programs that run one after the other: their solves with the same operator share a solver.
 std::shared_ptr<SolverStore> make_solver_store();
 
 class Executor {
  public:
-  /// `solvers`: of programs that run one after the other; empty: of this one alone.
-  /// `ranks`: where the layout is of a subgrid; they must stay. Halos at seams are then the neighbours' cells and sums
-  /// those of all ranks, which make the same calls.
-  /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout, or ranks cannot do
-  /// what it does.
+  /// `solvers`: shared by programs that run one after the other; empty: the executor has its own. `ranks`: if the
+  /// layout is a subgrid; must outlive the executor. Halos at subdomain interfaces are then the neighbours' cells and
+  /// sums are over all ranks, which must make the same calls.
+  /// @throws Error(run) if the program's version, rank, precision or halo does not fit the layout, or if the program
+  /// cannot run on several ranks.
   Executor(const dpde_program& program, const dpde_layout& layout, const Team& team = 1,
            std::shared_ptr<SolverStore> solvers = {}, Communicator* ranks = nullptr);
   ~Executor();
   Executor(Executor&&) noexcept;
   Executor& operator=(Executor&&) noexcept;
 
-  /// -1 when the program has none of that name.
+  /// -1 if the program has none of that name.
   int field_index(std::string_view name) const;
   int param_index(std::string_view name) const;
   int sum_index(std::string_view name) const;
 
-  /// `base` points at cell (0, 0, 0) of memory with the executor's layout, doubles or floats as it says.
+  /// `base` points at cell (0, 0, 0) of memory with the executor's layout; doubles or floats by layout.real.
   void bind(int field, void* base) { fields_[static_cast<size_t>(field)] = base; }
   void* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
 
-  /// Weights, their rates and where their gradient is added: doubles, in the order of the network. They must stay;
-  /// after every change of the values update_weights().
+  /// Weights, their rates and the arrays to which their gradients are added: doubles, in the order of the network. They
+  /// must outlive the executor; call update_weights() after each change of the values.
   void bind_weights(int network, const dpde_weights& weights) { weights_[static_cast<size_t>(network)] = weights; }
   void update_weights();
-  /// Null where the program runs it in another way.
+  /// Null if the program does not run it through a Network object.
   Network* network(int number);
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
@@ -79,7 +79,7 @@ class Executor {
     if (uniforms_are_stale_) compute_uniforms();
   }
 
-  /// Fills the halos of the inputs (all, or those of one field) as the program needs them, of a subgrid at seams too.
+  /// Fills the halos of the inputs (all, or of one field) as the program needs them; also at subdomain interfaces.
   void prepare();
   void prepare(int field);
   /// True when prepare() fills that field.
@@ -94,32 +94,32 @@ class Executor {
   void make_frame(void** frame) const;
   void run_frame(void* const* frame);
 
-  /// Sweeps over large fields find out while they are used which of several equal ways is fastest on this machine. What
-  /// they found, a line a sweep: "" until all of them know, and where there is nothing to choose.
+  /// Sweeps over large fields measure at run time which of several equivalent variants is fastest on this machine.
+  /// Returns the choices, one line a sweep; "" until all have been made, or if there is nothing to choose.
   std::string tuning() const;
-  /// True while a sweep still tries ways.
+  /// True while a sweep is still measuring.
   bool is_tuning() const;
-  /// Takes what an executor of the same program and layout has found; text that does not fit is ignored.
+  /// Uses the choices of an executor of the same program and layout; text that does not fit is ignored.
   void set_tuning(std::string_view text);
 
-  /// Memory of what passes leave for later: made once. The first run() does it, unless it was done before.
+  /// Allocates the stacks on which the passes of repeats store fields; otherwise the first run() does.
   void make_stacks();
-  /// What it holds beside the fields that are bound, or will hold from its first run on, by owner.
+  /// Memory by owner, apart from bound fields, that it holds or will hold after its first run.
   std::vector<OwnedMemory> memory() const;
 
-  /// What the solves of the program have met, one each.
+  /// Statistics of the program's solves, one note for each.
   std::deque<SolveNote>& solve_notes();
-  /// Those that are linear and for one field, in the order in which they are run. They stay where they are.
+  /// The linear solves for a single field, in the order in which they run. The pointers stay valid.
   std::vector<FieldSolve*> field_solves();
 
-  /// Adds the time of each run from now on; null: no more. `to` must stay.
+  /// Adds the time of each later run to *to, which must stay valid; null: stops this.
   void set_clock(RunSeconds* to) { clock_ = to; }
 
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }
-  /// As update_uniforms() left them.
+  /// As last computed by update_uniforms().
   std::span<const double> uniforms() const { return uniforms_; }
-  /// Those of the program, and the counters behind them.
+  /// The parameters of the program, followed by the counters.
   std::span<const double> params() const { return params_; }
   const dpde_program& program() const { return *program_; }
   const dpde_layout& layout() const { return *layout_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A field: aligned memory with a layout, and copies between fields and dense arrays. Its values are doubles or floats,
-// as the layout says; dense arrays are doubles, and single values are given and taken as doubles, in any case.
+// A field: aligned memory with a layout, and copies between fields and dense arrays. A field holds doubles or floats,
+// by layout.real; dense arrays and single values are always doubles.
 //
 // Dense arrays hold the interior only, x fastest: C order of shape (nz, ny, nx). A new field is zero, halo included.
 #pragma once
@@ -22,10 +22,10 @@ class Field {
   explicit Field(const dpde_layout& layout, int number = 0);
 
   const dpde_layout& layout() const { return layout_; }
-  /// Cell (0, 0, 0).
+  /// Pointer to cell (0, 0, 0).
   void* base() { return base_; }
   const void* base() const { return base_; }
-  /// The same, where Real (double, float) is known to be the layout's type.
+  /// The same as Real (double, float), which must be the layout's type.
   template <class Real>
   Real* as() {
     return static_cast<Real*>(base_);
@@ -49,7 +49,7 @@ class Field {
   void* base_;
 };
 
-/// Values of a field that somebody else owns; base null: none.
+/// Read-only view of a field that another object owns; base null: no field.
 struct FieldView {
   const dpde_layout* layout = nullptr;
   const void* base = nullptr;
@@ -59,16 +59,16 @@ struct FieldView {
 void copy_in(const dpde_layout& layout, void* base, std::span<const double> dense);
 void copy_out(const dpde_layout& layout, const void* base, std::span<double> dense);
 inline void copy_out(const FieldView& view, std::span<double> dense) { copy_out(*view.layout, view.base, dense); }
-/// Everything, halo included.
+/// Copies the whole allocation, halo included.
 void copy_all(const dpde_layout& layout, void* to, const void* from);
 void fill_all(const dpde_layout& layout, void* base, double value);
-/// The interior of `from`, rounded to the type of `layout`; strides may differ, cells do not.
+/// Copies the interior of `from`, rounded to the type of `layout`; strides may differ, numbers of cells must not.
 void copy_interior(const dpde_layout& layout, void* to, const FieldView& from);
-/// to += from in the interior; threads share it.
+/// to += from in the interior, on the threads of `team`.
 void add_interior(const dpde_layout& layout, void* to, const FieldView& from, const Team& team);
 
-/// Sets the whole field, halo included, to the coordinate of the cell centres along `axis`: low + (i + 1/2) * spacing;
-/// in the halo i wraps where `periodic`, and runs on linearly otherwise.
+/// Sets the whole field, halo included, to the coordinate of the cell centres along `axis`: low + (i + 1/2) * spacing.
+/// In the halo i wraps if `periodic`, and continues linearly otherwise.
 void fill_coordinate(Field& field, int axis, double low, double spacing, bool periodic);
 
 struct Cell {
@@ -76,14 +76,14 @@ struct Cell {
   bool operator==(const Cell&) const = default;
 };
 
-/// The first interior cell, in order of memory, whose value is infinite or not a number.
+/// The first interior cell, in memory order, with a value that is infinite or NaN.
 std::optional<Cell> find_not_finite(const dpde_layout& layout, const void* base);
 bool is_finite(const dpde_layout& layout, const void* base);
 double value_at(const dpde_layout& layout, const void* base, const Cell& cell);
-/// Of the interior values; not a number where one of them is not.
+/// Largest interior value; NaN if one is NaN.
 double largest(const dpde_layout& layout, const void* base);
-/// The largest |a - b| of interior values, or of the first rows one that is above `enough`; not a number where one of
-/// them is not.
+/// The largest |a - b| over interior cells; stops early after the first rows with one above `enough`. NaN if one is
+/// NaN.
 double largest_difference(const dpde_layout& layout, const void* a, const void* b, double enough);
 
 }  // namespace dpde

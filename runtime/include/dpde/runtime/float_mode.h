@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processor's floating-point mode. While programs run it is set to treat subnormal numbers (below 1e-308, of floats
-// below 1e-38) as 0, read or computed: they take a hundred times as long as others, and say nothing that a step could
-// use.
+// The processor's floating-point mode. While programs run, subnormal numbers (below 1e-308; floats: below 1e-38) are
+// treated as 0 when read or computed: they are about a hundred times as slow as other numbers and irrelevant to a step.
 //
-// The mode belongs to a thread. Whoever runs programs holds a FloatScope, in every back end: none keeps a subnormal
-// number. A product that one back end rounds and another one fuses with a sum may be 0 or the smallest normal number.
-// Hosts have their own mode again when it ends, by an exception too. Elsewhere than on x86 and 64-bit ARM nothing is
-// set.
+// The mode belongs to a thread. Code that runs programs holds a FloatScope, in every back end, so that none keeps a
+// subnormal number. Back ends may still differ there: one rounds a product that another fuses with a sum, and gets 0 or
+// the smallest normal number. At the end of the scope, also by an exception, the host's own mode is restored. Other
+// processors than x86 and 64-bit ARM: no effect.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,7 @@ namespace dpde {
 
 using FloatMode = std::uint64_t;
 
-/// That of this thread; what its computations have raised is no part of it.
+/// The mode of this thread, without the exception flags that computations have raised.
 inline FloatMode float_mode() {
 #if defined(__x86_64__)
   constexpr unsigned raised = 0x3f;  // of MXCSR
@@ -42,7 +41,7 @@ inline void set_float_mode([[maybe_unused]] FloatMode mode) {
 #endif
 }
 
-/// That of this thread, but subnormal numbers are 0.
+/// The mode of this thread with subnormal numbers treated as 0.
 inline FloatMode mode_without_subnormals() {
 #if defined(__x86_64__)
   constexpr FloatMode flush_to_zero = 1U << 15, denormals_are_zero = 1U << 6;  // of MXCSR
@@ -55,7 +54,8 @@ inline FloatMode mode_without_subnormals() {
 #endif
 }
 
-/// Sets the mode, and sets it back at the end. Setting takes longer than reading: nothing is set that is set already.
+/// Sets the mode and restores the old one at the end. Writing the register is slower than reading it, so an equal mode
+/// is not written.
 class FloatScope {
  public:
   explicit FloatScope(FloatMode mode = mode_without_subnormals()) : before_(float_mode()), sets_(mode != before_) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states that a run has recorded, one after the other, in a file that only grows, so that none is held in memory.
-// It has no name until a checkpoint means it and goes with the process; a checkpoint keeps its length. What stands
-// behind that length belongs to a checkpoint that a kill cut off, and is written over.
+// The recorded states of a run, one after the other, in a file that only grows, so that none is held in memory. The
+// file has no name, and goes with the process, until a checkpoint refers to it. A checkpoint stores its length; bytes
+// after that length were written for a checkpoint that did not complete, and are overwritten.
 #pragma once
 
 #include <cstdint>
@@ -11,32 +11,32 @@
 
 namespace dpde {
 
-/// How much of which file a checkpoint means.
+/// The file of a checkpoint and how much of it counts.
 struct FrameMark {
-  std::string file;  // its name, in the folder of the checkpoint
+  std::string file;  // name, in the folder of the checkpoint
   std::int64_t bytes = 0;
   std::uint64_t checksum = 0;
 };
 
 class FrameFile {
  public:
-  /// For a run that begins: a name no checkpoint has yet, so that the one of the run before stays whole until this run
-  /// has its own. The file itself is made by the first append.
+  /// For a new run: takes a name that no checkpoint has yet, so that the checkpoint of the previous run stays valid
+  /// until this run has its own. The first append creates the file.
   explicit FrameFile(const std::filesystem::path& checkpoint);
 
-  /// @throws Error(machine). A part that failed is written over by the next one.
+  /// @throws Error(machine). A part that failed is overwritten by the next one.
   void append(std::span<const double> frame);
-  /// Those numbers that begin at this one. @throws Error(machine)
+  /// Reads numbers from number `first` on. @throws Error(machine)
   void read(std::int64_t first, std::span<double> numbers) const;
-  /// Numbers that were appended.
+  /// Count of numbers that were appended.
   std::int64_t count() const { return mark_.bytes / std::int64_t{sizeof(double)}; }
-  /// What was appended is on the disk, under its name.
+  /// Writes everything to the disk, under the file's name.
   /// @throws Error(machine)
   FrameMark sync();
-  /// Goes on behind the mark of another run's file.
-  /// @throws Error(input) when the file is not the one that was marked.
+  /// Continues after the mark of another run's file.
+  /// @throws Error(input) if the file is not the one that was marked.
   void reopen(const FrameMark& mark);
-  /// Removes the files of other runs, once the checkpoint means this one.
+  /// Removes the files of other runs, once the checkpoint refers to this one.
   void remove_others();
 
  private:
@@ -48,7 +48,7 @@ class FrameFile {
   std::filesystem::path checkpoint_;
   FrameMark mark_;
   bool is_alone_ = false;
-  /// Closed in the end; a name that no checkpoint means goes too.
+  /// Closes the file in the end and removes a name that no checkpoint refers to.
   class Descriptor {
    public:
     Descriptor() = default;
@@ -57,7 +57,7 @@ class FrameFile {
     Descriptor& operator=(const Descriptor&) = delete;
     int number = -1;
     bool has_name = false;
-    std::filesystem::path unmeant;  // its name, where the system gives one at once
+    std::filesystem::path unmeant;  // its name, if the file has one from the start
   };
   Descriptor file_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that end far above where they began, and would go on so: finite, but not stable.
+// Detects runs that end far above their initial state and still grow: finite, but unstable.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace dpde {
 
-/// So many times above where it began a state may be one that grows without bounds: whether it grows on is looked at.
+/// A state that has grown by this factor may be unstable: the runtime checks whether it still grows.
 constexpr double suspicious_growth = 1e8;
 
-/// Nothing of the world grows by so much, or is so large in units that anybody takes. From next to nothing to what
-/// drives it anything may.
+/// No physical quantity grows by 1e50 or is that large in common units. Growth from almost 0 to the size of a forcing
+/// is allowed, hence max(before, 1).
 inline bool grows_beyond_reason(double before, double after) {
   return before > 0 && after > 1e50 * (before > 1 ? before : 1);
 }
@@ -24,11 +24,11 @@ struct Growth {
   bool is_beyond_reason() const { return grows_beyond_reason(before, after); }
 };
 
-/// Of the interior; nothing of the size of the field is made.
+/// Largest magnitude in the interior; allocates nothing of the size of a field.
 double largest_magnitude(const dpde_layout& layout, const void* base);
 
-/// The states of a run that has ended at `t` with `end`, base pointers, after `steps` steps, `suspicious` times above
-/// `before`, the largest magnitudes of where it began, and that grow on: another step is made from there.
+/// The states that end `suspicious` times above `before`, the largest magnitudes of the initial state, and that still
+/// grow in one more step. `end`: base pointers of the states at `t`, after `steps` steps.
 std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before, const std::vector<void*>& end,
                                int steps, double t, double suspicious = suspicious_growth);
 

@@ -16,25 +16,26 @@
 namespace dpde {
 
 /// Layout of a grid of `cells` (x, y, z order, 1 to 3 entries >= 1) with `halo` cells on each side (entries beyond the
-/// rank are not looked at), of values that are `real` (DPDE_F64, DPDE_F32).
+/// rank are ignored) and values of type `real` (DPDE_F64, DPDE_F32).
 /// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0, and in single precision for more than 2^24
-/// cells along an axis (their centres would not be different numbers); Error(machine) for more bytes than addressable.
+/// cells along an axis (neighbouring centres would round to the same number); Error(machine) for more bytes than
+/// addressable.
 dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real = DPDE_F64);
 
-/// Layout of a subgrid: a grid of `global` cells is divided among a grid of ranks, as many along each axis as `ranks`
-/// says, as equally as can be; this is that of the one at `place`.
-/// @throws Error(input) beside the above where a subgrid has fewer cells than its halo along an axis that is divided.
+/// Layout of the subgrid at `place`, if a grid of `global` cells is divided among ranks[a] ranks along each axis a, as
+/// equally as possible.
+/// @throws Error(input) also if a subgrid has fewer cells than its halo along an axis that is divided.
 dpde_layout make_subgrid(std::span<const int64_t> global, const std::array<int64_t, 3>& ranks,
                          const std::array<int64_t, 3>& place, const std::array<int64_t, 3>& halo,
                          int32_t real = DPDE_F64);
 
-/// Whether the grid has other subgrids along the axis: the same for all of them.
+/// Whether the grid is divided along the axis: the same result for all its subgrids.
 inline bool is_divided(const dpde_layout& layout, size_t axis) { return layout.cells[axis] != layout.global[axis]; }
 inline bool is_divided(const dpde_layout& layout) {
   return is_divided(layout, 0) || is_divided(layout, 1) || is_divided(layout, 2);
 }
-/// Whether a side is a seam: the next cells of the grid are another subgrid's. What lies beyond the ends of a periodic
-/// axis is not looked at.
+/// Whether a side is a subdomain interface: the next cells belong to another subgrid. The ends of a periodic axis do
+/// not count.
 inline bool has_low_seam(const dpde_layout& layout, size_t axis) { return layout.first[axis] > 0; }
 inline bool has_high_seam(const dpde_layout& layout, size_t axis) {
   return layout.first[axis] + layout.cells[axis] < layout.global[axis];
@@ -45,7 +46,7 @@ inline int64_t real_bytes(const dpde_layout& layout) { return layout.real == DPD
 
 /// Interior cells: the length of a dense array.
 int64_t cell_count(const dpde_layout& layout);
-/// Of the whole grid.
+/// The same for the whole grid.
 int64_t global_cell_count(const dpde_layout& layout);
 
 /// Bytes of one field, halo and padding included.

@@ -11,10 +11,10 @@
 
 namespace dpde {
 
-/// Returns the loss at x and sets gradient (already of the size of x).
+/// Returns the loss at x and sets gradient (already resized to x).
 using Objective = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd& gradient)>;
 
-/// Sets product (already of the size of x) to the Hessian at x, or what stands for it, times v.
+/// Sets product (already resized to x) to H(x)*v, with the Hessian H or its approximation.
 using HessianProduct =
     std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& product)>;
 
@@ -22,13 +22,13 @@ using HessianProduct =
 struct Bounds {
   Eigen::VectorXd low, high;
   bool empty() const { return low.size() == 0; }
-  /// The nearest point within.
+  /// Projects x onto the bounds.
   void project(Eigen::VectorXd& x) const;
-  /// Sets to 0 the components of `v` at whose bounds x lies while `gradient` falls outwards: they stay where they are.
+  /// Sets components of `v` to 0 if x is at their bound and -gradient points outwards: they are not free to move.
   void keep_free(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, Eigen::VectorXd& v) const;
 };
 
-/// What an observer sees: before update `iteration` (0, 1, ...), and once more after the last update.
+/// Argument of an observer: before update `iteration` (0, 1, ...), and once more after the last update.
 struct Iteration {
   int iteration;
   double loss;
@@ -39,7 +39,7 @@ struct Iteration {
 using IterationObserver = std::function<bool(const Iteration&)>;
 
 struct OptimiseResult {
-  Eigen::VectorXd x;           // after the last update; the best seen when the reason is not_finite
+  Eigen::VectorXd x;           // after the last update; the best one evaluated if the reason is not_finite
   double loss = 0;             // at x
   std::vector<double> losses;  // entry k: the loss before update k; one entry more than updates were made
   StopReason reason = StopReason::iterations;
@@ -58,11 +58,11 @@ struct Lbfgs {
   int memory = 10;
 };
 struct NewtonCg {
-  double first_radius = 0;     // of the trust region; 0: ten times the size of x, at least 10
-  int inner_iterations = 100;  // at most so many products an iteration
+  double first_radius = 0;     // initial radius of the trust region; 0: ten times the size of x, at least 10
+  int inner_iterations = 100;  // largest number of Hessian products in an iteration
 };
 
-/// Makes up to `iterations` updates from x, each projected onto the bounds. Stops when the gradient's norm is <=
+/// Makes up to `iterations` updates from x, each projected onto the bounds. Stops once the gradient's norm is <=
 /// gradient_tolerance.
 OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer = {}, double gradient_tolerance = 0,
@@ -71,15 +71,15 @@ OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::V
                         const IterationObserver& observer = {}, double gradient_tolerance = 0,
                         const Bounds& bounds = {});
 /// Limited-memory BFGS with a strong-Wolfe line search; a loss that is not finite during the search shortens the step.
-/// With bounds: on the components that are free, along the projected path, shorter until the loss has fallen enough
-/// (Armijo) and longer while it falls as steeply as at the start. Stops with no_progress where changes of the loss are
-/// rounding: below 4 units of its last place, or below (16 units)^2 of the first loss (what residuals of the first
-/// one's size leave of a sum of squares), not what the slopes say, and the gradient no longer halves.
+/// With bounds: acts on the free components along the projected path; shortens the step until the loss has decreased
+/// enough (Armijo), lengthens it while the slope is as steep as at the start. Stops with no_progress once the gradient
+/// no longer halves and changes of the loss are rounding: below 4 units in its last place, or below (16 units)^2 of the
+/// first loss (the rounding of a sum of squares whose residuals were as large as the first ones).
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer = {}, double gradient_tolerance = 0,
                         const Bounds& bounds = {});
 
-/// All that the next iteration of L-BFGS depends on: what is kept goes on as if it had never stopped.
+/// Everything that the next iteration of L-BFGS depends on: a stored state continues exactly where it stopped.
 struct LbfgsState {
   struct Pair {
     Eigen::VectorXd step, change;  // of x and of the gradient
@@ -89,30 +89,30 @@ struct LbfgsState {
   double loss = 0;
   std::deque<Pair> pairs;
 };
-/// All that the next iteration of Newton's method depends on.
+/// Everything that the next iteration of Newton's method depends on.
 struct NewtonCgState {
   Eigen::VectorXd x, gradient;
   double loss = 0;
-  double first_norm = 0;  // of the first gradient: the smaller later ones are, the more exactly steps are found
-  double radius = 0;      // of the trust region; 0: not known before the first step
+  double first_norm = 0;  // first gradient's norm; as later norms fall below it, steps are solved more exactly
+  double radius = 0;      // of the trust region; 0: not set before the first step
 };
-/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is
-/// then what it was.
+/// Makes one iteration from a state whose loss and gradient belong to x. Returns false and restores x if no step lowers
+/// the loss.
 bool iterate(const NewtonCg& method, NewtonCgState& state, const Objective& objective, const HessianProduct& hessian,
              const Bounds& bounds = {});
 
-/// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The
-/// Hessian need not be positive.
+/// Newton's method: each step by conjugate gradients on the free components within a trust region (Steihaug). The
+/// Hessian may be indefinite.
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,
                         Eigen::VectorXd x, int iterations, const IterationObserver& observer = {},
                         double gradient_tolerance = 0, const Bounds& bounds = {});
 
-/// One of them, as a task names it.
+/// The method that a task chooses.
 struct Method {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
   double rate = 0;  // of gradient_descent and adam
 };
-/// `hessian` is asked by newton_cg alone.
+/// Only newton_cg calls `hessian`.
 OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian,
                         Eigen::VectorXd x, int iterations, const IterationObserver& observer = {},
                         const Bounds& bounds = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who holds memory beside the fields of a program, and how much.
+// Memory besides the fields of a program, by owner.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@ namespace dpde {
 
 struct OwnedMemory {
   std::string owner;        // "solve for psi", "Fourier transforms"
-  std::int64_t kept = 0;    // bytes, as long as the program is there
-  std::int64_t making = 0;  // bytes beside them while it is made, in the first run
-  std::string shared = {};  // programs that run in turns have one for all with this key; "": each its own
+  std::int64_t kept = 0;    // bytes for the lifetime of the program
+  std::int64_t making = 0;  // further bytes during setup, in the first run
+  std::string shared = {};  // key: programs that run in turns share one allocation; "": not shared
 };
 
 }  // namespace dpde

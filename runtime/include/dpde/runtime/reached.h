@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where steps have come to, for a run that goes on there.
+// The state from which a run is resumed.
 #pragma once
 
 #include <vector>
 
 namespace dpde {
 
-/// What decides on the next part of a step under a tolerance: the length that is tried, the error of the last one, and
-/// whether one was refused since.
+/// State of the step-size controller under a tolerance: the next length to try, the error of the last substep, and
+/// whether a substep was rejected since.
 struct StepController {
   double length = 0, error = 1;
   bool has_refused = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run writes down on its way: observables, and states, which go to a file as they come. Whoever runs it computes
-// both; files are made of it in the end (run_file.h).
+// The record of a run: observables, and states, which go to a file as they come. The caller computes both; the output
+// files are written at the end (run_file.h).
 #pragma once
 
 #include <cstddef>
@@ -20,50 +20,51 @@ namespace dpde {
 /// Values by name.
 using Observed = std::vector<std::pair<std::string, double>>;
 
-/// States at equal intervals of steps, and the first and the last one in any case.
+/// States at equal intervals of steps, and always the first and the last one.
 struct Series {
   std::vector<std::string> fields;
   int every = 0;  // 0: only the first and the last
   std::vector<int> steps = {};
   std::vector<double> times = {};
   std::vector<Observed> observables = {};  // at these times
-  std::vector<std::int64_t> places = {};   // of the states of these times in the file, all fields each
+  std::vector<std::int64_t> places = {};   // index in the file of the states of these times, all fields each
 };
 
-/// Every `every` steps all states; 0: the outputs that a scene names, else the first and the last state of all.
+/// All states every `every` steps; 0: the outputs that the scene names, else the first and the last state of all
+/// fields.
 std::vector<Series> record_plan(const std::vector<std::string>& states, int every, std::vector<Series> outputs);
 
 class RunRecord {
  public:
-  /// `cells`: values of a field. States are not kept where there is no file for them.
+  /// `cells`: values of a field. Without a file for frames states are not stored.
   RunRecord(std::vector<Series> plan, std::vector<std::string> observables, std::size_t cells, FrameFile* frames);
 
-  /// Fields and intervals, in words.
+  /// Fields and intervals, as text.
   std::string plan() const;
   /// Steps between instants of any series; 0: only the first and the last.
   int interval() const;
-  /// Whether the series holds the state of this step, and does not have it yet.
+  /// Whether the series records the state of this step, and does not have it yet.
   bool is_due(std::size_t series, int step, bool is_last) const;
-  /// States are missing where there is no file for them, or where that could not be written.
+  /// False if there is no file for states, or if it could not be written.
   bool keeps_states() const { return frames_ != nullptr && failure_.empty(); }
-  /// An instant behind those that there are. `frame`: where states are kept, those of its fields one after the other.
+  /// Appends an instant. `frame`: if states are stored, the fields of the series one after the other.
   void add(std::size_t series, int step, double t, Observed observables, std::span<const double> frame);
-  /// In place of those of the last instant, with a `frame` the states too.
+  /// Replaces observables, and with a `frame` the states, of the last instant.
   void renew(std::size_t series, Observed observables, std::span<const double> frame);
   void drop_last(std::size_t series);
 
   const std::vector<Series>& series() const { return series_; }
-  /// Of a field of a series: `count` states from `first`, one after the other. @throws Error(machine)
+  /// `count` states of a field of a series, from number `first` on, one after the other. @throws Error(machine)
   std::vector<double> states(const Series& series, const std::string& field, std::int64_t first,
                              std::int64_t count) const;
-  /// Of a field that is recorded, where the run ended.
+  /// The state of a recorded field at the end of the run.
   std::optional<std::vector<double>> last_state(const std::string& field) const;
-  /// Why states are missing; "" where none are. The run goes on without them.
+  /// Why states are missing; "": none are. The run continues without them.
   const std::string& failure() const { return failure_; }
 
-  /// For a checkpoint; the states are in the file of frames from then on, whatever happens. @throws Error(machine)
+  /// For a checkpoint; the states are then safely in the file of frames. @throws Error(machine)
   std::string save();
-  /// The same taken over, false when it does not fit. @throws Error(input) when the states are not there.
+  /// Restores that; false if it does not fit. @throws Error(input) if the states are missing.
   bool restore(std::string_view bytes);
 
  private:
@@ -81,9 +82,9 @@ class RunRecord {
   FrameFile* frames_;
   std::string failure_;
 
-  /// Of which series and instant the states are, in the order of the file.
+  /// Series and instant of each entry of the file, in its order.
   struct Entry {
-    int series = 0, instant = 0;  // of one that was dropped: -1
+    int series = 0, instant = 0;  // instant -1: dropped
   };
   std::vector<Entry> entries_;
 };

@@ -11,14 +11,13 @@
 //   sim.hessian_vector(direction);             // the Hessian times a vector of all unknowns
 //   sim.optimise();                            // as the task says; then sim.value_of("nu")[0]
 //
-//  - loss() and gradient() start from the initial state: the scene's, or the `from` of the task's unknowns, or what
-//    set_initial() gave. They leave the state reached by stepping as it is. reset() makes the initial state the present
-//    one.
-//  - Formulas of initial states and coefficients are evaluated again after set(), except where the host gave values.
-//    Numbers that the .dpde file computed from parameters (extents, cells, other parameters) stay.
-//  - The vector of unknowns holds those of unknowns() one after the other.
+//  - loss() and gradient() start from the initial state: that of the scene, of the `from` of the task's unknowns, or of
+//    set_initial(). They do not change the present state. reset() makes the initial state the present one.
+//  - Formulas of initial states and coefficients are evaluated again after set(), except for values given by the host.
+//    Numbers that the compiler computed from parameters (extents, cells, other parameters) do not change.
+// - The vector of unknowns holds the values of unknowns(), one after the other.
 //  - step(), state(), loss() and gradient() allocate no memory after their first call.
-//  - One thread at a time may use a Simulation; several may run at once. Progress of a run may read it, and not run it.
+// - A Simulation is for one thread at a time; several may run in parallel. Progress callbacks may read it, not run it.
 #pragma once
 
 #include <atomic>
@@ -44,17 +43,17 @@ namespace dpde {
 
 struct RunDescription;
 
-/// What an optimiser did. The unknowns of the simulation have the values it found.
+/// Result of an optimiser. The unknowns of the simulation then have the values it found.
 struct Optimised {
   StopReason reason = StopReason::iterations;
-  double loss = 0;             // with the values found
+  double loss = 0;             // at the values found
   std::vector<double> losses;  // entry k: before update k; one entry more than updates were made
   int iterations = 0, evaluations = 0, hessian_products = 0;
 };
 
 class Simulation {
  public:
-  /// The scene's data and programs must stay; `keep` is held as long (the code of a scene compiled in memory).
+  /// The scene's data and programs must outlive the object; it holds `keep` (the code of a scene compiled in memory).
   /// @throws Error(input) for cells that do not fit, Error(machine) when memory runs out.
   explicit Simulation(const dpde_scene& scene, const SimulationOptions& options = {},
                       std::shared_ptr<const void> keep = nullptr);
@@ -62,116 +61,116 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // Names that are not there and arrays of another length are an Error(input) that says what would fit.
+  // Unknown names and arrays of wrong length throw Error(input) with the valid choices.
   std::vector<std::string> params() const;
   std::vector<std::string> states() const;
   /// Initial states, then coefficients, parameters, controls; empty without a task.
   std::vector<std::string> unknowns() const;
   const std::vector<std::int64_t>& cells() const;
-  std::size_t size() const;  // values of a field
+  std::size_t size() const;  // number of values of a field
   /// Cell centres along axis 0, 1, 2.
   std::vector<double> coordinates(int axis) const;
 
-  /// "m/s": of a field, a component of one, a parameter, an observable, an axis or t; "" where none is told. A text
-  /// that lives as long as the simulation.
+  /// For example "m/s": unit of a field, a component of one, a parameter, an observable, an axis or t; "" if none is
+  /// declared. The text lives as long as the simulation.
   const char* unit(std::string_view name) const;
-  /// What files say of a run beside its values, for dpde::Recorder (dpde/recorder.h); null of a scene that was compiled
-  /// ahead of time. Who compiles a scene in memory tells it.
+  /// Metadata of a run for dpde::Recorder (dpde/recorder.h); null for a scene that was compiled ahead of time. The
+  /// compiler sets it for a scene compiled in memory.
   const std::shared_ptr<const RunDescription>& description() const;
   void describe(std::shared_ptr<const RunDescription> run);
 
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
-  /// All weights of a network, in the order of dpde/network_abi.h. They begin random, as the network's seed says.
+  /// All weights of a network, in the order of dpde/network_abi.h. Initially random, from the network's seed.
   void set_weights(std::string_view network, Values values);
   std::vector<double> weights(std::string_view network) const;
   std::vector<std::string> networks() const;
-  /// What a network computes that says `host` in place of layers; to be given before anything runs. Its vector-Jacobian
-  /// product is compared with differences of its value when it is used first. @throws Error(input) for a network with
-  /// layers.
+  /// Functions of a network that is declared with `host` in place of layers; needed before the first run. On first use
+  /// the vector-Jacobian product is compared with finite differences of the value. @throws Error(input) for a network
+  /// with layers.
   void supply(std::string_view network, HostNetwork functions);
-  /// One value for each interval of time; of a control field one field, as set_field does.
+  /// One value for each interval of time; of a control field one field each, as in set_field.
   void set_control(std::string_view name, Values values);
   std::span<const double> control(std::string_view name) const;
   void set_state(std::string_view name, Values values);
   void set_initial(std::string_view name, Values values);
-  /// A coefficient, which other formulas of the scene that are made of its own do not follow: an error where these have
-  /// no values of their own; a control field, one interval after the other; or data of the task: as many states as it
-  /// has times, or numbers where the data are one number a time.
+  /// Values of a coefficient, a control field (one interval after the other) or data of the task (as many states as it
+  /// has times; numbers for data of one number a time). Other formulas of the scene that contain the coefficient's own
+  /// formula do not follow: an error unless they have given values too.
   void set_field(std::string_view name, Values values);
-  /// The names that set_field() knows.
+  /// The names that set_field() accepts.
   std::vector<std::string> fields() const;
-  /// How many values set_field() wants of it; whether these are numbers, one a time.
+  /// How many values set_field() expects, and whether they are numbers, one a time.
   std::size_t field_size(std::string_view name) const;
   bool is_number(std::string_view name) const;
-  /// @throws NotFinite when a state is no longer finite; what is asked for after that comes as it is.
+  /// @throws NotFinite once if a state is no longer finite; later calls return the values as they are.
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;
   std::vector<double> initial(std::string_view name);
   /// An observable of the scene, at the present state.
   double observe(std::string_view name);
-  /// An output of the scene that has a formula, at the present state: size() values. outputs(): their names.
+  /// size() values of an output of the scene that has a formula, at the present state. outputs(): their names.
   std::vector<double> output(std::string_view name);
   std::vector<std::string> outputs() const;
-  /// All of them, in that order, computed at once.
+  /// All of outputs(), in that order, computed in one pass.
   std::vector<std::vector<double>> output_values();
 
-  /// Time begins here in place of the scene's begin: that of the initial state, for formulas too. reset() follows.
-  /// Controls stay with the numbers of the steps.
+  /// Sets the time of the initial state, for formulas too, in place of the scene's begin. Effective on reset().
+  /// Controls still go by the step number.
   void begin_at(double time);
   double time() const;
   double time_step() const;
   int steps_done() const;
-  /// The present state with all that the next step hangs on but for the setting; and goes on from one of a simulation
-  /// of the same scene and setting, to the same bits. @throws Error(input) where states or values are of another
-  /// number.
+  /// reached(): the present state with everything that the next step depends on, except the setting. go_on_from()
+  /// continues bit-identically from the state of a simulation of the same scene and setting.
+  /// @throws Error(input) if the number of states or values differs.
   Reached reached();
   void go_on_from(const Reached& reached);
-  /// The same number of simulations whose time begins at the same instant with the same initial states, controls,
-  /// coefficients that are given, and weights: of all that steps hang on but for the scene and its parameters.
+  /// Hash of everything that steps depend on except the scene and its parameters: the begin of time, initial states,
+  /// controls, given coefficients and weights. Equal inputs give equal numbers.
   std::uint64_t start_hash();
-  /// What the solves of these steps have met, since the simulation was made.
+  /// Statistics of the solves of these steps, since the simulation was made.
   std::deque<SolveNote> solve_notes() const;
   void reset();
-  /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by
+  /// False when stopped. @throws NotFinite if a state is no longer finite (checked every 64 steps, by run and by
   /// state).
   bool step(int count = 1);
-  /// To the first step that ends at `time` or later; to the end of the scene, of one `until steady` to where it is.
-  /// @throws NoSolution where that is not reached in all its steps; the last state is the present one then.
+  /// run_to(): to the first step that ends at `time` or later. run(): to the end of the scene; of one with `until
+  /// steady`, to the steady state. @throws NoSolution if that is not reached within its steps; the present state is
+  /// then the last one.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
-  /// Where the last run(), run_to(), loss() or gradient() has left states 1e8 times above where they began, growing on,
-  /// as in steps that are too large: a sentence; else "". Beyond 1e50 times it is a NotFinite.
+  /// Warning that the last run(), run_to(), loss() or gradient() ended with states 1e8 times above their initial values
+  /// and still growing, as with steps that are too large; "": no. Above 1e50 times a NotFinite is thrown.
   const std::string& growth() const;
 
-  // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where
-  // a loss, a gradient or a product is not finite though all states are.
+  // Only with a task. @throws NotFinite with state, step and cell if the run blows up; also if a loss, a gradient or a
+  // product is not finite though all states are.
   double loss();
-  /// The loss; its gradient with respect to each unknown is kept.
+  /// Returns the loss; stores its gradient with respect to each unknown.
   double gradient();
-  /// Of the last gradient(), valid until the next: size() values for an initial state or coefficient and for each
+  /// From the last gradient(), valid until the next: size() values for an initial state or coefficient and for each
   /// interval of a control field, one for a parameter, one an interval for a control.
   std::span<const double> gradient_of(std::string_view unknown) const;
-  /// The same of all unknowns, one after the other.
+  /// The same for all unknowns, one after the other.
   std::span<const double> gradient_vector() const;
-  /// The values that loss() and gradient() begin with, of one unknown and of all.
+  /// The values with which loss() and gradient() start, for one unknown and for all.
   std::vector<double> value_of(std::string_view unknown);
   std::vector<double> unknown_values();
   void set_unknowns(Values values);
 
-  /// Second derivatives of the loss at the present values of the unknowns, times a vector; not a number when stopped.
-  /// @throws Error(input) when the scene was compiled without them (HostOptions::second_order, dpde build
-  /// --second-order), when it has none, and for gauss_newton when a loss is not a sum of squares.
+  /// Hessian of the loss at the present values of the unknowns, times a vector; NaN when stopped.
+  /// @throws Error(input) if the scene was compiled without it (HostOptions::second_order, dpde build --second-order),
+  /// if the scene has no Hessian, and for gauss_newton if a loss is not a sum of squares.
   std::vector<double> hessian_vector(Values direction, Curvature curvature = Curvature::full);
   void hessian_vector(Values direction, Target product, Curvature curvature = Curvature::full);
 
-  /// The task's own optimiser within its bounds, from the present values of the unknowns. iterations > 0 overrides the
-  /// task's. Stopped, by `progress` or whatever stops gradients, it leaves the unknowns as they were after the last
-  /// update.
+  /// Runs the task's own optimiser within its bounds, from the present values of the unknowns. iterations > 0 overrides
+  /// the task's. When stopped, by `progress` or in a gradient, the unknowns stay as they were after the last update.
   Optimised optimise(const OptimiserCallback& progress = {}, int iterations = 0);
 
-  /// Calls `progress` every so many steps of each loss, gradient and product from now on, those of optimise() too. When
-  /// it returns false, they are not a number and optimise() ends with StopReason::observer. An empty one ends it.
+  /// Calls `progress` every so many steps of each later loss, gradient and product, those of optimise() included. If it
+  /// returns false, they are NaN and optimise() ends with StopReason::observer. An empty `progress` switches this off.
   void watch_gradients(GradientCallback progress, int every = 64);
 
  private:

@@ -13,19 +13,19 @@
 namespace dpde {
 
 struct SimulationOptions {
-  std::vector<std::int64_t> cells;  // one number an axis, in place of the scene's
+  std::vector<std::int64_t> cells;  // one number an axis, overrides the scene's
   int threads = 1;
-  /// For the stored states of gradient(); what does not fit is computed again (checkpoints). slots > 0 overrides it.
+  /// Memory limit for the stored states of gradient(); the others are recomputed (checkpoints). slots > 0 overrides it.
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
   int slots = 0;
-  /// > 0: gradient() leaves out what acts through more than so many steps (RolloutSetup::cut); 1: nothing acts through
-  /// the solver's steps. It is then not the derivative of loss(). hessian_vector() knows nothing of it.
+  /// > 0: gradient() leaves out effects across more than so many steps (RolloutSetup::cut); 1: across any step of the
+  /// solver. It is then not the derivative of loss(). hessian_vector() ignores it.
   int cut = 0;
-  /// Looked at before each step: when it becomes true, step() and run() return false, loss() and gradient() NaN.
+  /// Checked before each step: once true, step() and run() return false, loss() and gradient() NaN.
   const std::atomic<bool>* stop = nullptr;
-  /// Not null: the time of loss() and gradient() is added to it, by what it is spent on.
+  /// Not null: the time of loss() and gradient() is added to it, by category.
   GradientSeconds* seconds = nullptr;
-  /// Says where in a text the solve stands that an error comes from (Error::solve_for).
+  /// Adds the source location of the solve that an error comes from (Error::solve_for).
   std::function<void(Error&)> explain = nullptr;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the solves of a program have met, for whoever tells the user.
+// Statistics of the solves of a program, for messages to the user.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,28 @@
 
 namespace dpde {
 
-/// Of right sides of a singular operator.
+/// Right sides of a singular operator that are not in its range.
 struct OutOfReach {
-  double part = 0;              // the largest of b that no x reaches, over |b|
-  double of_least_squares = 0;  // that of solutions whose derivative is not known, more than rounding
-  /// Coefficients and parameters of the operator, where with other values of them x may reach it: by those there is no
-  /// derivative.
+  double part = 0;              // the largest part of b outside of the range of A, over |b|
+  double of_least_squares = 0;  // the same for least-squares solutions of unknown derivative, if above rounding
+  /// Coefficients and parameters of the operator whose change may put b into the range: the solution has no derivative
+  /// with respect to these.
   std::vector<std::string> made_of;
 };
 
 struct SolveNote {
-  std::string unknown;                 // the field that is sought
-  std::string method, reason;          // of the last one; "" before there was one
-  int64_t solves = 0, iterations = 0;  // all of them
-  int64_t unaided = 0;                 // iterations for which a network's direction was of no use
-  int most_iterations = 0;             // of one
-  double seconds = 0, setup = 0;       // of a processor: in all solves, and in making solvers for changed operators
+  std::string unknown;                 // the field solved for
+  std::string method, reason;          // of the last solve; "" before the first
+  int64_t solves = 0, iterations = 0;  // totals
+  int64_t unaided = 0;                 // iterations in which a network's direction did not help
+  int most_iterations = 0;             // of one solve
+  double seconds = 0, setup = 0;       // processor time: of all solves, and of setting up solvers for changed operators
   double residual = 0;                 // the largest |A*x - b|/|b|
-  double tolerance = 0;                // to which the solver of that one had to come
+  double tolerance = 0;                // tolerance of the solve with that residual
   OutOfReach out_of_reach;
-  int64_t missed = 0;  // solves that did not come to the tolerance and were to be a warning
-  /// Of the one of those that left most: what to write instead, found out when it is asked for by trying methods on its
-  /// system; "" where none is tried.
+  int64_t missed = 0;  // solves above the tolerance that were set to warn
+  /// For the one of them with the largest residual: what to write instead, found on demand by trying methods on its
+  /// system; "" if none is tried.
   std::function<std::string()> advice = {};
 };
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads that stay, for work that comes in equal parts many thousand times a second.
+// Persistent threads, for work in equal parts many thousand times a second.
 //
 //   Team team(2);
 //   team.run(8, [&](std::int64_t part, int thread) { ... });   // parts 0 .. 7, each once; thread 0 is the caller
 //
-//  - Threads have numbers below threads() and `parts`: what they need for themselves can be kept under these. Each
-//    has a range of the parts, always the same one, so that it finds in its caches what it left there; who is done
-//    takes over what others have not begun. What a part is does not depend on the threads: neither do results.
-//  - A team never waits for a thread that has not begun. Where parts took longer than they would have on one
-//    thread, since other processes hold the cores, the caller works alone for a while (`Ledger` in team.cpp): the
-//    aim is that several threads never cost more than a tenth over one. `bench_team` measures it.
-//  - Threads spin for microseconds, then they sleep. They have the floating-point mode of the caller.
-//  - What a part throws comes out of run(), that of the first part where there are several; other parts may be done
-//    or not.
-//  - Copies are the same team. Threads begin with the first work; where the system gives fewer, fewer it is. Work
-//    asked for within work of the same team, or by two callers at once, is done by who asks, as thread 0: then what
-//    parts keep under thread numbers must be their own call's. run() allocates nothing.
+//  - Thread numbers are below threads() and `parts`: use them as keys for per-thread data. Each thread has a fixed
+//    range of the parts, so that it finds its data in its caches; a thread that is done takes over parts that others
+//    have not begun. A part does not depend on the thread that runs it: neither do results.
+//  - A team never waits for a thread that has not begun. If parts took longer than on one thread, since other processes
+//    use the cores, the caller works alone for a while (`Ledger` in team.cpp): several threads should never cost more
+//    than a tenth over one. `bench_team` measures it.
+// - Threads spin for microseconds, then they sleep. They have the floating-point mode of the caller.
+//  - run() rethrows the exception of a part, the first part's if there are several; other parts may or may not have
+//    run.
+//  - Copies share the same team. Threads start with the first work; if the system provides fewer, fewer are used.
+//    Nested work of the same team, or work of a second caller at the same time, runs on its caller as thread 0:
+//    per-thread data must then belong to that call. run() allocates nothing.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,11 @@ namespace dpde {
 
 class Team {
  public:
-  /// A number will do where a team is wanted.
+  /// Implicit: a number of threads can be passed as a team.
   Team(int threads = 1);
-  /// The largest number of threads at work at once.
+  /// The largest number of threads that work in parallel.
   int threads() const { return threads_; }
-  /// Of a processor, that threads beside those who asked have worked for them until now.
+  /// Processor time of the helper threads so far, without the callers'.
   double helped_seconds() const;
 
   template <class F>

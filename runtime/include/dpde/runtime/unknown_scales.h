@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large unknowns of different kinds are. L-BFGS begins with a multiple of the unit matrix, which is far from any
-// Hessian where one unknown is 1e-6 and another 5e4: it takes unknowns divided by these sizes.
+// Typical sizes of unknowns of different kinds. L-BFGS starts from a multiple of the unit matrix, far from any Hessian
+// if one unknown is 1e-6 and another 5e4: it works with unknowns divided by these sizes.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,29 +10,29 @@
 
 namespace dpde {
 
-/// Of `count` unknowns from `first` on. 0: not known before the first gradient is, of which a step of that size then
-/// has as much as of the others.
+/// Size of the unknowns first .. first + count - 1. 0: set by the first gradient, such that a step of this size changes
+/// the loss as much as for the other unknowns.
 struct UnknownScale {
   Eigen::Index first = 0, count = 0;
   double size = 0;
 };
-/// By the root mean square of each part's start; of those that begin at 0 by half the width of their bounds. Of a
-/// single part there are none: nothing depends on them then.
+/// Size of each part: the root mean square of its start; if that is 0, half the width of its bounds. Empty for a single
+/// part: its scale has no effect.
 std::vector<UnknownScale> scales_of(const Eigen::VectorXd& start, std::vector<UnknownScale> parts,
                                     const Bounds& bounds);
 
-/// Of each unknown, at a first gradient; empty where there are no scales.
+/// The scale of each unknown, at the first gradient; empty if there are no scales.
 Eigen::VectorXd scale_of(const std::vector<UnknownScale>& scales, const Eigen::VectorXd& gradient);
-/// Makes one iteration from a state whose loss and gradient are those at x, with unknowns over `scale`. False when no
-/// step lowers the loss; x is then what it was.
+/// Makes one iteration in the unknowns divided by `scale`, from a state whose loss and gradient belong to x. Returns
+/// false and restores x if no step lowers the loss.
 bool iterate(const Lbfgs& method, LbfgsState& state, const Eigen::VectorXd& scale, const Objective& objective,
              const Bounds& bounds = {});
 
 struct ScaledResult {
   OptimiseResult result;
-  std::vector<double> scales;  // that the method took, one a part; empty: none
+  std::vector<double> scales;  // scales used, one for each part; empty: none
 };
-/// Other methods than L-BFGS take none.
+/// Methods other than L-BFGS use no scales.
 ScaledResult minimise_scaled(const Method& method, const Objective& objective, const HessianProduct& hessian,
                              Eigen::VectorXd x, int iterations, const std::vector<UnknownScale>& scales,
                              const IterationObserver& observer = {}, const Bounds& bounds = {});

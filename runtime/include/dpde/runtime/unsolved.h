@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a NoSolution of a run says of itself: whoever takes a shorter step needs to know no more than that it is one.
+// Details of a NoSolution for messages; code that only shortens the step needs just the exception type.
 #pragma once
 
 #include <functional>
@@ -10,34 +10,35 @@
 
 namespace dpde {
 
-/// What has no solution, and where.
+/// What failed, and where.
 struct UnsolvedFacts {
   enum class What {
-    solve,     // a linear solve of the text, a constraint, an implicit stage
-    newton,    // one that is not linear
+    solve,     // a linear solve of the model, a constraint, an implicit stage
+    newton,    // a nonlinear one
     substeps,  // no substep is short enough
     steady,    // no steady state, or no derivative of it
-    jump       // something jumps: there is no gradient
+    jump       // a jump: there is no gradient
   };
   What what = What::solve;
-  std::string text;         // a sentence without its end and without the step: "solve for psi: ..."
-  std::string reason = {};  // of a solve: the same without the name of the unknown, which tangents have of their own
-  std::string method = {};  // of a solve, as a scheme names it
-  double residual = std::numeric_limits<double>::quiet_NaN();  // what is left of the right side, as a part of it
-  /// What to write instead, found out only when it is asked for: of a solve by trying other methods on its system.
+  std::string text;         // a sentence without full stop and step: "solve for psi: ..."
+  std::string reason = {};  // of a solve: the same without the unknown's name, which differs in tangents
+  std::string method = {};  // of a solve: its name in a scheme
+  double residual = std::numeric_limits<double>::quiet_NaN();  // relative residual |A*x - b|/|b|
+  /// What to write instead, found only on demand; for a solve by trying other methods on its system.
   std::function<std::string()> advice = {};
   int step = 0, steps = 0;  // step `step` of `steps`, from 1; 0: outside of steps
   double t = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// All that finds no solution throws it, linear or not, and whatever its method.
+/// Thrown by every kind of solve without a solution, linear or not.
 class Unsolved : public NoSolution {
  public:
   explicit Unsolved(UnsolvedFacts facts) : NoSolution(facts.text), facts_(std::move(facts)) {}
   const UnsolvedFacts& facts() const { return facts_; }
-  /// "" where nothing is known.
+  /// "" if nothing is known.
   std::string hint() const { return facts_.advice ? facts_.advice() : std::string(); }
-  /// It happened in step `step` of `steps`, which begins at t; 0: at t, outside of steps. The innermost place counts.
+  /// Adds the location: step `step` of `steps`, which begins at t; step 0: time t, outside of steps. The first
+  /// (innermost) call wins.
   void set_place(int step, int steps, double t);
 
  private:

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of a host as the interfaces take them: spans, vectors, arrays, Eigen vectors, matrices and maps, or a pointer
-// and a count. Always the interior values of a field, contiguous, x fastest: value (x, y, z) is number x + nx*(y +
-// ny*z). An Eigen matrix is taken as it lies in memory: an ArrayXXd of nx rows and ny columns fits, so does a row-major
-// (ny, nx).
+// Array arguments of a host: spans, vectors, arrays, Eigen vectors, matrices and maps, or a pointer and a count. Always
+// the interior values of a field, contiguous, x fastest: value (x, y, z) has index x + nx*(y + ny*z). An Eigen matrix
+// is taken in memory order: an ArrayXXd of nx rows and ny columns fits, and so does a row-major (ny, nx).
 #pragma once
 
 #include <concepts>
@@ -19,7 +18,7 @@ concept ArrayOf = requires(Array& a) {
   { a.size() } -> std::convertible_to<std::size_t>;
 };
 
-/// @throws Error(input) for an Eigen expression whose values do not lie one after the other.
+/// @throws Error(input) for an Eigen expression whose values are not contiguous.
 template <class Array>
 void require_contiguous(const Array& array) {
   if constexpr (requires {
@@ -46,7 +45,7 @@ class Values : public std::span<const double> {
   }
 };
 
-/// Values to write; a temporary is welcome where it is a view (a map, a span).
+/// Values to write; a temporary is allowed if it is a view (a map, a span).
 class Target : public std::span<double> {
  public:
   Target(double* first, std::size_t count) : span(first, count) {}

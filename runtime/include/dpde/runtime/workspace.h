@@ -20,12 +20,12 @@ namespace dpde {
 
 class Workspace {
  public:
-  /// Parameters with a value for each interval of time.
+  /// A parameter with a value for each interval of time.
   struct Control {
     int every = 1;  // steps
     std::vector<double> values;
   };
-  /// Of a network: its weights, their rates, and what the last run of an adjoint added to the gradients of both.
+  /// Of a network: its weights, their rates, and the gradients of both from the last run of an adjoint.
   struct Weights {
     std::vector<double> values, rates, bars, rate_bars;
     const dpde_host_network* host = nullptr;  // of a network that the host computes
@@ -40,7 +40,7 @@ class Workspace {
     std::string name;
     std::uint64_t seed;
   };
-  /// What is there from the start: coordinates, noise, `dt` and the rest of the parameters.
+  /// Contents at the start: coordinates, noise, `dt` and the other parameters.
   struct Setup {
     dpde_layout layout{};
     Team team;
@@ -58,58 +58,57 @@ class Workspace {
   explicit Workspace(Setup setup);
 
   const dpde_layout& layout() const { return setup_.layout; }
-  /// For all that runs its programs, one after the other.
+  /// Shared by all callers that run its programs one after the other.
   const Team& team() const { return setup_.team; }
   /// Likewise.
   const std::shared_ptr<SolverStore>& solvers() const { return solvers_; }
   std::size_t cell_count() const { return cell_count_; }
   double t_begin() const { return setup_.t_begin; }
-  /// Intervals of controls begin here.
+  /// Sets the time at which intervals of controls begin.
   void begin_at(double time) { setup_.t_begin = time; }
 
-  /// A field by name; made when it is not there: a coordinate, or all zero.
+  /// A field by name; if missing it is made: a coordinate, or zero.
   Field& field(std::string_view name);
-  /// State `number` of data or of a control field; the first is field(name).
+  /// State `number` of data or of a control field; number 0 is field(name).
   Field& field(std::string_view name, std::size_t number);
-  /// Gives back what the program computes; it is made again when it is asked for.
+  /// Frees the fields that the program computes; they are made again on demand.
   void release(const dpde_program& program);
   void release(std::string_view name);
-  /// Whole fields, which formulas alone read as a rule: rollouts that read them keep them. Once: what asks for them
-  /// again makes them again, and may ask in each step.
+  /// Frees the coordinates, whole fields that as a rule only formulas read; rollouts that read them hold them. Only
+  /// once: a field requested again may be needed in each step, and stays.
   void release_coordinates();
-  /// All that are there, and the coordinates.
+  /// All existing fields, and the coordinates.
   std::vector<BoundField> bound_fields();
-  /// Its values; of a control field those of all intervals, one after the other.
+  /// Interior values of a field; of a control field all intervals, one after the other.
   std::vector<double> dense(std::string_view name);
   void set_dense(std::string_view name, std::span<const double> values);
 
   const Named<double>& params() const { return params_; }
   void set_param(std::string_view name, double value);
   const Named<Control>& controls() const { return setup_.controls; }
-  /// params() then has the first value.
+  /// Also sets the parameter in params() to the first value.
   const Control& set_control(std::string_view name, int every, std::span<const double> values);
-  /// 0 for what nobody has set, as seeds and directions of derivatives.
+  /// 0 for parameters without a value, such as seeds and directions of derivatives.
   double param_at(std::string_view name, double t) const;
-  /// Values as they are given or, null, as the network's seed says.
+  /// Adds the weights of a network; `given` null: random from the network's seed.
   void add_weights(const dpde_network& network, const double* given);
   Named<Weights>& weights() { return weights_; }
   const Named<Weights>& weights() const { return weights_; }
 
-  /// Fields that are others in each interval of time.
+  /// Fields that change from interval to interval.
   const std::vector<ControlField>& control_fields() const { return control_fields_; }
   const ControlField* find_control_field(std::string_view name) const;
   void add_control_field(std::string_view name, int every, std::size_t count);
-  /// Makes `name`, a rate, one with the same intervals as `like`, where that is one.
+  /// Gives `name`, a rate, the same intervals as `like`, if that is a control.
   void make_like(std::string_view name, std::string_view like);
-  /// Runs the program that keeps the control field `name` once for each interval, with t in its middle and noise drawn
-  /// anew.
+  /// Runs the program that computes the control field `name` once for each interval, with t at its middle and new
+  /// noise.
   void run_for_intervals(const dpde_program& program, std::string_view name);
 
-  /// Fields that a run takes from elsewhere.
+  /// Fields that replace those of the workspace in a run.
   using Bound = std::map<std::string_view, void*>;
-  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there
-  /// instead and control fields from the interval of `t`; what the program needs beside them is made. The result has
-  /// its sums, until the next run.
+  /// Runs a program once at time `t`, or at the begin, on the fields of these names; `bound` ones are taken from there,
+  /// and control fields from the interval of `t`. Missing fields are made. The result has its sums, until the next run.
   const Executor& execute(const dpde_program& program, double t, const Bound& bound = {});
   const Executor& execute(const dpde_program& program) { return execute(program, t_begin()); }
   /// The same; returns the sums by name.
@@ -118,7 +117,7 @@ class Workspace {
  private:
   void draw_noise(std::uint64_t interval);
   std::vector<Axis>::const_iterator axis_of(std::string_view name) const;
-  /// A coordinate, one for all that have it at a time; null of other names.
+  /// A coordinate, shared by all users that hold it at the same time; null for other names.
   std::shared_ptr<Field> lent(std::string_view name);
   std::size_t interval_at(double t, int every, std::size_t count) const;
 
