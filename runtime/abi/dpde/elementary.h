@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// sin, cos, exp, log, tanh, pow, ... of cells: the same bits in whatever lane of a vector, remainder, tile or thread a
-// cell is computed. Emitted C++ includes this file; the JIT compiler walks through the same text with values of its IR
-// in place of numbers. So there are no branches here, and no product is added to anything but by fma(), which leaves
-// compilers nothing to contract. Arguments that a formula is not made for are told (`far`): the caller asks the C
-// library for those, and for nothing else. Errors, measured by tests/codegen/elementary_test.cpp, are in
-// compiler/src/codegen/README.md.
+// sin, cos, exp, log, tanh, pow, ... of cells: bit-identical for a cell in any vector lane, loop remainder, tile or
+// thread. Emitted C++ includes this file; the JIT compiler runs the same text with values of its IR in place of
+// numbers. So there are no branches, and products are added only by fma(), which leaves compilers nothing to contract.
+// Arguments outside of a formula's range set `far`: only for these the caller uses the C library. Errors, measured by
+// tests/codegen/elementary_test.cpp, are in compiler/src/codegen/README.md.
 //
 // A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth);
 // fma(a, b, c), size(a), root(a); bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits),
@@ -28,12 +27,15 @@ Number polynomial(const Lanes& lanes, const Number& x, double c, Rest... rest) {
   return lanes.fma(polynomial(lanes, x, rest...), x, lanes.number(c));
 }
 
-/// What differs between the precisions. Minimax polynomials:
-///   sine    (sin(r)/r - 1)/r^2 of r^2, |r| <= pi/4         cosine     (cos(r) - 1 + r^2/2)/r^4 of r^2, |r| <= pi/4
-///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2     atanh      (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 -
-///   sqrt(8) sinh    (sinh(a)/a - 1)/a^2 of a^2, a <= 1             tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2,
-///   a <= 5/8 (Cephes) atan    (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)   asin       (asin(s)/s - 1)/s^2 of s^2, s
-///   <= 1/2
+/// Constants of each precision. Minimax polynomials:
+///   sine         (sin(r)/r - 1)/r^2 of r^2, |r| <= pi/4
+///   cosine       (cos(r) - 1 + r^2/2)/r^4 of r^2, |r| <= pi/4
+///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2
+///   atanh        (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 - sqrt(8)
+///   sinh         (sinh(a)/a - 1)/a^2 of a^2, a <= 1
+///   tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2, a <= 5/8 (Cephes)
+///   atan         (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)
+///   asin         (asin(s)/s - 1)/s^2 of s^2, s <= 1/2
 template <class Scalar>
 struct Precise;
 
@@ -47,8 +49,8 @@ struct Precise<double> {
   static constexpr double pi_half_1 = 1.5707963267948966, pi_half_2 = 6.123233995736766e-17,
                           pi_half_3 = -1.4973849048591698e-33;
   static constexpr double ln2_1 = 0.6931471805599453, ln2_2 = 2.3190468138462996e-17;
-  static constexpr double most_turned = 1073741824.0;        // argument of sin, cos and tan
-  static constexpr double least_exp = -746, most_exp = 710;  // 0 and infinity beyond
+  static constexpr double most_turned = 1073741824.0;        // largest argument of sin, cos and tan
+  static constexpr double least_exp = -746, most_exp = 710;  // exp is 0 below, infinite above
   static constexpr double most_sinh = 709, most_tanh = 20;
   static constexpr double least_normal = 2.2250738585072014e-308, most = 1.7976931348623157e+308;
 
@@ -155,7 +157,7 @@ struct Precise<float> {
   }
 };
 
-/// The functions of the numbers in a Lanes.
+/// The functions on numbers of a Lanes.
 template <class Lanes>
 struct Functions {
   using Number = typename Lanes::Number;
@@ -177,7 +179,8 @@ struct Functions {
 
   // ---- sin, cos, tan ------------------------------------------------------------------------------------------------
 
-  /// A number a >= 0 as quarter turns and what is left over, |r| <= pi/4 and a little: sin and cos of that.
+  /// Argument reduction of a >= 0: number of quarter turns, and sin and cos of the remainder r, |r| slightly above pi/4
+  /// at most.
   struct Turned {
     Bits quarters;
     Number sine, cosine;
@@ -185,7 +188,7 @@ struct Functions {
   Turned turned(const Number& a) const {
     const Number shifted = lanes.fma(a, number(Of::two_over_pi), number(Of::shift));
     const Number minus_n = number(Of::shift) - shifted;
-    // The first difference is exact; what is lost of the product and of the sum after it is in `tail`.
+    // The first difference is exact; `tail` collects the rounding errors of the product and of the sum after it.
     const Number first = lanes.fma(minus_n, number(Of::pi_half_1), a);
     const Number second = lanes.fma(minus_n, number(Of::pi_half_2), number(0));
     const Number r = first + second;
@@ -193,7 +196,7 @@ struct Functions {
     const Number tail = lanes.fma(minus_n, number(Of::pi_half_3), lost);
     const Number square = r * r;
     const Number sine = r + lanes.fma(r * square, Of::sine(lanes, square), tail);
-    // 1 - r^2/2 and its error
+    // 1 - r^2/2 and its rounding error
     const Number half = r * number(-0.5);
     const Number parabola = lanes.fma(half, r, number(1));
     const Number below = lanes.fma(half, r, number(1) - parabola);
@@ -227,8 +230,7 @@ struct Functions {
 
   // ---- asin, acos, atan ---------------------------------------------------------------------------------------------
 
-  /// atan(a) is that of q, |q| <= tan(pi/8): of a itself, of (a - 1)/(a + 1) beside an eighth of a turn, of -1/a beside
-  /// a quarter.
+  /// atan(a) from atan(q), |q| <= tan(pi/8), plus a constant: q = a; or (a - 1)/(a + 1), plus pi/4; or -1/a, plus pi/2.
   Result atan(const Number& x) const {
     const Number a = lanes.size(x), none = number(0);
     const Truth is_small = lanes.less(a, number(0.41421356237309503)),
@@ -242,7 +244,7 @@ struct Functions {
         lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_2), number(0.5 * Of::pi_half_2)));
     return {flipped(turn + (q + lanes.fma(q * square, Of::atan(lanes, square), rest)), sign_of(x)), lanes.no()};
   }
-  /// asin(s) = s + bent, with s = a up to 1/2, and beyond the root of (1 - a)/2: asin(a) is then pi/2 - 2 asin(s).
+  /// asin(s) = s + bent: s = a up to a = 1/2; above, s = sqrt((1 - a)/2) and asin(a) = pi/2 - 2 asin(s).
   struct Arc {
     Truth is_small;
     Number s, bent;
@@ -269,8 +271,8 @@ struct Functions {
 
   // ---- exp, sinh, cosh, tanh ----------------------------------------------------------------------------------------
 
-  /// exp(x + tail) = 2^n*(1 + rest), of which n is in the low bits of `whole`; x is finite and not far from where exp
-  /// is.
+  /// exp(x + tail) = 2^n*(1 + rest), with n in the low bits of `whole`; x is finite and not far outside the range of
+  /// exp.
   struct Split {
     Bits whole;
     Number rest;
@@ -287,20 +289,20 @@ struct Functions {
     const Number r = lanes.fma(minus_n, number(Of::ln2_2), lanes.fma(minus_n, number(Of::ln2_1), x));
     return {lanes.bits(shifted), lanes.fma(r * r, Of::rest_of_exp(lanes, r), r)};
   }
-  /// 2^n of a normal number
+  /// 2^n, if that is a normal number
   Number power_of_two(const Bits& n) const { return lanes.number_of((n << Of::mantissa) + integer(Of::one)); }
-  /// exp of what was split, in two steps: 2^n alone may be too large, or 0.
+  /// exp from its split; 2^n is applied in two factors, since alone it may overflow or be 0.
   Number joined(const Split& s) const {
     const Bits half = s.whole >> 1;
     return (s.rest + number(1)) * power_of_two(half) * power_of_two(s.whole - half);
   }
-  /// exp(x) where 2^n is a normal number
+  /// exp(x), if 2^n is a normal number
   Number power(const Number& x) const {
     const Split s = split(x);
     const Number whole = power_of_two(s.whole);
     return lanes.fma(whole, s.rest, whole);
   }
-  /// NaN stays NaN.
+  /// NaN is returned as NaN.
   Number at_most(const Number& x, double most) const {
     return lanes.select(lanes.less(number(most), x), number(most), x);
   }
@@ -310,9 +312,9 @@ struct Functions {
     return joined(split(at_most(above, Of::most_exp)));
   }
   Result exp(const Number& x) const { return {exp_of(x), lanes.no()}; }
-  /// 1 - 2/(exp(2a) + 1), and where that would cancel a + a^3*p/q: one quotient.
+  /// 1 - 2/(exp(2a) + 1); for small a, where that cancels, a + a^3*p/q. Both need one quotient.
   Result tanh(const Number& x) const {
-    const Number a = at_most(lanes.size(x), Of::most_tanh);  // there it is 1
+    const Number a = at_most(lanes.size(x), Of::most_tanh);  // tanh is 1 there
     const Truth is_small = lanes.less(a, number(0.625));
     const Number square = a * a, above = Of::tanh_above(lanes, square) * (square * a);
     const Number below = lanes.select(is_small, Of::tanh_below(lanes, square), power(a + a) + number(1));
@@ -334,7 +336,7 @@ struct Functions {
 
   // ---- log ----------------------------------------------------------------------------------------------------------
 
-  /// x = 2^n*(1 + f), 1 + f between the roots of 1/2 and of 2; of positive normal numbers.
+  /// x = 2^n*(1 + f), 1 + f between sqrt(1/2) and sqrt(2); for positive normal x.
   struct Scaled {
     Number n, f;
   };
@@ -359,11 +361,11 @@ struct Functions {
 
   // ---- pow ----------------------------------------------------------------------------------------------------------
 
-  /// A number in two parts.
+  /// A number as an unevaluated sum of two.
   struct Pair {
     Number high, low;
   };
-  /// a + b where a is not the smaller one, or 0
+  /// Exact a + b as a pair, if |a| >= |b| or a = 0
   Pair sum(const Number& a, const Number& b) const {
     const Number high = a + b;
     return {high, b - (high - a)};
@@ -373,7 +375,7 @@ struct Functions {
     const Number low = lanes.fma(a.high, b.high, -high);
     return {high, lanes.fma(a.low, b.high, lanes.fma(a.high, b.low, low))};
   }
-  /// log(x), of doubles, to some 2^-64 of it.
+  /// log(x), in double precision, with relative error of about 2^-64.
   Pair log_in_two(const Number& x) const {
     const Scaled v = scaled(x);
     const Pair below = sum(number(2), v.f);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of elementary.h for C++: of one number, and of the vectors that g++ hands to functions in vectorised
+// The functions of elementary.h for C++: for one number, and for the vectors that g++ passes to functions in vectorised
 // loops.
 #pragma once
 
@@ -9,8 +9,8 @@ namespace dpde {
 namespace elementary {
 namespace {  // each file's own: other files may be compiled for other processors
 
-/// Lanes of one number. Truths are masks, all ones or all zeros: of bools and `truth ? a : b` compilers would make
-/// branches, and then not vectorise.
+/// Lanes of one number. Truth values are masks, all ones or all zeros: with bools and `truth ? a : b` compilers would
+/// generate branches and not vectorise.
 template <class T, class B>
 struct Plain {
   using Scalar = T;
@@ -54,7 +54,7 @@ using Float = Functions<Plain<float, uint32_t>>;
 constexpr Double functions_of(double) { return {}; }
 constexpr Float functions_of(float) { return {}; }
 
-// Each function: how cells compute it where they can, and the C library's.
+// Each function: `near` is the vectorisable formula, `library` that of the C library for other arguments.
 struct Sin {
   template <class F>
   static typename F::Result near(const F& f, typename F::Number x) {
@@ -159,7 +159,7 @@ T one(T x, Rest... rest) {
   return result.far != 0 ? Function::library(x, rest...) : result.value;
 }
 
-/// `count` numbers of type T, as a vector register holds them
+/// `count` numbers of type T, as in a vector register
 template <class T, int count>
 struct Vector {
   typedef T Type __attribute__((vector_size(count * sizeof(T))));
@@ -180,7 +180,7 @@ typedef Vector<float, 4>::Type float4;
 typedef Vector<float, 8>::Type float8;
 typedef Vector<float, 16>::Type float16;
 
-/// The same bits for `count` cells, written so that compilers vectorise the first loop.
+/// Bit-identical to one() for `count` cells; written so that compilers vectorise the first loop.
 template <class Function, class T, int count, class... Rest>
 [[gnu::flatten]] typename Vector<T, count>::Type of_each(const Vector<T, count>& x, const Rest&... rest) {
   using Bits = typename decltype(functions_of(T()))::Bits;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which instructions code is chosen or made for: those of this processor, or fewer where $DPDE_ISA says portable, avx2
-// or avx512, so that each machine can test what it has. Compiler and runtime ask here alone.
+// The instruction set for which code is chosen or compiled: that of this processor, or a lower one if $DPDE_ISA is
+// portable, avx2 or avx512, so that each machine can test the ones it has. Compiler and runtime use only this function.
 #pragma once
 
 #include <cstdlib>
@@ -9,14 +9,14 @@
 
 namespace dpde {
 
-/// As x86-64 numbers them: v3 has AVX2 and fused multiply-add, v4 has AVX-512.
+/// x86-64 levels: v3 has AVX2 and fused multiply-add, v4 has AVX-512.
 enum class InstructionSet { portable, v3, v4 };
 
 inline std::string_view word_of(InstructionSet set) {
   return set == InstructionSet::v4 ? "avx512" : set == InstructionSet::v3 ? "avx2" : "portable";
 }
 
-/// Of this processor.
+/// The highest one of this processor.
 inline InstructionSet processor_instruction_set() {
 #if defined(__x86_64__)
   __builtin_cpu_init();
@@ -29,7 +29,7 @@ inline InstructionSet processor_instruction_set() {
   return InstructionSet::portable;
 }
 
-/// What $DPDE_ISA names, where this processor has it.
+/// The one in $DPDE_ISA, if this processor has it.
 inline std::optional<InstructionSet> asked_instruction_set() {
   const char* const asked = std::getenv("DPDE_ISA");
   for (int set = 0; asked != nullptr && set <= static_cast<int>(processor_instruction_set()); ++set) {

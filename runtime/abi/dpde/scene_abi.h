@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A compiled scene, and its task, as plain C data: programs (kernel_abi.h) and the numbers they run with. Compiled in
- * memory or ahead of time, it looks the same to dpde::Simulation (dpde/runtime/simulation.h).
- */
+/* A compiled scene, and its task, as plain C data: programs (kernel_abi.h) and the numbers they run with. The same
+ * for dpde::Simulation (dpde/runtime/simulation.h), whether compiled in memory or ahead of time. */
 #ifndef DPDE_SCENE_ABI_H
 #define DPDE_SCENE_ABI_H
 
@@ -18,36 +17,35 @@ typedef struct dpde_axis {
   double low, high;
   int64_t cells; /* as the scene says; the programs run on any number */
   int32_t is_periodic;
-  const double* centres; /* null: uniform. Of an axis that is stretched or runs down, whose programs run on as many
-                            cells as the scene says */
+  const double* centres; /* null: uniform. Else a stretched or descending axis, whose number of cells is fixed */
 } dpde_axis;
 
 typedef struct dpde_value {
   const char* name;
   double value;
-  int32_t is_fixed; /* the grid, times and the like were made of it: no other value can be given */
+  int32_t is_fixed; /* the grid, times or the like were computed from it: its value cannot be changed */
 } dpde_value;
 
-/* A parameter (also among the params) with values[n / every] in step n, the last one beyond. */
+/* A parameter (also among the params) with values[n / every] in step n, then the last one. */
 typedef struct dpde_control {
   const char* name;
   int32_t every, count;
-  const double* values; /* of an unknown those its task begins with */
+  const double* values; /* of an unknown: its first guess */
 } dpde_control;
 
-/* A field. has_formula 0: nobody but the host knows its values. */
+/* A field. has_formula 0: only the host can give its values. */
 typedef struct dpde_source {
   const char* name;
   int32_t has_formula;
 } dpde_source;
 
-/* A field that is given. every > 0: a control field, one after the other for each of `count` intervals of so many
- * steps. Its formula is then a program of its own, run for each interval with t in the middle of it. */
+/* A given field. every > 0: a control field, which has `count` fields, one for each interval of `every` steps. Its
+ * formula is then a separate program, run once for each interval with t at its middle. */
 typedef struct dpde_coefficient {
   const char* name;
-  int32_t has_formula; /* of an unknown control field: where it begins */
+  int32_t has_formula; /* of an unknown control field: formula of its first guess */
   int32_t every, count;
-  const dpde_program* formula; /* keeps the field; null: in coefficient_formulas */
+  const dpde_program* formula; /* computes the field; null: coefficient_formulas does */
 } dpde_coefficient;
 
 /* A field of independent standard normal numbers, one a cell: see dpde/runtime/random.h. */
@@ -62,15 +60,15 @@ typedef struct dpde_instants {
   const int32_t* steps;
 } dpde_instants;
 
-/* Values that losses compare with, given by the host: one state for each instant; count 0: one for all of them. */
+/* Data that losses compare with, given by the host: one state for each instant; count 0: one state for all of them. */
 typedef struct dpde_datum {
   const char* name;
   dpde_instants at;
-  int32_t is_number; /* each state is one number, in all cells the same */
+  int32_t is_number; /* 1: each state is one number, the same in all cells */
 } dpde_datum;
 
-/* For products of second derivatives: a tangent and the adjoint of that. All tangents of a scene call the rate of a
- * value alike. */
+/* For Hessian products: a tangent and its adjoint. All tangents of a scene use the same name for the rate of a
+ * value. */
 typedef struct dpde_second {
   const dpde_program* tangent;
   const dpde_program* adjoint;
@@ -80,13 +78,13 @@ typedef struct dpde_loss {
   const dpde_program* loss; /* its one sum is the loss */
   const dpde_program* adjoint;
   dpde_instants at;
-  dpde_second full;    /* null programs: nothing that is sought reaches it, or see dpde_scene::no_second */
-  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum
-                          of squares */
+  dpde_second full;    /* null programs: no unknown affects the loss, or see dpde_scene::no_second */
+  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is not a
+                          sum of squares */
   const char*
-      average; /* what the states give adds up to this parameter of losses of averages, and is no loss; or null */
-  int32_t of_averages; /* made of such parameters, once a run; `at` is empty */
-  double weight;       /* times what each state gives */
+      average; /* not null: not a loss itself; its sum over the states is this parameter of losses of averages */
+  int32_t of_averages; /* 1: computed from such parameters, once a run; `at` is empty */
+  double weight;       /* factor of the contribution of each state */
 } dpde_loss;
 
 enum {
@@ -100,7 +98,7 @@ enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
 typedef struct dpde_unknown {
   const char* name;
   int32_t kind;
-  int32_t start;    /* of a field: that of the scene, by the program `start`, or given by the host */
+  int32_t start;    /* first guess of a field: from the scene, from program `start`, or from the host */
   double low, high; /* infinite: no bounds */
 } dpde_unknown;
 
@@ -108,89 +106,89 @@ enum { DPDE_GRADIENT_DESCENT = 0, DPDE_ADAM = 1, DPDE_LBFGS = 2, DPDE_NEWTON_CG 
 typedef struct dpde_optimiser {
   int32_t method;
   double rate;          /* of gradient descent and Adam */
-  int32_t gauss_newton; /* of Newton's method: in place of the full Hessian */
+  int32_t gauss_newton; /* of Newton's method: 1: Gauss-Newton approximation of the Hessian */
   int32_t iterations;
 } dpde_optimiser;
 
-/* order: the error that `trial` estimates is step^order for small steps. first: the length of the first part of steps
- * that is tried. */
+/* order: the error estimate of `trial` is of order step^order for small steps. first: length of the first substep to
+ * try. */
 typedef struct dpde_step_control {
   int32_t order;
   double first;
 } dpde_step_control;
 
-/* The formula of `name`, a coefficient or an initial state, is part of that of `in`, which does not follow values that
- * the host gives `name`. */
+/* The formula of `in` contains that of `name`, a coefficient or an initial state, and so does not follow values that
+ * the host gives for `name`. */
 typedef struct dpde_put_in {
   const char* name;
   const char* in;
 } dpde_put_in;
 
-/* What a formula divides by, or on which side of a switch it is, in a field that `watched` keeps. A gradient lacks what
- * a change of it adds: of the sign in a cell, or of a switch at all. */
+/* A divisor of a formula or the argument of a switch, as a field that `watched` computes. The gradient is wrong if
+ * its sign changes in a cell (for a switch: if the switch changes). */
 typedef struct dpde_watched {
   const char* field;
-  const char *below, *above; /* states of `watched_step`; null: no step is made of it */
-  const char *text, *help;   /* the subject of a sentence that says what it does; what to write instead */
+  const char *below, *above; /* states of `watched_step`; null: it does not occur in the step */
+  const char *text, *help;   /* the subject of a sentence on its effect; what to write instead */
   int32_t is_switch;
-  int32_t begins_with_one_sign; /* it has to, in all cells, where formulas give what it is made of */
-  int32_t loss;                 /* > 0: the number of that loss, counted from 1, in which alone it stands */
+  int32_t begins_with_one_sign; /* 1: initially it must have one sign in all cells, if formulas determine it */
+  int32_t loss;                 /* > 0: it occurs only in the loss of that number, counted from 1 */
 } dpde_watched;
 
-/* As it is written: "m/s". */
+/* As written in the source: "m/s". */
 typedef struct dpde_unit {
-  const char* name; /* of a field, of a vector of each component, of a parameter, an observable, an axis, t */
+  const char* name; /* of a field, a component of a vector, a parameter, an observable, an axis, t */
   const char* unit;
 } dpde_unit;
 
-/* What is recorded beside states: an output with a formula. */
+/* A recorded output with a formula. */
 typedef struct dpde_output {
   const char* name;
-  const char* field; /* that the program of outputs keeps */
+  const char* field; /* computed by the program of outputs */
 } dpde_output;
 
 typedef struct dpde_scene {
   int32_t version; /* DPDE_SCENE_VERSION */
   const char* name;
-  const char* task; /* null: a scene without one */
+  const char* task; /* null: the scene has no task */
   int32_t rank;
   dpde_axis axes[DPDE_MAX_RANK];
   double t_begin, step;
   int32_t steps;
-  double steady; /* > 0: the run ends where no state changes by more a unit of time; see RolloutSetup::steady in
+  double steady; /* > 0: the run ends when no state changes by more per unit of time; see RolloutSetup::steady in
                     dpde/runtime/rollout.h */
   int32_t param_count;
-  const dpde_value* params; /* an unknown has the value its task begins with */
+  const dpde_value* params; /* for an unknown: its first guess */
   int32_t control_count;
   const dpde_control* controls;
-  const dpde_program* rate; /* null: steps are made whole. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
+  const dpde_program* rate; /* null: no Courant number. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
   double courant;
-  const char* rate_field;    /* that `rate` keeps */
+  const char* rate_field;    /* computed by `rate` */
   const dpde_program* trial; /* null: steps have no tolerance. Else see RolloutSetup::trial */
   dpde_step_control control;
   int32_t state_count;
-  const dpde_source* states; /* has_formula: of the initial state */
+  const dpde_source* states; /* has_formula: the initial state has one */
   int32_t coefficient_count;
   const dpde_coefficient* coefficients;
   int32_t noise_count;
   const dpde_noise* noises;
   int32_t network_count;
-  const dpde_network* const* networks; /* those that programs apply */
-  const double* const* weights; /* what each begins with; null: as initial_weights() of dpde/runtime/network.h says */
+  const dpde_network* const* networks; /* the networks of its programs */
+  const double* const* weights; /* initial weights of each; null: from initial_weights() of dpde/runtime/network.h */
   int32_t sought_count;
-  const char* const*
-      sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
-  const dpde_program* program;       /* one step */
-  const dpde_program* adjoint;       /* null without a task, as are the others that do not apply */
+  const char* const* sought;   /* coefficients that are unknowns, or whose formulas contain one: the adjoints compute
+                                  their derivatives */
+  const dpde_program* program; /* one step */
+  const dpde_program* adjoint; /* null without a task, as others that do not apply */
   const dpde_program* total_adjoint; /* see RolloutSetup::total_adjoint */
   const dpde_program* keeping_step;  /* see RolloutSetup::keeping_step */
   const dpde_program* kept_adjoint;
-  const dpde_program* initial;         /* keeps the states that have a formula */
-  const dpde_program* initial_adjoint; /* reads the adjoints of the states, has the sums of parameters */
+  const dpde_program* initial;         /* computes the states that have a formula */
+  const dpde_program* initial_adjoint; /* reads the adjoints of the states; its sums are adjoints of parameters */
   const dpde_program* coefficient_formulas;
   const dpde_program* coefficient_adjoint; /* as initial_adjoint */
-  const dpde_program* start;               /* keeps the unknown fields with DPDE_START_FORMULA */
-  const dpde_program* observe;             /* sums named as the observables are */
+  const dpde_program* start;               /* computes the unknown fields with DPDE_START_FORMULA */
+  const dpde_program* observe;             /* its sums have the names of the observables */
   const dpde_program* output_program;      /* null: no output has a formula */
   int32_t output_count;
   const dpde_output* outputs; /* with a formula */
@@ -199,18 +197,18 @@ typedef struct dpde_scene {
   int32_t loss_count;
   const dpde_loss* losses;
   int32_t unknown_count;
-  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: the order of
-                                   the vector of all of them */
+  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: in the order
+                                   of the vector of unknowns */
   dpde_optimiser optimiser;
-  const char* no_second; /* why not all programs of second derivatives are there; null: they are */
+  const char* no_second; /* why programs of second derivatives are missing; null: none is */
   dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */
   int32_t put_in_count;
   const dpde_put_in* put_in;
   int32_t unit_count;
-  const dpde_unit* units;      /* where they are known */
-  const dpde_program* watched; /* null: no gradient hangs on what is taken for granted */
-  /* `program` or, where there is one, `trial`, with more states: they become 1 where a value that is watched is below 0
-   * in a stage, and where it is above. null: no step is made of what is watched */
+  const dpde_unit* units;      /* where declared */
+  const dpde_program* watched; /* null: no gradient depends on such assumptions */
+  /* `program` (or `trial`) with more states: these become 1 if a watched value is below 0 in a stage, and if it is
+   * above. null: the step contains no watched value */
   const dpde_program* watched_step;
   int32_t watched_count;
   const dpde_watched* watched_values;

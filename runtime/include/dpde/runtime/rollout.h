@@ -244,7 +244,8 @@ struct GradientResult {
   double loss = 0;
   bool stopped = false;               // nothing else is valid then
   std::vector<FieldView> state_bars;  // d loss / d initial(i), valid until the next call
-  std::vector<FieldView> field_bars;  // d loss / d unknown field, always doubles, in the order of RolloutSetup::sought
+  std::vector<FieldView> field_bars;  // d loss / d unknown field (doubles), in the order of RolloutSetup::sought; of a
+                                      // control field one an interval
   std::vector<double> param_bars;     // in the order of param_bar_names()
   std::vector<std::vector<double>> control_bars;  // in that order: one an interval for controls, else empty
   int stored_states = 0;                          // checkpoints in addition to the initial state
