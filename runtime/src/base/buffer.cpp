@@ -21,7 +21,7 @@ constexpr int64_t huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_by
 
 int64_t physical_bytes() { return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE); }
 
-/// Null where there is none. `bytes`: of whole huge pages.
+/// Maps huge pages. Null on failure. `bytes`: a multiple of the huge page size.
 char* map_huge(int64_t bytes) {
   const auto size = static_cast<size_t>(bytes), more = static_cast<size_t>(huge_page_bytes);
   void* const all = ::mmap(nullptr, size + more, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -30,13 +30,13 @@ char* map_huge(int64_t bytes) {
   const size_t before = (more - reinterpret_cast<uintptr_t>(begin) % more) % more;
   if (before > 0) ::munmap(begin, before);
   ::munmap(begin + before + size, more - before);
-  // Fewer entries of the page table to look up: 1.1 x for sweeps over 4096^2, 1.2 x for RK4 at 1024^2. A wish: it may
-  // fail.
+  // Huge pages need fewer page table entries: factor 1.1 for sweeps over 4096^2, 1.2 for RK4 at 1024^2. Only a hint: it
+  // may fail.
   ::madvise(begin + before, size, MADV_HUGEPAGE);
   return begin + before;
 }
 
-/// `bytes`: `wanted` in whole pages.
+/// `bytes`: `wanted` rounded up to whole pages.
 char* allocate(int64_t bytes, int64_t wanted) {
   const int64_t alignment = wanted > page_bytes ? page_bytes : line_bytes;
   void* const memory = std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
@@ -49,7 +49,7 @@ char* allocate(int64_t bytes, int64_t wanted) {
                                               std::strerror(reason)));
 }
 
-/// A file without a name: where the system knows none it loses its name at once.
+/// Opens a file without a name; on systems without such files its name is removed immediately.
 int open_nameless(const std::string& folder) {
   const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR)) return file;
@@ -77,7 +77,7 @@ int64_t allocated_bytes(int64_t wanted) {
 Buffer::Buffer(int64_t wanted) {
   const int64_t bytes = allocated_bytes(wanted);
   const bool is_mapped = wanted >= least_huge_bytes;
-  // Linux may promise more than there is and kill the process later: refuse what can never fit.
+  // Linux may grant more memory than there is and kill the process later: refuse sizes that can never fit.
   char* const memory = bytes > physical_bytes() ? nullptr : is_mapped ? map_huge(bytes) : allocate(bytes, wanted);
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
   memory_ = std::unique_ptr<char, Release>(memory, Release(is_mapped ? bytes : 0));
@@ -93,7 +93,7 @@ void Buffer::touch() const {
 Buffer::Buffer(const std::string& folder, int64_t bytes) {
   const int file = open_nameless(folder);
   if (file < 0) fail(folder, bytes, errno);
-  int reason = ::posix_fallocate(file, 0, bytes);  // or else the first write to a full disk would kill the process
+  int reason = ::posix_fallocate(file, 0, bytes);  // otherwise the first write to a full disk would kill the process
   void* memory = MAP_FAILED;
   if (reason == 0) {
     memory = ::mmap(nullptr, static_cast<size_t>(bytes), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);

@@ -8,15 +8,15 @@
 
 namespace dpde {
 
-/// That a processor has worked for this thread.
+/// Processor time used by this thread.
 inline std::int64_t processor_nanoseconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-/// Adds the seconds that processors work for this thread and, of its team, for it, from here to the end of its life:
-/// other programs on the machine do not count.
+/// Adds to `to`, over its own lifetime, the processor seconds of this thread and of its team's helpers. Other programs
+/// on the machine do not count.
 class ProcessorWatch {
  public:
   explicit ProcessorWatch(double& to, const Team& team = 1) : to_(to), team_(team), start_(now()) {}

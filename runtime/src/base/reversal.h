@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop of legs, each from one state to the next, gone through backwards by a checkpoint schedule. Inside the runtime
+// Runs backwards through a loop of legs, each from one state to the next, by a checkpoint schedule. Inside the runtime
 // only.
 //
-// Buffers are handed around, never copied: to store a state is to keep its buffer. With s slots, s + 1 buffers suffice
-// beside that of the first state: the stored states, the current one and the one that the current leg writes.
+// Buffers change hands, they are never copied: a state is stored by keeping its buffer. With s slots, s + 1 buffers
+// suffice besides that of the first state: for the stored states, the current one and the one that the current leg
+// writes.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +20,15 @@ using StateBuffer = std::vector<void*>;
 
 class Reversal {
  public:
-  Reversal() = default;  // of no legs
-  /// @throws Error(input) when legs < 0 or slots < 1.
+  Reversal() = default;  // a loop without legs
+  /// @throws Error(input) if legs < 0 or slots < 1.
   Reversal(int legs, int slots) : schedule_(legs, slots), slots_(static_cast<std::size_t>(slots), nullptr) {
     free_.reserve(slots_.size() + 2);
   }
 
-  /// From `first`, the state 0, which stays where it is. `advance(leg, from, to)` makes the state leg + 1 of the state
-  /// leg, `reverse(leg, state)` is called for the last leg first, with the state that it begins with; both say whether
-  /// to go on. `buffer(i)` is the i-th of the buffers, which are asked for one after the other.
+  /// Reverses the loop from `first`, state 0, which is not moved. `advance(leg, from, to)` computes state leg + 1 from
+  /// state leg. `reverse(leg, state)` is called with the initial state of each leg, the last leg first. Both return
+  /// false to stop. `buffer(i)` returns the i-th buffer; they are requested in order.
   template <class Buffer, class Advance, class Reverse>
   bool run(const StateBuffer& first, const Buffer& buffer, const Advance& advance, const Reverse& reverse) {
     begin(first);
@@ -50,7 +51,7 @@ class Reversal {
     return true;
   }
 
-  /// One that holds no state, until the next leg.
+  /// A buffer that holds no state, until the next leg.
   template <class Buffer>
   const StateBuffer& unused(const Buffer& buffer) {
     free_.push_back(&take(buffer));
@@ -73,7 +74,7 @@ class Reversal {
     free_.pop_back();
     return last;
   }
-  /// What lay there is a state behind those that are still to be reversed.
+  /// The old state of the slot comes after those that are still to be reversed: its buffer is free.
   void store(std::size_t slot) {
     if (slots_[slot] != nullptr) free_.push_back(slots_[slot]);
     slots_[slot] = current_;
@@ -90,8 +91,8 @@ class Reversal {
 
   checkpoint::Schedule schedule_;
   std::vector<const StateBuffer*> slots_, free_;
-  int made_ = 0;         // buffers that have been asked for
-  std::size_t top_ = 0;  // the slot that was stored or restored last
+  int made_ = 0;         // buffers requested so far
+  std::size_t top_ = 0;  // the slot last stored or restored
   const StateBuffer* current_ = nullptr;
 };
 

@@ -21,8 +21,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::microseconds;
 
-constexpr auto longest_spin = microseconds(20);  // more than what lies between the sweeps of a step
-constexpr std::int64_t most_units = 60000;       // of a thread: their numbers have 16 bits
+constexpr auto longest_spin = microseconds(20);  // longer than the gap between the sweeps of a step
+constexpr std::int64_t most_units = 60000;       // units a thread: their numbers have 16 bits
 
 inline void pause() {
 #if defined(__x86_64__)
@@ -32,7 +32,7 @@ inline void pause() {
 #endif
 }
 
-/// Until `value` is no longer `old`, which it returns.
+/// Waits until `value` differs from `old`; returns the new value.
 std::uint32_t changed(const std::atomic<std::uint32_t>& value, std::uint32_t old) {
   const auto begin = Clock::now();
   do {
@@ -45,8 +45,8 @@ std::uint32_t changed(const std::atomic<std::uint32_t>& value, std::uint32_t old
   return value.load(std::memory_order_acquire);
 }
 
-/// The units from `front` to `back` that nobody has begun, in the work of number `epoch`: the number is part of the
-/// word, so that a thread that comes late takes nothing of later work.
+/// The units front .. back of work number `epoch` that no thread has begun. The epoch is part of the word, so that a
+/// late thread takes no units of later work.
 struct UnitRange {
   std::uint32_t epoch, front, back;
   std::uint64_t word() const { return std::uint64_t{epoch} << 32 | std::uint64_t{front} << 16 | back; }
@@ -58,11 +58,11 @@ struct UnitRange {
 
 }  // namespace
 
-/// On a cache line of its own.
+/// The units of one thread, on a cache line of their own.
 struct alignas(64) Share {
   std::atomic<std::uint64_t> range{0};
 
-  /// The number of a unit, its owner's from the front, others' from the back; -1: none are left.
+  /// Takes a unit, its owner from the front, others from the back; -1: none are left.
   std::int64_t take(std::uint32_t epoch, bool is_own) {
     std::uint64_t word = range.load(std::memory_order_relaxed);
     for (;;) {
@@ -75,10 +75,10 @@ struct alignas(64) Share {
   }
 };
 
-/// Whether threads pay. Each work is compared with the time that the caller, by the units it did itself, would have
-/// needed alone. Where it took longer and no gain is left from before, nothing is shared for twenty times the loss,
-/// twice as long after each loss that follows: that bounds what is lost to one part in twenty. A gain counts little: a
-/// caller that was itself interrupted takes it for one.
+/// Decides whether several threads are worthwhile. Each work is compared with the time that the caller alone would have
+/// needed, extrapolated from the units it did itself. If it took longer and no earlier gain is left, nothing is shared
+/// for twenty times the loss, twice as long after each further loss: this limits the loss to one part in twenty. Gains
+/// count little: if the caller itself was interrupted, the estimate sees a gain.
 class Ledger {
  public:
   bool rests(Clock::time_point now) const { return now < until_; }
@@ -108,7 +108,7 @@ class Team::Crew {
   explicit Crew(int threads) : shares_(static_cast<std::size_t>(threads)) {}
   ~Crew();
 
-  /// False when it is at work already, or should rest: whoever asks does it alone.
+  /// False if the team is busy, or should rest: then the caller works alone.
   bool run(std::int64_t parts, Call call, const void* work);
   double helped_seconds() const { return 1e-9 * static_cast<double>(helped_.load(std::memory_order_relaxed)); }
 
@@ -119,13 +119,13 @@ class Team::Crew {
   void do_unit(std::int64_t unit, int thread);
   void deal(std::int64_t units);
 
-  std::atomic_flag at_work_;  // set by who runs; a thread that is at work may ask again, as no mutex allows
+  std::atomic_flag at_work_;  // set by the running caller; not a mutex, since a thread of the team may try it again
   bool has_begun_ = false;
   std::vector<std::thread> workers_;
   std::vector<Share> shares_;
   Ledger ledger_;
 
-  // What is done now. Read by threads that come late, too: what they then take is nothing.
+  // The current work. Late threads also read it, but find no units to take.
   alignas(64) std::atomic<std::uint32_t> epoch_{0};
   std::atomic<bool> ends_{false};
   std::atomic<Call> call_{nullptr};
@@ -153,7 +153,7 @@ void Team::Crew::begin() {
     workers_.reserve(shares_.size() - 1);
     while (workers_.size() + 1 < shares_.size())
       workers_.emplace_back([this, thread = static_cast<int>(workers_.size()) + 1] { stay(thread); });
-  } catch (const std::system_error&) {  // no more threads: their shares are taken over by the others
+  } catch (const std::system_error&) {  // no more threads: the others take over their shares
   }
 }
 
@@ -169,7 +169,7 @@ void Team::Crew::stay(int thread) {
   }
 }
 
-/// Every thread that can be has units of its own, one after the other.
+/// Deals the units to all threads, a contiguous range each.
 void Team::Crew::deal(std::int64_t units) {
   const auto epoch = epoch_.load(std::memory_order_relaxed) + 1;
   const auto threads = static_cast<std::int64_t>(shares_.size());
@@ -182,7 +182,7 @@ void Team::Crew::deal(std::int64_t units) {
   epoch_.notify_all();
 }
 
-/// Its own units and then what others have not begun; how many it did.
+/// Does its own units, then those that others have not begun; returns how many.
 std::int64_t Team::Crew::take_part(int thread, std::uint32_t epoch) {
   const auto threads = static_cast<int>(shares_.size());
   std::int64_t done = 0;
@@ -192,7 +192,7 @@ std::int64_t Team::Crew::take_part(int thread, std::uint32_t epoch) {
       const std::int64_t number = shares_[static_cast<std::size_t>(of)].take(epoch, k == 0);
       if (number < 0) break;
       ++done;
-      // A unit was taken: the work of this epoch is not finished before it is done, and what is read here is its own.
+      // This thread holds a unit, so the epoch cannot end before it is done: the values read here belong to it.
       const std::int64_t units = units_.load(std::memory_order_relaxed);
       do_unit(units * of / threads + number, thread);
     }

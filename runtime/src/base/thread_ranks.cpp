@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ranks show one another where their values lie, meet, read those of others, and meet again before they write.
+// Ranks publish pointers to their values, meet, read those of others, and meet again before they write.
 #include "dpde/runtime/thread_ranks.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
   throw Error(ErrorKind::run, "the ranks of a divided grid do not make the same calls");
 }
 
-/// Where a number of threads wait for one another.
+/// A barrier for `count` threads that can be cancelled by an error.
 class Meeting {
  public:
   explicit Meeting(std::size_t count) : count_(count) {}
@@ -38,7 +38,7 @@ class Meeting {
     if (round_ == round) not_the_same_calls();
   }
 
-  /// Who waits now or later waits in vain. The first error is the one that counts: others follow from it.
+  /// Cancels the barrier for current and later waits. The first error counts: others follow from it.
   void leave(const std::exception_ptr& why) {
     const std::scoped_lock lock(mutex_);
     if (error_ == nullptr) error_ = why;
@@ -56,7 +56,7 @@ class Meeting {
   std::exception_ptr error_;
 };
 
-/// What a rank shows to the others.
+/// Pointers that a rank publishes.
 struct Shown {
   SidesOf<std::span<const std::byte>> slabs;
   std::span<const double> values;
@@ -74,7 +74,7 @@ class ThreadRank : public Communicator {
     meeting_.wait();
     const bool low_fits = take(from.low, neighbour(axis, -1).slabs.high);
     const bool high_fits = take(from.high, neighbour(axis, 1).slabs.low);
-    meeting_.wait();  // until then others read what this rank shows
+    meeting_.wait();  // until then others read the values of this rank
     if (!low_fits || !high_fits) not_the_same_calls();
   }
 
@@ -96,7 +96,7 @@ class ThreadRank : public Communicator {
     there[axis] = (there[axis] + way + ranks()[axis]) % ranks()[axis];
     return of(there);
   }
-  /// False, and nothing is taken, where sizes differ.
+  /// Returns false and copies nothing if sizes differ.
   static bool take(std::span<std::byte> to, std::span<const std::byte> from) {
     if (to.size() != from.size()) return false;
     std::ranges::copy(from, to.begin());
