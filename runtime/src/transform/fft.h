@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fourier transforms of many lines of one length, of doubles or floats: by FFTW (fft_fftw.cpp), or by Eigen's FFT where
-// FFTW was not found when the build was configured (fft_eigen.cpp). What is transformed there and back is multiplied by
-// the length. Arrays are aligned as `new` aligns them (is_aligned). Nothing is allocated by a transform; each object is
-// for one thread at a time.
+// Fourier transforms of many lines of one length, of doubles or floats: by FFTW (fft_fftw.cpp), or by Eigen's FFT if
+// FFTW was not found when the build was configured (fft_eigen.cpp). Forward and backward together multiply by the
+// length. Arrays need the alignment of `new` (is_aligned). Transforms allocate nothing; each object is for one thread
+// at a time.
 #pragma once
 
 #include <complex>
@@ -17,15 +17,15 @@ inline bool is_aligned(const void* values) {
 
 struct ComplexLines {
   std::int64_t length, lines;
-  std::int64_t step, apart;            // from value to value, from line to line
-  std::int64_t wave_step, wave_apart;  // of their waves: those of the values where these are transformed in place
+  std::int64_t step, apart;            // stride between values, between lines
+  std::int64_t wave_step, wave_apart;  // the same for the modes; equal to these for transforms in place
 };
 
 inline ComplexLines lines_in_place(std::int64_t length, std::int64_t lines, std::int64_t step, std::int64_t apart) {
   return {length, lines, step, apart, step, apart};
 }
 
-/// Complex lines, in place (then `waves` are `values`) or from one array to another, which leaves the first as it is.
+/// Complex lines, in place (`waves` == `values`) or from one array to another, which does not change the input.
 template <class Real>
 class ComplexFftOf {
  public:
@@ -51,14 +51,14 @@ struct RealLines {
   std::int64_t wave_step, wave_apart;  // of the length/2 + 1 waves
 };
 
-/// Real lines, and the half of their waves that has all there is to know.
+/// Real lines to the non-redundant half of their spectrum.
 template <class Real>
 class RealFftOf {
  public:
   explicit RealFftOf(const RealLines& lines);
 
   void forward(const Real* values, std::complex<Real>* waves);
-  /// The waves are lost.
+  /// Overwrites the waves.
   void backward(std::complex<Real>* waves, Real* values);
 
  private:

@@ -18,7 +18,7 @@ struct Line {
 
   explicit Line(std::int64_t n)
       : length(n), from(static_cast<std::size_t>(n)), to(from.size()), real(from.size(), Real(0)) {}
-  /// One value stays as it is: Eigen breaks down on it.
+  /// A single value is its own transform: Eigen crashes on length 1.
   void run_complex(bool is_forward) {
     if (length == 1) {
       to[0] = from[0];
@@ -37,7 +37,7 @@ struct Line {
   }
 };
 
-/// Between values that are `step` apart and values side by side.
+/// Copies between values with stride `step` and contiguous values.
 template <class Value>
 void gather(const Value* from, std::int64_t step, std::int64_t count, Value* to) {
   for (std::int64_t i = 0; i < count; ++i) to[i] = from[i * step];
@@ -92,7 +92,7 @@ struct RealFftOf<Real>::Plans {
   RealLines lines;
 };
 
-// Both constructors run both ways once, so that Eigen has made its tables.
+// Both constructors run both directions once, so that Eigen builds its tables.
 template <class Real>
 RealFftOf<Real>::RealFftOf(const RealLines& lines) : plans_(new Plans{Line<Real>(lines.length), lines}) {
   for (const bool is_forward : {true, false}) plans_->line.run_real(is_forward);

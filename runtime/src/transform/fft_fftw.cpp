@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only source that sees FFTW.
+// The only source that includes FFTW.
 #include <fftw3.h>
 
 #include <mutex>
@@ -10,16 +10,16 @@
 namespace dpde {
 namespace {
 
-// Measured plans (FFTW_MEASURE) take a fifth to a third less time and 0.3 s to make; but they differ from run to run,
-// and with them the last digits of results.
+// Measured plans (FFTW_MEASURE) are a fifth to a third faster and take 0.3 s to make; but they differ from run to run,
+// and so do the last digits of results.
 constexpr unsigned rigour = FFTW_ESTIMATE;
 
-std::mutex& planner() {  // FFTW has one for all threads
+std::mutex& planner() {  // FFTW's planner is not thread-safe
   static std::mutex mutex;
   return mutex;
 }
 
-/// What FFTW calls fftw_ of doubles and fftwf_ of floats.
+/// FFTW's functions: fftw_ for doubles and fftwf_ for floats.
 template <class Real>
 struct Fftw;
 #define DPDE_FFTW_OF(REAL, PREFIX)                                  \
@@ -39,7 +39,7 @@ DPDE_FFTW_OF(double, fftw)
 DPDE_FFTW_OF(float, fftwf)
 #undef DPDE_FFTW_OF
 
-/// Estimating does not look at arrays, only at how they are aligned and whether they are one.
+/// Arrays for planning: FFTW_ESTIMATE only uses their alignment and whether input and output are the same.
 template <class Real>
 struct Some {
   alignas(64) static inline Real values[8];

@@ -19,7 +19,7 @@ std::array<int64_t, 3> dense_strides(const std::array<int64_t, 3>& lengths) {
   return {1, lengths[0], lengths[0] * lengths[1]};
 }
 
-/// Between values that are `step` apart and lines of doubles.
+/// Copies between values with stride `step` and lines of doubles.
 template <class Real>
 void gather(const Real* from, int64_t step, std::vector<double>& line) {
   for (std::size_t i = 0; i < line.size(); ++i) line[i] = static_cast<double>(from[static_cast<int64_t>(i) * step]);
@@ -35,7 +35,7 @@ struct FieldTransform::Lines {
   std::vector<double> real;
   std::vector<Complex> waves;                              // of a block
   std::optional<RealFft> first;                            // between `real` and a line of waves
-  std::array<std::optional<ComplexFft>, 3> others, fewer;  // of the lines of a block, and of the last one
+  std::array<std::optional<ComplexFft>, 3> others, fewer;  // for the lines of a block, and for the last, smaller block
 
   explicit Lines(const FieldTransform& of) : real(static_cast<std::size_t>(of.waves_.cells[of.first_])) {
     const std::array<int64_t, 3> strides = dense_strides(of.waves_.modes);
@@ -57,7 +57,7 @@ struct FieldTransform::Lines {
   ComplexFft& along(std::size_t axis, int64_t lines) { return lines < lines_at_once ? *fewer[axis] : *others[axis]; }
 };
 
-/// Of an array with these lengths and strides.
+/// Offsets of the lines of an array with these lengths and strides.
 struct FieldTransform::LineBegins {
   std::array<int64_t, 2> counts, strides;
   LineBegins(const std::array<int64_t, 3>& lengths, const std::array<int64_t, 3>& strides_of, std::size_t axis) {
@@ -103,8 +103,8 @@ FieldTransform::FieldTransform(const dpde_transform& transform, const dpde_layou
   for (int i = 0; i < team_.threads(); ++i) lines_.emplace_back(*this);
 }
 
-/// Axes of one cell have one wave, which stays as it is: they are first only where all are such. Where no axis is
-/// transformed, as the linear part of a reaction has no derivatives, each value is multiplied as it is.
+/// An axis of one cell has a single mode, which is its own transform: it becomes `first_` only if there are no others.
+/// If no axis is transformed (as the linear part of a reaction has no derivatives), each value is just multiplied.
 void FieldTransform::choose_axes(const dpde_layout& layout) {
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(layout.rank); ++axis) {
     waves_.cells[axis] = layout.cells[axis];
@@ -151,7 +151,7 @@ std::int64_t FieldTransform::bytes() const {
   return values * static_cast<std::int64_t>(sizeof(double));
 }
 
-/// Where values are doubles side by side they are transformed from where they are.
+/// Contiguous doubles are transformed in place of a copy.
 template <class Real>
 void FieldTransform::read_line(const Real* from, Lines& own, Complex* waves) const {
   if constexpr (std::is_same_v<Real, double>) {
@@ -196,7 +196,7 @@ void FieldTransform::first_backward(Real* to) {
   });
 }
 
-/// Along axes between the first and the last one, in place.
+/// Transforms in place along the axes between the first and the last one.
 void FieldTransform::between(std::size_t axis, bool is_forward) {
   const LineBegins lines(waves_.modes, dense_strides(waves_.modes), axis);
   team_.run(Block::count_in(lines.counts[0]) * lines.counts[1], [&](int64_t number, int thread) {

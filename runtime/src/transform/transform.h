@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields whose waves are multiplied, resolved for one layout: derivatives by Fourier series, exponentials of linear
+// Fields whose Fourier modes are multiplied, resolved for one layout: spectral derivatives, exponentials of linear
 // operators (dpde_transform of kernel_abi.h).
 //
-// Each field is transformed real values first, along the first axis of waves to a half spectrum, then complex ones
-// along the others. Along the last one blocks of lines go there, are multiplied and go back while they are in the
-// cache. All of it is done in f64, and in the same blocks of lines by any number of threads, so that results do not
-// depend on it.
+// Each field is first transformed along its first axis, real to half-complex, then along the others, complex. Along the
+// last axis, blocks of lines are transformed, multiplied and transformed back while they are in the cache. Everything
+// is in double precision, and in the same blocks for any number of threads, so that results do not depend on it.
 #pragma once
 
 #include <array>
@@ -24,24 +23,25 @@ namespace dpde {
 class FieldTransform {
  public:
   FieldTransform();
-  /// `before` is what runs just before, or null: where both transform one field only, and the same, it is done once.
+  /// `before`: the transform that runs just before, or null: if both transform the same single field, it is transformed
+  /// once.
   FieldTransform(const dpde_transform& transform, const dpde_layout& layout, const Team& team,
                  FieldTransform* before = nullptr);
   ~FieldTransform();
   FieldTransform(FieldTransform&&) noexcept;
   FieldTransform& operator=(FieldTransform&&) noexcept;
 
-  /// `fields` point at their cells (0,0,0). Multipliers are computed again where their uniforms have changed; nothing
-  /// is allocated.
+  /// `fields` point at their cells (0,0,0). Multipliers are recomputed if their uniforms have changed; nothing is
+  /// allocated.
   void run(void* const* fields, const double* uniforms);
-  /// Of memory.
+  /// Memory use.
   std::int64_t bytes() const;
 
  private:
   using Complex = std::complex<double>;
   struct Lines;       // FFTs and memory of one thread
-  struct LineBegins;  // of the lines along an axis
-  struct Block;       // lines side by side along the last axis
+  struct LineBegins;  // offsets of the lines along an axis
+  struct Block;       // neighbouring lines along the last axis
   /// All terms of one field.
   struct Operand {
     int32_t field;
@@ -76,10 +76,10 @@ class FieldTransform {
   WaveLines waves_;
   std::array<int64_t, 3> stride_{};
   std::vector<Operand> operands_;
-  AlignedValues half_way_;               // waves along all axes but the last one
-  std::shared_ptr<AlignedValues> kept_;  // all waves, where what runs next shares them
+  AlignedValues half_way_;               // modes along all axes but the last one
+  std::shared_ptr<AlignedValues> kept_;  // all modes, if the next transform shares them
   bool are_made_before_ = false;
-  AlignedValues sum_;         // where there are several operands
+  AlignedValues sum_;         // if there are several operands
   std::vector<Lines> lines_;  // one a thread
 };
 

@@ -22,8 +22,8 @@ bool is_even(const dpde_monomial& monomial) {
   return (monomial.powers[0] + monomial.powers[1] + monomial.powers[2]) % 2 == 0;
 }
 
-/// By doubles, and told that `to` is `from` or apart from it: so they become vectors, which products of std::complex do
-/// not, as these look for values that are not finite.
+/// Works on doubles and knows whether `to` is `from` or disjoint from it, so that the loop vectorises. Products of
+/// std::complex would not, since they test for values that are not finite.
 template <bool are_real, bool are_added>
 void multiply_waves(const double* factors, const double* from, int64_t count, double* to) {
 #pragma omp simd
@@ -66,7 +66,7 @@ void WaveMultipliers::note(const dpde_symbol& symbol) {
   }
 }
 
-/// The first time too.
+/// True also on the first call.
 bool WaveMultipliers::have_changed(const double* uniforms) {
   bool changed = !std::exchange(are_made_, true);
   for (std::size_t i = 0; i < uniforms_.size(); ++i) {
@@ -79,7 +79,7 @@ bool WaveMultipliers::have_changed(const double* uniforms) {
 
 void WaveMultipliers::update(const double* uniforms, const Team& team) {
   if (!have_changed(uniforms)) return;
-  double cells = 1;  // transforms there and back multiply by their number
+  double cells = 1;  // forward and backward transforms together multiply by the number of cells
   for (std::size_t axis = 0; axis < 3; ++axis) cells *= lines_.axes[axis] ? static_cast<double>(lines_.cells[axis]) : 1;
   team.run(lines_.count(), [&](int64_t line, int) {
     double* to = multipliers_.get() + line * lines_.length() * (are_real_ ? 1 : 2);
@@ -108,7 +108,7 @@ WaveMultipliers::Symbol WaveMultipliers::value(const dpde_symbol& symbol, const 
   return result;
 }
 
-/// Over both signs of the angles of waves of two cells, along `axis` and those behind it.
+/// Mean over both signs of the angles of modes of wavelength 2 cells, along `axis` and later axes.
 WaveMultipliers::Complex WaveMultipliers::mean_at(std::array<double, 3> angles, std::size_t axis, bool is_short,
                                                   const double* uniforms) const {
   for (; axis < 3; ++axis) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the waves of one field are multiplied by: the sum of the terms of that field (dpde_transform_term of
-// kernel_abi.h), over the number of cells that there and back multiplies by.
+// Multipliers of the Fourier modes of one field: the sum of the terms of that field (dpde_transform_term of
+// kernel_abi.h), divided by the number of cells, by which forward and backward transforms multiply.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@
 
 namespace dpde {
 
-/// Waves of a grid in lines along one axis, line after line.
+/// Modes of a grid in lines along one axis, line after line.
 struct WaveLines {
   std::array<std::int64_t, 3> cells{1, 1, 1}, modes{1, 1, 1};
-  std::array<bool, 3> axes{};  // those that waves go along
+  std::array<bool, 3> axes{};  // the transformed ones
   std::size_t along = 0;
 
   std::int64_t length() const { return modes[along]; }
   std::int64_t count() const { return modes[0] * modes[1] * modes[2] / length(); }
-  /// How many lines are side by side; the others are behind these.
+  /// How many lines are adjacent in memory; the others follow after these.
   std::int64_t side_by_side() const { return modes[along == 0 ? 1 : 0]; }
   std::array<std::int64_t, 3> mode(std::int64_t line, std::int64_t place) const;
 };
@@ -34,15 +34,15 @@ class WaveMultipliers {
 
   WaveMultipliers(const WaveLines& lines, std::vector<const dpde_transform_term*> terms);
 
-  /// They are computed again where their uniforms have changed; nothing is allocated.
+  /// Recomputes the multipliers if their uniforms have changed; nothing is allocated.
   void update(const double* uniforms, const Team& team);
-  /// Of doubles.
+  /// Number of doubles.
   std::int64_t count() const { return multipliers_.count(); }
-  /// The waves of the lines from `line` on, which `waves` and `product` begin with; `is_added` to what is there.
+  /// Multiplies the modes of `lines` lines from `line` on; `is_added`: adds to `product`.
   void multiply(std::int64_t line, std::int64_t lines, const Complex* waves, Complex* product, bool is_added) const;
 
  private:
-  /// A sum, and that of the sizes of its terms.
+  /// A sum, and the sum of the magnitudes of its terms.
   struct Symbol {
     Complex sum = 0;
     double size = 0;
@@ -56,11 +56,11 @@ class WaveMultipliers {
 
   WaveLines lines_;
   std::vector<const dpde_transform_term*> terms_;
-  std::vector<std::int32_t> uniforms_;  // that multipliers depend on
-  std::vector<double> values_;          // theirs, of the multipliers that are there
+  std::vector<std::int32_t> uniforms_;  // on which the multipliers depend
+  std::vector<double> values_;          // their values for the present multipliers
   bool are_made_ = false;
   bool are_real_ = true;       // sums of even powers: half of the memory
-  AlignedValues multipliers_;  // pairs of doubles where they are complex
+  AlignedValues multipliers_;  // pairs of doubles if they are complex
 };
 
 }  // namespace dpde
