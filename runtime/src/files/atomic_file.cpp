@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write, fsync, rename. The file has no name until it is complete, where the system knows such files: a process that is
-// killed leaves nothing behind. Elsewhere it has a temporary name, which goes but for a kill.
+// write, fsync, rename. If the system supports it the file has no name until it is complete: a killed process leaves
+// nothing behind. Otherwise it has a temporary name, which only a kill leaves behind.
 #include "dpde/runtime/atomic_file.h"
 
 #include <fcntl.h>
@@ -30,7 +30,7 @@ std::string temporary_name(const std::filesystem::path& path, int attempt) {
 
 }  // namespace
 
-/// An open file that closes, and if it has a temporary name removes it, unless it was finished.
+/// An open file. The destructor closes it and, unless it was finished, removes its temporary name.
 class AtomicFile::Output {
  public:
   Output(const std::filesystem::path& path, bool direct, Access access)
@@ -64,7 +64,7 @@ class AtomicFile::Output {
     return temporary_;
   }
 
-  /// The end stays where it is, so that the limit of files, which is none of the disk's, is looked at here.
+  /// Keeps the end of the file, so the limit on file sizes (not one of the disk) is checked here.
   void reserve(std::int64_t bytes) const {
     struct stat now {};
     rlimit limit{};
@@ -108,12 +108,12 @@ class AtomicFile::Output {
     descriptor_ = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, mode());
     if (descriptor_ < 0) return false;
     std::error_code error;
-    if (std::filesystem::exists(file_of_descriptor(), error)) return true;  // or it could get no name
+    if (std::filesystem::exists(file_of_descriptor(), error)) return true;  // otherwise it could not be named later
     close(descriptor_);
     return false;
   }
   std::string file_of_descriptor() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
-  /// Names are given where there is none: the file takes its place by a rename.
+  /// A name can be given only if it is free: the file then replaces the old one by a rename.
   void give_name() {
     for (int attempt = 0; attempt < most_attempts; ++attempt) {
       const std::string name = temporary_name(path_, attempt);
@@ -134,7 +134,7 @@ class AtomicFile::Output {
     }
   }
   mode_t mode() const { return access_ == Access::of_owner ? 0600 : 0666; }
-  /// A file that is replaced keeps its permissions, but for one that is to be its owner's alone.
+  /// A replaced file keeps its permissions, unless it is to be private to its owner.
   void set_permissions() {
     struct stat old {};
     if (access_ == Access::of_owner) {
@@ -153,7 +153,7 @@ class AtomicFile::Output {
 
 namespace {
 
-/// A link is followed: its target is replaced, the link stays. A special file is written directly.
+/// A link is followed: its target is replaced, the link remains. A special file is written directly.
 struct ReplacedFile {
   std::filesystem::path path;
   bool is_special;

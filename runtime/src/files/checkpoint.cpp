@@ -19,7 +19,7 @@ namespace {
 __extension__ using Wide = __int128;
 constexpr int64_t far = int64_t{1} << 62;
 
-/// Binomial coefficient C(n, k), cut off at `far`.
+/// Binomial coefficient C(n, k), limited to `far`.
 int64_t binomial(int64_t n, int64_t k) {
   k = std::min(k, n - k);
   if (k < 0) return 0;
@@ -31,7 +31,7 @@ int64_t binomial(int64_t n, int64_t k) {
   return static_cast<int64_t>(value);
 }
 
-/// Least r with C(slots + r, slots) >= steps: how often a step is advanced at most.
+/// Least r with C(slots + r, slots) >= steps: the largest number of times that a step is advanced.
 int64_t repetitions(int64_t steps, int64_t slots) {
   int64_t r = 0;
   while (binomial(slots + r, slots) < steps) ++r;
@@ -45,7 +45,7 @@ int64_t advanced(int64_t steps, int64_t slots) {
   return r * steps - binomial(slots + r, r - 1);
 }
 
-/// How far to advance from a stored state before the next one is stored.
+/// Number of steps from a stored state to the next state to store.
 int64_t split(int64_t steps, int64_t slots) {
   const int64_t r = repetitions(steps, slots);
   const int64_t low = steps - binomial(slots - 1 + r, r);  // the rest must not need more than r repetitions
@@ -85,7 +85,7 @@ std::optional<Action> Schedule::next() {
   return turn_[static_cast<size_t>(at_++)];
 }
 
-/// The current state is stored_.back().
+/// Adds the next actions. The current state is stored_.back().
 void Schedule::take_turn() {
   const int begin = stored_.back(), slot = static_cast<int>(stored_.size()) - 1;
   if (end_ - begin == 1) {
@@ -102,7 +102,7 @@ void Schedule::take_turn() {
     stored_.push_back(middle);
     return;
   }
-  add({ActionKind::reverse, middle});  // at once: no slot needed
+  add({ActionKind::reverse, middle});  // immediately: no slot needed
   add({ActionKind::restore, begin, 0, slot});
   end_ = middle;
 }

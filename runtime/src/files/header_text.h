@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of an array file's header, taken off piece by piece. Inside the runtime only.
+// Parser for the header of an array file. Inside the runtime only.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,11 +14,11 @@
 
 namespace dpde {
 
-constexpr std::size_t most_axes = 32;  // of an array, as NumPy has it
+constexpr std::size_t most_axes = 32;  // of an array, as in NumPy
 
 class HeaderText {
  public:
-  /// `format`: ".npy", for messages; `file` must stay.
+  /// `format`: ".npy", for messages; `file` must outlive the object.
   HeaderText(std::string_view text, const std::string& file, std::string_view format)
       : text_(text), file_(file), format_(format) {}
 
@@ -41,7 +41,7 @@ class HeaderText {
   void expect(char c) {
     if (!accept(c)) fail(fmt::format("its header lacks a '{}'", c));
   }
-  /// A whole number from 0 on; nothing where there is none.
+  /// Parses an integer >= 0; empty if there is none.
   std::optional<int64_t> size() {
     skip_space();
     int64_t value = 0;

@@ -2,7 +2,7 @@
 // The .npy format: magic, version, length of the header, a Python dictionary of three entries, the numbers.
 // https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 //
-// Nothing in the file is trusted: every length is compared with what is there before anything is allocated.
+// Nothing in the file is trusted: every length is compared with the actual size before anything is allocated.
 #include "dpde/runtime/npy.h"
 
 #include <fmt/format.h>
@@ -113,7 +113,7 @@ struct Type {
   bool swap;
 };
 
-/// Numbers of one byte have no order of bytes, '|'. A truth value is 0 or 1.
+/// Numbers of one byte have the byte order '|'. A truth value is 0 or 1.
 std::optional<Type> find_type(std::string_view name) {
   if (name.size() != 3 || std::string_view("<>=|").find(name[0]) == std::string_view::npos) return std::nullopt;
   const std::string_view kind = name.substr(1);
@@ -132,7 +132,7 @@ std::optional<Type> find_type(std::string_view name) {
   return std::nullopt;
 }
 
-/// Number of elements; nullopt when it is larger than `most`.
+/// Number of elements; nullopt if it is larger than `most`.
 std::optional<size_t> count_of(const std::vector<int64_t>& shape, size_t most) {
   size_t count = 1;
   for (int64_t size : shape) {
@@ -144,7 +144,7 @@ std::optional<size_t> count_of(const std::vector<int64_t>& shape, size_t most) {
   return count;
 }
 
-/// Places in C order of the elements as they come in Fortran order.
+/// Reorders elements from Fortran order to C order.
 std::vector<double> from_fortran_order(const std::vector<double>& values, const std::vector<int64_t>& shape) {
   std::vector<double> result(values.size());
   std::vector<size_t> stride(shape.size(), 1), place(shape.size(), 0);

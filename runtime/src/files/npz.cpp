@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The .npz format: a zip archive with one .npy file an array. Entries are stored, not compressed.
+// The .npz format: a zip archive with one .npy file for each array. Entries are stored, not compressed.
 // https://pkware.cachefly.net/webdocs/casestudies/APPNOTE.TXT
 //
-// Nothing in the file is trusted: every length is compared with what is there before anything is allocated.
+// Nothing in the file is trusted: every length is compared with the actual size before anything is allocated.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view local_mark = "PK\x03\x04", central_mark = "PK\x01\x02", end_mark = "PK\x05\x06";
 constexpr std::size_t local_bytes = 30, central_bytes = 46, end_bytes = 22, longest_comment = 65535;
-constexpr uint32_t not_here = 0xffffffff;  // the number stands in an extra field, as it needs more than 32 bits
+constexpr uint32_t not_here = 0xffffffff;  // the number needs more than 32 bits and is in an extra field
 
 [[noreturn]] void fail(const std::string& file, std::string_view what) {
   throw Error(ErrorKind::input, fmt::format("{} is not a usable .npz file: {}", file, what));
@@ -51,13 +51,13 @@ uint32_t crc_of(std::string_view bytes) {
   return ~crc;
 }
 
-/// An entry of the list at the end of an archive.
+/// An entry of the central directory at the end of an archive.
 struct Entry {
   std::string name;
   uint32_t method, crc, size, begin;
 };
 
-/// The list's entries; they follow one another from `at` on.
+/// The entries of the directory, which starts at `at`.
 std::vector<Entry> entries_of(std::string_view bytes, const std::string& file) {
   if (!bytes.starts_with(local_mark) && !bytes.starts_with(end_mark))
     fail(file, "it does not begin with the bytes of a zip archive");
@@ -94,7 +94,7 @@ std::string_view content_of(std::string_view bytes, const Entry& entry, const st
   return bytes.substr(entry.begin + start, entry.size);
 }
 
-/// No byte belongs to two entries, so that arrays take no more memory than the file gives reason for.
+/// No byte may belong to two entries, so that arrays take no more memory than the file justifies.
 void check_bytes_are_used_once(const std::vector<Entry>& entries, std::vector<std::string_view> contents,
                                const std::string& file) {
   std::ranges::sort(contents, {}, [](std::string_view content) { return content.data(); });

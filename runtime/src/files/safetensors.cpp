@@ -2,7 +2,7 @@
 // The .safetensors format: eight bytes with the length of the header, the header (JSON), the numbers of all arrays one
 // after the other. https://huggingface.co/docs/safetensors
 //
-// Nothing in the file is trusted: every length is compared with what is there before anything is allocated.
+// Nothing in the file is trusted: every length is compared with the actual size before anything is allocated.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -86,7 +86,7 @@ class SafetensorsHeaderReader : public HeaderText {
       add_utf8(content, code_point());
     }
   }
-  /// Behind "\u": of the plane that 16 bits reach, or of two such halves.
+  /// Parses the code point after "\u": one of the basic plane, or a surrogate pair.
   uint32_t code_point() {
     const uint32_t first = four_digits();
     if (first < 0xd800 || first > 0xdfff) return first;
@@ -110,8 +110,9 @@ class SafetensorsHeaderReader : public HeaderText {
       add(code);
       return;
     }
-    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // bytes of six bits each
-    add((0xff00U >> (more + 1) & 0xffU) | code >> (6 * more));   // as many bits as bytes, a 0, the highest bits
+    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // continuation bytes, six bits each
+    add((0xff00U >> (more + 1) & 0xffU) |
+        code >> (6 * more));  // leading byte: as many 1 bits as bytes, a 0, the highest bits
     for (int i = more; i-- > 0;) add(0x80 | (code >> (6 * i) & 0x3f));
   }
 
@@ -174,7 +175,7 @@ NamedArray array_of(const SafetensorsHeaderReader& reader, const std::string& na
   return {name, entry.shape, bytes == 8 ? numbers<double>(data) : numbers<float>(data)};
 }
 
-/// As the format wants it: every byte belongs to one entry.
+/// The format requires that every byte belongs to exactly one entry.
 void check_bytes_are_used_once(const SafetensorsHeaderReader& reader,
                                const std::vector<std::pair<std::string, TensorEntry>>& entries, std::size_t bytes) {
   std::vector<std::pair<std::vector<int64_t>, std::string>> parts;
@@ -212,7 +213,7 @@ std::vector<NamedArray> parse_safetensors(std::string_view bytes, const std::str
   const std::string_view data = bytes.substr(length_bytes + length);
   std::vector<NamedArray> arrays;
   const auto entries = reader.read();
-  check_bytes_are_used_once(reader, entries, data.size());  // before memory is taken for what each says it has
+  check_bytes_are_used_once(reader, entries, data.size());  // before memory is allocated for the stated sizes
   for (const auto& [key, entry] : entries) arrays.push_back(array_of(reader, key, entry, data));
   return arrays;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weights files: which format, and which arrays a network has.
+// Weights files: chooses the format, and lists the arrays of a network.
 #include "dpde/runtime/weights_file.h"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ std::size_t count_of(const std::vector<int64_t>& shape) {
   return count;
 }
 
-/// An array of a network: its name behind "<network>.", its shape, and where it begins among the weights.
+/// An array of a network: its name after "<network>.", its shape, and its begin among the weights.
 struct WeightsPlace {
   std::string name;
   std::vector<int64_t> shape;
@@ -52,7 +52,7 @@ std::vector<WeightsPlace> places_of(const dpde_network& network) {
     channels.push_back(layer.channels);
     const auto has_begun = [&](const WeightsPlace& place) {
       return place.begin == layer.weights;
-    };  // weights that several layers share
+    };  // weights shared by several layers
     if (layer.kind != DPDE_CONV || std::ranges::any_of(places, has_begun)) continue;
     WeightsPlace weight{fmt::format("v{}.weight", l + 1),
                         {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)},
@@ -64,7 +64,7 @@ std::vector<WeightsPlace> places_of(const dpde_network& network) {
   return places;
 }
 
-/// The network's own name where an array is called after it, or else the one that all arrays share.
+/// The network's own name if an array has it as prefix, else the prefix that all arrays share.
 std::string prefix_in(const dpde_network& network, std::span<const NamedArray> arrays) {
   const std::string own = std::string(network.name) + ".";
   std::string shared;
@@ -77,7 +77,7 @@ std::string prefix_in(const dpde_network& network, std::span<const NamedArray> a
   return shared.empty() ? own : shared;
 }
 
-/// The number of "<number>.weight" and "<number>.bias"; nothing of other names.
+/// The number in "<number>.weight" and "<number>.bias"; empty for other names.
 std::optional<int64_t> number_in(const std::string& name) {
   int64_t number = 0;
   const char* const end = name.data() + name.size();
@@ -87,7 +87,7 @@ std::optional<int64_t> number_in(const std::string& name) {
   return is_one ? std::optional(number) : std::nullopt;
 }
 
-/// How a file calls the arrays of a network.
+/// The names of a network's arrays in a file.
 class ArrayNames {
  public:
   ArrayNames(const dpde_network& network, std::span<const NamedArray> arrays) : prefix_(prefix_in(network, arrays)) {
@@ -95,14 +95,14 @@ class ArrayNames {
     for (const NamedArray& array : arrays) {
       const std::optional<int64_t> number = number_in(array.name);
       if (number) numbers.insert(*number);
-      if (array.name.starts_with(prefix_)) return;  // it has them by our names
+      if (array.name.starts_with(prefix_)) return;  // the file uses dpde's own names
     }
     numbers_.assign(numbers.begin(), numbers.end());
   }
 
   bool are_numbers() const { return !numbers_.empty(); }
   const std::string& prefix() const { return prefix_; }
-  /// `layer`: of those that have weights, from 0 on.
+  /// `layer`: index among those that have weights, from 0 on.
   std::string of(const WeightsPlace& place, std::size_t layer) const {
     if (numbers_.empty() || layer >= numbers_.size()) return prefix_ + place.name;
     return fmt::format("{}{}", numbers_[layer], place.name.substr(place.name.find('.')));
@@ -114,7 +114,7 @@ class ArrayNames {
 
  private:
   std::string prefix_;
-  std::vector<int64_t> numbers_;  // of layers that are called by them, in their order
+  std::vector<int64_t> numbers_;  // the layers' numbers, in their order
 };
 
 }  // namespace
@@ -124,7 +124,7 @@ std::vector<NamedArray> parse_weights(std::string_view bytes, const std::string&
 }
 
 std::vector<NamedArray> read_weights(const std::filesystem::path& path) {
-  is_npz(path.string());  // or an error, before anything is read
+  is_npz(path.string());  // throws for an unknown ending before anything is read
   return parse_weights(read_file(path), path.string());
 }
 
