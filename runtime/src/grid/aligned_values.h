@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers to work in, at whole cache lines; all 0 at first. Inside the runtime only.
+// Aligned, zero-initialised work arrays. Inside the runtime only.
 #pragma once
 
 #include <complex>
@@ -17,7 +17,7 @@ class AlignedValuesOf {
       : memory_(count * static_cast<std::int64_t>(sizeof(Real))), count_(count) {}
 
   Real* get() const { return reinterpret_cast<Real*>(memory_.data()); }
-  /// The same as half as many complex numbers.
+  /// The same memory as half as many complex numbers.
   std::complex<Real>* complex() const { return reinterpret_cast<std::complex<Real>*>(memory_.data()); }
   std::int64_t count() const { return count_; }
   explicit operator bool() const { return static_cast<bool>(memory_); }

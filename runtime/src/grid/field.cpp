@@ -24,8 +24,8 @@ void check_length(const dpde_layout& layout, size_t length) {
               fmt::format("an array of {} values does not fit a grid of {} cells", length, cell_count(layout)));
 }
 
-/// True when some value of the row is infinite or not a number: x - x is then not a number, else 0. A line of sums, so
-/// that the compiler may use vectors without reordering anything.
+/// True if a value of the row is infinite or NaN: then x - x is NaN, else 0. Summed in independent lanes, so that the
+/// compiler may vectorise without reordering.
 template <class Real>
 bool row_is_bad(const Real* row, int64_t count) {
   constexpr size_t lanes = 64 / sizeof(Real);
@@ -41,7 +41,7 @@ bool row_is_bad(const Real* row, int64_t count) {
   return !(total == 0);
 }
 
-/// Calls `f(y, z)` for each interior row, in order of memory.
+/// Calls `f(y, z)` for each interior row, in memory order.
 template <class F>
 void for_each_row(const dpde_layout& layout, const F& f) {
   for (int64_t z = 0; z < layout.cells[2]; ++z) {
@@ -49,10 +49,10 @@ void for_each_row(const dpde_layout& layout, const F& f) {
   }
 }
 
-/// Interior rows of one field onto those of another: `f(to, from, count)` for each.
+/// Calls `f(to, from, count)` for each interior row of one field and the same row of another.
 template <class F>
 void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const Team& team, const F& f) {
-  constexpr int64_t least_cells = 32 * 1024;  // for several threads
+  constexpr int64_t least_cells = 32 * 1024;  // fewer are not worth several threads
   const int64_t parts = cell_count(layout) < least_cells ? 1 : team.threads();
   with_real(layout.real, [&](auto to_real) {
     with_real(from.layout->real, [&](auto from_real) {
@@ -64,7 +64,7 @@ void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const
   });
 }
 
-/// At once where nothing is converted.
+/// A block copy if nothing is converted.
 template <class From, class To>
 void copy_row(const From* from, int64_t count, To* to) {
   if constexpr (std::is_same_v<From, To>) {
@@ -81,8 +81,7 @@ int64_t periodic_cell(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 int64_t bytes_of_field(const dpde_layout& layout) {
   const int64_t own = field_bytes(layout);
   if (own <= page_bytes || allocated_bytes(own) - own >= page_bytes) return allocated_bytes(own);
-  return own +
-         3 * page_bytes / 2;  // the shift, the rest of the last page and what lies before the first: half a page each
+  return own + 3 * page_bytes / 2;  // stagger, rest of the last page, space before the first: half a page each
 }
 
 int64_t stagger_of(const dpde_layout& layout, int number) {

@@ -10,7 +10,7 @@
 
 namespace dpde {
 
-/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the
+/// Equal arrays with one layout in one allocation; with `folder` in an unnamed file there, which is removed with the
 /// pool.
 class FieldPool {
  public:
@@ -18,7 +18,7 @@ class FieldPool {
   FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
   void* base(int64_t number) const { return memory_.data() + number * stride_ + origin_; }
   void touch() const { memory_.touch(); }
-  /// Bytes from one array to the next: shared by all pools of the layout.
+  /// Bytes from one array to the next: equal for all pools of the layout.
   static int64_t stride_of(const dpde_layout& layout);
 
  private:

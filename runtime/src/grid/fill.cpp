@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills and folds: whole rows along y and z, single cells along x.
+// Fills and folds: whole rows at a time along y and z, single cells along x.
 #include "grid/fill.h"
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 namespace dpde {
 namespace {
 
-/// Adds weight * halo onto `to`, farther * halo onto `behind`, rate * halo onto `wall` if there is one, and clears the
-/// halo.
+/// Transpose of a fill: adds weight * halo to `to`, farther * halo to `behind`, rate * halo to `wall` if there is one,
+/// and clears the halo.
 template <class Real>
 void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Ghost how) {
   const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),
@@ -22,7 +22,8 @@ void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Gho
   std::fill_n(halo, count, Real{0});
 }
 
-/// `to`, `from` and `behind` point at places of the layer, its image and the cells behind.
+/// `to`, `from` and `behind` point at the ghost cells of the layer, their mirror cells and the cells one farther
+/// inside.
 template <class Real>
 void set_layer_from(Real* to, const Real* from, const Real* behind, int64_t count, const HaloLayer& layer,
                     const double* uniforms) {
@@ -44,14 +45,14 @@ void set_layer_from(Real* to, const Real* from, const Real* behind, int64_t coun
   for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x];
 }
 
-/// For `count` values beside one another; `first` points at those of place 0 of the axis.
+/// For `count` adjacent values; `first` points at those with index 0 along the axis.
 template <class Real>
 void set_layer(Real* first, int64_t stride, int64_t count, const HaloLayer& layer, const double* uniforms) {
   set_layer_from(first + layer.place * stride, first + layer.image * stride, first + layer.behind * stride, count,
                  layer, uniforms);
 }
 
-/// The transpose of set_layer; `place` is that of `first` in all fields.
+/// The transpose of set_layer; `place` is the element index of `first` in all fields.
 template <class Real>
 void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride, int64_t count, const HaloLayer& layer,
                 const double* uniforms) {
@@ -60,13 +61,13 @@ void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride,
            layer.ghost(uniforms));
 }
 
-/// At a pole of `axis`: by how much the image of a place is displaced, which lies at `along` on the axis around it.
+/// At a pole of `axis`: offset of the mirror cell of a cell with index `along` on the axis around the pole.
 int64_t turn(const std::array<HaloAxis, 3>& axes, const std::array<int64_t, 3>& strides, size_t axis, int64_t along) {
   const size_t around = axis_around_pole(axis);
   return (half_a_turn_from(along, axes[around].cells) - along) * strides[around];
 }
 
-/// Of one cell, at a pole: `away` is how far its image lies from the image without the turn.
+/// For one cell at a pole: `away` is the offset of its mirror cell from the one without the half turn.
 template <class Real>
 void fold_turned(Real* first, int64_t stride, int64_t away, const HaloLayer& layer, const double* uniforms) {
   Real& halo = first[layer.place * stride];
@@ -111,8 +112,8 @@ void HaloFill::run_bounded_row(void* cells, const double* uniforms) const {
   });
 }
 
-/// Axis by axis, outwards, one cell after the other. Along periodic axes c is read where the place wraps to: the halo
-/// of c has it where the axis is divided.
+/// Axis by axis, outwards, one cell after the other. Along periodic axes c is read at the wrapped position; if the axis
+/// is divided, from the halo of c.
 template <class Real>
 void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
   const auto wrapped = [this](size_t axis, int64_t i) {
@@ -232,7 +233,7 @@ void HaloFold::fold_x(void* const* fields, const double* uniforms, int64_t place
     fold_layer(row, fields, place, 1, 1, layer, uniforms);
 }
 
-/// Layer after layer, as the halo of one row goes to that of another.
+/// Layer by layer, since the halo of one row is added to another row.
 template <class Real>
 void HaloFold::fold_x_at_pole(void* const* fields, const double* uniforms, int64_t z) const {
   for (const HaloLayer& layer : axes_[0].layers | std::views::reverse) {
@@ -245,8 +246,8 @@ void HaloFold::fold_x_at_pole(void* const* fields, const double* uniforms, int64
   }
 }
 
-/// Folds along y or z; rows along x grown as the axis x is not folded yet. Along y all planes are interior ones, as z
-/// is.
+/// Folds along y or z. Rows along x are extended, since the axis x is not folded yet. Along y only interior planes are
+/// left, since z is folded before.
 template <class Real>
 void HaloFold::fold_rows(void* const* fields, const double* uniforms, int axis) const {
   const HaloAxis& along = axes_[static_cast<size_t>(axis)];

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fills and folds of halos, resolved for one layout. Semantics: compiler/src/stencil/stencil.h.
 //
-// Halo cells are set outwards, both sides in turn: cell -1-k (or n+k) then only reads an interior cell or a halo cell
-// nearer to the interior, which is already set. So every extent n >= 1 and every width is handled by the same loop.
-// Axis by axis, threads share what lies along the other axes. Of a subgrid what lies at seams comes from the neighbours
-// when an axis is done, before the next one is.
+// Ghost cells are filled outwards, on both sides alternately: cell -1-k (or n+k) then reads only interior cells or
+// ghost cells nearer to the interior, which are already filled. So one loop handles every n >= 1 and every width. Axes
+// are filled one after the other; threads share the other axes. On a subgrid each axis exchanges its halos at subdomain
+// interfaces before the next axis is filled.
 #pragma once
 
 #include <array>
@@ -23,35 +23,35 @@ namespace dpde {
 class HaloFill {
  public:
   HaloFill() = default;
-  /// `exchange`: of a subgrid; it must stay. There, too, is run() only.
+  /// `exchange`: of a subgrid; must outlive the object. Then only run() may be called.
   HaloFill(const dpde_fill& fill, const dpde_layout& layout, HaloExchange* exchange = nullptr);
 
   int field() const { return field_; }
-  /// Sets the whole halo. `fields` point at their cells (0,0,0).
+  /// Fills the whole halo. `fields` point at their cells (0,0,0).
   void run(void* const* fields, const double* uniforms, const Team& team) const;
-  /// The same for one field, where no values come from fields.
+  /// The same for one field, if no boundary values come from fields.
   void run_plain(void* base, const double* uniforms, const Team& team) const;
-  /// Only the ends of one row; `row` points at its cell x = 0.
+  /// Fills only the two ends of one row; `row` points at its cell x = 0.
   void run_row(void* row, const double* uniforms) const {
     const HaloAxis& x = axes_[0];
     if (!x.periodic) return run_bounded_row(row, uniforms);
     real_ == DPDE_F64 ? wrap_row(static_cast<double*>(row)) : wrap_row(static_cast<float*>(row));
   }
-  /// The rows of the y halo that are images of row y, which is complete with its ends; `row` points at its cell x = 0.
-  /// Only when images_are_direct().
+  /// Fills the rows of the y halo whose mirror row is y; the ends of row y must be filled. `row` points at its cell x =
+  /// 0. Only if images_are_direct().
   void run_images(void* row, int64_t y, const double* uniforms) const {
     if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
   }
-  /// Where values beyond a wall come from a field, or from half a turn away: then there is run() only.
+  /// True if boundary values come from a field, or mirror cells lie across a pole: then only run() may be called.
   bool is_of_all() const { return is_of_all_; }
-  /// Every row of the y halo is the image of one interior row: not so when the halo is wider than the interior.
+  /// True if every row of the y halo is computed from one interior row; false if the halo is wider than the interior.
   bool images_are_direct() const { return images_are_direct_; }
-  /// Layer k beyond a side (is_mirrored) of an axis, `count` values beside one another, from their images.
+  /// Fills `count` adjacent values of layer k beyond a side (is_mirrored) of an axis from their mirror cells.
   void set_image(size_t axis, bool is_low, int64_t k, void* to, const void* from, int64_t count,
                  const double* uniforms) const;
-  /// The y halo, when the ends of all interior rows are set.
+  /// Fills the y halo, once the ends of all interior rows are filled.
   void run_y(void* base, const double* uniforms, const Team& team) const;
-  /// The z halo, when the y halo is set too.
+  /// Fills the z halo, once the y halo is filled too.
   void run_z(void* base, const double* uniforms, const Team& team) const;
 
  private:
@@ -73,22 +73,23 @@ class HaloFill {
   void set_images(void* row, int64_t y, const double* uniforms) const;
   template <class Real>
   void fill_plane_y(Real* plane, const double* uniforms) const;
-  /// Of the rows at one y.
+  /// Fills the z halo of the rows at one y.
   template <class Real>
   void fill_row_z(Real* row, const double* uniforms) const;
 
   int field_ = 0;
   int32_t real_ = DPDE_F64;
   bool images_are_direct_ = false;
-  bool is_of_all_ = false;  // one cell after the other
+  bool is_of_all_ = false;  // filled cell by cell
   std::array<HaloAxis, 3> axes_;
   std::array<int64_t, 3> stride_{};
   HaloExchange* exchange_ = nullptr;
   std::array<bool, 3> is_ring_{};
-  std::vector<int> walls_;  // of a subgrid: fields that hold values beyond walls
+  std::vector<int> walls_;  // on a subgrid: fields that hold boundary values
 };
 
-/// At seams nothing is folded: sweeps of a subgrid are not grown there, as those cells are the neighbour's.
+/// Nothing is folded at subdomain interfaces: sweeps of a subgrid are not extended there, since those cells are the
+/// neighbour's.
 class HaloFold {
  public:
   HaloFold() = default;
@@ -110,7 +111,7 @@ class HaloFold {
 
   int field_ = 0;
   int32_t real_ = DPDE_F64;
-  std::array<HaloAxis, 3> axes_;  // halo: how many cells are folded
+  std::array<HaloAxis, 3> axes_;  // halo: number of folded cells
   std::array<int64_t, 3> stride_{};
 };
 

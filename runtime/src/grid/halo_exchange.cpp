@@ -19,7 +19,7 @@ HaloExchange::HaloExchange(const dpde_layout& layout, Communicator& ranks) : lay
     slab->resize(static_cast<size_t>(most * real_bytes(layout)));
 }
 
-/// f(element, cells) for each row of a slab.
+/// Calls f(element, cells) for each row of a slab.
 template <class F>
 void HaloExchange::for_each_row(size_t axis, int64_t first, const F& f) const {
   std::array<int64_t, 3> from{}, to{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Halos at the seams of a subgrid: what lies there is the neighbours', who send their outermost cells.
+// Exchanges halos at subdomain interfaces: each rank sends its outermost cells to its neighbours.
 #pragma once
 
 #include <array>
@@ -13,19 +13,20 @@ namespace dpde {
 
 class HaloExchange {
  public:
-  /// Nothing is allocated later. Both must stay.
+  /// Allocates everything in advance. Both arguments must outlive the object.
   HaloExchange(const dpde_layout& layout, Communicator& ranks);
 
-  /// Sets the halo at the seams of the axis, all along the other ones, their halos included: axis after axis corners
-  /// are right, too. `is_ring`: the ends of the axis meet. Does nothing along an axis that is not divided.
+  /// Fills the halo at the subdomain interfaces of the axis, over the whole width of the other axes with their halos:
+  /// after all axes in turn, corners are right too. `is_ring`: the axis is periodic. Does nothing if the axis is not
+  /// divided.
   void run(void* base, std::size_t axis, bool is_ring);
-  /// Along all axes, none of them a ring.
+  /// Along all axes, none of them periodic.
   void run(void* base);
 
   Communicator& ranks() const { return *ranks_; }
 
  private:
-  /// Bytes of cells from `first` on, as many along the axis as its halo.
+  /// Packs the cells from `first` on, as many along the axis as its halo; returns the bytes.
   std::size_t pack(const void* base, std::size_t axis, int64_t first, std::vector<std::byte>& to) const;
   void unpack(void* base, std::size_t axis, int64_t first, const std::vector<std::byte>& from) const;
   template <class F>

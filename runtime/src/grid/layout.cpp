@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strides of a grid: see layout.h for what holds. All products are checked for overflow before they are used.
+// Strides of a grid; layout.h lists their properties. All products are checked for overflow before use.
 #include "dpde/runtime/layout.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace dpde {
 namespace {
 
 constexpr int64_t most_elements = int64_t{1} << 44;      // 128 TiB of doubles: beyond every machine, far from overflow
-constexpr int64_t most_single_cells = int64_t{1} << 24;  // whole numbers that a float tells apart
+constexpr int64_t most_single_cells = int64_t{1} << 24;  // integers that a float represents exactly
 
 [[noreturn]] void too_large(std::span<const int64_t> cells) {
   throw Error(ErrorKind::machine,
@@ -65,8 +65,8 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
   layout.stride[1] = cells.size() > 1 ? staggered(row) : row;
   layout.stride[2] = times(layout.stride[1], layout.cells[1] + 2 * layout.halo[1]);
   if (cells.size() > 2) layout.stride[2] = staggered(layout.stride[2]);
-  layout.size =
-      times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]) + 2 * lane;  // rows may be read in whole vectors
+  layout.size = times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]) +
+                2 * lane;  // so that rows can be read in whole vectors
   layout.origin = lane + margin + layout.halo[1] * layout.stride[1] + layout.halo[2] * layout.stride[2];
   return layout;
 }
@@ -78,7 +78,7 @@ dpde_layout make_subgrid(std::span<const int64_t> global, const std::array<int64
   for (size_t axis = 0; axis < global.size(); ++axis) {
     first[axis] = global[axis] * place[axis] / ranks[axis];
     cells[axis] = global[axis] * (place[axis] + 1) / ranks[axis] - first[axis];
-    const int64_t least = global[axis] / ranks[axis];  // so that all ranks know when one has too few
+    const int64_t least = global[axis] / ranks[axis];  // the same on all ranks, so all of them throw if one has too few
     if (ranks[axis] == 1 || least >= std::max<int64_t>(halo[axis], 1)) continue;
     throw Error(ErrorKind::input,
                 fmt::format("axis {} of {} cells is divided among {} ranks: {} cells for one of them, fewer than its "

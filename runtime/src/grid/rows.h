@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of a grid in parts that threads share. Inside the runtime only.
+// Divides the rows of a grid among threads. Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace dpde {
 
-/// `f(y, z)` of each of the ny*nz rows, in order of memory within each of `parts` equal parts.
+/// Calls `f(y, z)` for each of the ny*nz rows, in memory order within each of `parts` equal parts.
 template <class F>
 void share_rows(const Team& team, int64_t parts, int64_t ny, int64_t nz, const F& f) {
   team.run(parts, [&](int64_t part, int) {

@@ -55,7 +55,7 @@ std::vector<SeamWork> Seams::before(const dpde_operation& operation) {
   return work;
 }
 
-/// What the operation has written is no longer the neighbours', what it has filled is.
+/// A written field's halo at interfaces is outdated, a filled field's is up to date.
 std::vector<SeamWork> Seams::after(const dpde_operation& operation) {
   std::vector<SeamWork> work;
   switch (operation.kind) {

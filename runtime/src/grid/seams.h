@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the ranks of a divided grid do around the operations of a program, decided when its executor is made.
+// Communication between the ranks of a divided grid around the operations of a program, planned when its executor is
+// made.
 //
-// Fills exchange halos at seams themselves (fill.h). Sweeps that read across a seam need more: the adjoint of what lies
-// between walls has no fill, as masks keep its reads inside of the grid, but not of the subgrid. So the halo of a field
-// is exchanged before a sweep reads it, unless it is the neighbours' already; inputs that are prepared come with it.
+// Fills exchange halos at subdomain interfaces themselves (fill.h). Sweeps that read across an interface need more: the
+// adjoint of a term between walls has no fill, since masks keep its reads inside the grid, but not inside the subgrid.
+// So the halo of a field is exchanged before a sweep reads it, unless it is up to date. prepare() makes that of inputs
+// so.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +19,7 @@
 namespace dpde {
 
 struct SeamWork {
-  /// Of the halo of a field; of its whole field: made what it is, made 0, added to it.
+  /// Exchanges the halo of a field; or gathers, clears, or adds back its copy on the whole grid.
   enum class Kind { exchange, gather, clear, add } kind;
   int field;
   std::size_t whole = 0;
@@ -25,18 +27,18 @@ struct SeamWork {
 
 class Seams {
  public:
-  /// All must stay.
+  /// All arguments must outlive the object.
   Seams(const dpde_program& program, const dpde_layout& layout, Communicator& ranks);
 
-  /// For the operations of the program in their order: what is done before one, and after it.
+  /// For the operations of the program in their order: the work before one, and after it.
   std::vector<SeamWork> before(const dpde_operation& operation);
   std::vector<SeamWork> after(const dpde_operation& operation);
-  /// A block begins with fields that others have changed.
+  /// Starts a block: the caller has changed the fields, so no halo is up to date.
   void begin_block();
 
   void run(const SeamWork& work, void* const* fields);
   HaloExchange& exchange() { return exchange_; }
-  /// Null where no row computes places.
+  /// Null if no row reads or adds at computed positions.
   WholeFields* whole() { return whole_ ? &*whole_ : nullptr; }
 
  private:
@@ -48,7 +50,7 @@ class Seams {
   const dpde_layout* layout_;
   HaloExchange exchange_;
   std::optional<WholeFields> whole_;
-  std::vector<char> is_current_;  // of each field: its halo at seams is the neighbours'
+  std::vector<char> is_current_;  // of each field: its halo at interfaces equals the neighbours' cells
 };
 
 }  // namespace dpde

@@ -21,7 +21,7 @@ WholeFields::WholeFields(const dpde_layout& subgrid, Communicator& ranks, std::s
   values_.resize(all);
 }
 
-/// f(element in the subgrid, place among the values, cells) for each row of the cells that no other rank has.
+/// Calls f(element in the subgrid, index among the values, cells) for each row of the cells that no other rank has.
 template <class F>
 void WholeFields::for_each_own_row(const F& f) {
   int64_t from[3], to[3];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of the whole grid at each rank: what rows of a subgrid read, or add to, at places that are computed and may
-// lie anywhere. A gather costs memory and messages of the size of the whole grid.
+// Copies of fields on the whole grid at each rank, for rows of a subgrid that read, or add to, computed positions,
+// which may lie anywhere. A gather costs memory and messages of the size of the whole grid.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,17 @@ namespace dpde {
 
 class WholeFields {
  public:
-  /// `count` of them; both must stay.
+  /// `count`: number of fields. Both references must outlive the object.
   WholeFields(const dpde_layout& subgrid, Communicator& ranks, std::size_t count);
 
   const dpde_layout& layout() const { return layout_; }
-  /// Its cell (0, 0, 0).
+  /// Pointer to its cell (0, 0, 0).
   void* base(std::size_t number) const { return pool_.base(static_cast<int64_t>(number)); }
 
-  /// Makes it what the field is, whose halo at sides of the grid goes along; `field` points at its cell (0, 0, 0).
+  /// Copies the field of all ranks, with its halo at sides of the grid; `field` points at its cell (0, 0, 0).
   void gather(const void* field, std::size_t number);
   void clear(std::size_t number);
-  /// Adds what all ranks have added to it since it was cleared, in their order, to the field.
+  /// Adds to the field the contributions of all ranks since clear(), in the order of the ranks.
   void add(std::size_t number, void* field);
 
  private:
@@ -35,7 +35,7 @@ class WholeFields {
   Communicator* ranks_;
   dpde_layout layout_{};
   FieldPool pool_;
-  std::vector<double> values_;  // of one, halo included
+  std::vector<double> values_;  // of one field, halo included
 };
 
 }  // namespace dpde
