@@ -189,7 +189,7 @@ RolloutSetup Engine::setup() {
   std::erase_if(setup.fields, [&](const BoundField& field) { return state_index(field.name) >= 0; });
   setup.control_fields = from.control_fields();
   for (const auto& [name, value] : from.params()) setup.params.push_back({name, value});
-  // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
+  // All programs share one list of parameters: seeds and directions of derivatives are 0 unless they are set.
   for (int32_t p = 0; p < scene_.program->param_count; ++p) {
     const std::string_view name = scene_.program->params[p];
     if (name != "t" && !from.params().contains(name)) setup.params.push_back({std::string(name), 0.0});
@@ -208,7 +208,7 @@ std::vector<int> Engine::steps_of(const dpde_instants& instants) const {
   return all;
 }
 
-/// `program` is the loss, or what takes its place.
+/// `program` is the loss or the program that replaces it, such as its tangent.
 LossTerm Engine::loss_term(const dpde_loss& loss, const dpde_program& program) {
   const auto is_input = [&](const std::string& name) {
     return std::any_of(program.fields, program.fields + program.input_count,
@@ -237,7 +237,7 @@ LossTerm Engine::loss_term(const dpde_loss& loss, const dpde_program& program) {
   return term;
 }
 
-/// The first one takes the initial state, the others get it when they begin.
+/// The first rollout holds the initial state, the others get it when they begin.
 Rollout& Engine::open(std::optional<Rollout>& rollout, RolloutSetup setup) {
   rollout.emplace(std::move(setup));
   give_controls(*rollout);
@@ -290,7 +290,7 @@ void Engine::begin(Rollout& rollout) {
 
 void Engine::begin_other(Rollout& rollout) {
   for (const auto& [name, value] : workspace_->params()) {
-    if (name != "dt") rollout.set_param(name, value);  // its steps are those of its setup
+    if (name != "dt") rollout.set_param(name, value);  // dt stays that of its setup
   }
   give_controls(rollout);
   begin(rollout);

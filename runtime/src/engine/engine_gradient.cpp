@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses and derivatives: gradients, and products of second derivatives by a run that carries states and rates forward
-// through the tangent of the step, and the adjoint of that tangent back. With the rate of the loss at the end the
-// adjoint of the states is the Hessian's product; with the squares of the residuals' rates at the end the adjoint of
-// the rates is that of the Gauss-Newton matrix.
+// Losses, gradients and Hessian products. A product runs states and rates forward through the tangent of the step, and
+// the adjoint of that tangent back. Seeded with the rate of the loss, the adjoint of the states gives the Hessian's
+// product; seeded with the squares of the residuals' rates, the adjoint of the rates gives that of the Gauss-Newton
+// matrix.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,9 +25,9 @@ double Engine::loss() {
 
 namespace {
 
-/// The x of least |A x - b| has dx = A^+ (db - dA x) + A^+ A^+^T dA^T (b - A x) (G. H. Golub and V. Pereyra, SIAM J.
-/// Numer. Anal. 10 (1973), 413). Adjoints of solves have the first part: all of it where A reaches b, and where A is
-/// symmetric and constants are what it takes to 0.
+/// The minimiser x of |A x - b| has dx = A^+ (db - dA x) + A^+ A^+^T dA^T (b - A x) (G. H. Golub and V. Pereyra, SIAM
+/// J. Numer. Anal. 10 (1973), 413). Adjoints of solves have the first term only. The second vanishes if b is in the
+/// range of A, and if A is symmetric with the constants as its null space.
 [[noreturn]] void refuse_least_squares(const SolveNote& note) {
   Unsolved error(
       {.text =
@@ -43,8 +43,8 @@ namespace {
   throw error;
 }
 
-/// Of A(k) x = b with A singular for one k alone, x is of the size of (the part of b out of reach)/(k - that k) beside
-/// it.
+/// Let A(k) be singular for a single k0. For k near it, A(k) x = b has a solution of size (the part of b outside of the
+/// range)/(k - k0).
 [[noreturn]] void refuse_isolated(const SolveNote& note, const std::string& value) {
   Unsolved error({.text = fmt::format("solve for {}: the operator is singular for this {}, and need not be for others; "
                                       "{:.3g} of a right side is out of its reach: there is no derivative by {}",
@@ -85,7 +85,7 @@ double Engine::gradient(std::span<double> to) {
   return last_gradient_->loss;
 }
 
-/// What the tangents, which agree on it, call the rate of a value; "" where none of them varies by it.
+/// Name of the rate of a value in the tangents, which all use the same; "" if nothing depends on it.
 std::string_view Engine::rate_of(int32_t kind, std::string_view name) const {
   const auto rate = [&](const dpde_program* tangent) {
     return tangent == nullptr ? std::string_view() : rate_in(*tangent, kind, name);
@@ -100,7 +100,7 @@ std::string_view Engine::rate_of(int32_t kind, std::string_view name) const {
   return "";
 }
 
-/// The state or coefficient whose rate this is; "" of other names.
+/// The state or coefficient with this rate; "" for other names.
 std::string_view Engine::value_of_rate(std::string_view rate) const {
   for (const State& state : states_) {
     if (rate_of(DPDE_LINK_FIELD, state.name) == rate) return state.name;
@@ -111,7 +111,7 @@ std::string_view Engine::value_of_rate(std::string_view rate) const {
   return "";
 }
 
-/// A state at the start, or a coefficient.
+/// For an initial state or a coefficient.
 bool Engine::comes_from_formula(std::string_view field) const {
   if (const int s = state_index(field); s >= 0) {
     const State& state = states_[static_cast<std::size_t>(s)];
@@ -127,7 +127,7 @@ const Engine::Unknown* Engine::find_unknown(int32_t kind, std::string_view name)
   return found == unknowns_.end() ? nullptr : &*found;
 }
 
-/// What the last gradient of `rollout` says of the unknowns, or of their rates.
+/// Copies the last gradient of `rollout` by the unknowns, or by their rates.
 void Engine::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
   for (const Unknown& unknown : unknowns_) {
     const std::string& variable = of_rates ? unknown.rate : unknown.name;
@@ -135,7 +135,7 @@ void Engine::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> 
     if (unknown.is_network() && of_rates) {
       rollout.copy_rate_bar(unknown.name, values);  // rates of weights have no name
     } else if (variable.empty()) {
-      std::ranges::fill(values, 0.0);  // nothing varies by its rate
+      std::ranges::fill(values, 0.0);  // nothing depends on its rate
     } else if (unknown.is_field()) {
       rollout.copy_field_bar(variable, values);
     } else {
@@ -144,9 +144,9 @@ void Engine::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> 
   }
 }
 
-/// What unknown parameters and weights do by the formulas of initial states and coefficients, where those are used: the
-/// last gradient of `rollout`, taken back by the adjoints of the programs that compute them. Of rates only what comes
-/// by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+/// Adds the gradient by unknown parameters and weights in the formulas of initial states and coefficients: adjoints of
+/// the formulas' programs, seeded with the last gradient of `rollout`. `of_rates`: only contributions of the rates,
+/// since Gauss-Newton omits the formulas' own second derivatives, too.
 void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial,
                                   const dpde_program* coefficients, std::span<double> to) {
   const auto counts = [&](std::string_view name) {
@@ -155,7 +155,7 @@ void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const d
   };
   for (const dpde_program* adjoint : {coefficients, initial}) {
     if (adjoint == nullptr) continue;
-    bool is_used = false;  // where all is given nothing was computed that the adjoint could read
+    bool is_used = false;  // if all values are given the formula was not computed, so the adjoint could not read it
     for (const dpde_link& link : links_of(*adjoint)) {
       if (!is_seed_of_field(*adjoint, link)) continue;
       Field& seed = workspace_->field(adjoint->fields[link.derived]);
@@ -182,7 +182,7 @@ void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const d
   }
 }
 
-/// Derivatives are those of the steps that the loss makes here.
+/// Makes `rollout` use the substeps of the loss at the present values.
 void Engine::follow_objective(Rollout& rollout) {
   if (scene_.trial == nullptr) return;
   loss();
@@ -197,7 +197,7 @@ void Engine::hold_steps(bool hold) {
   objective().follow(hold ? &held_ : nullptr);
 }
 
-/// The tangent of the step, and the rates of the fields that are sought.
+/// Setup with the tangent of the step, and the rates of the unknown fields.
 RolloutSetup Engine::tangent_setup() {
   for (int32_t c = 0; c < scene_.sought_count; ++c) {
     const std::string_view rate = rate_of(DPDE_LINK_FIELD, scene_.sought[c]);
@@ -206,7 +206,7 @@ RolloutSetup Engine::tangent_setup() {
   RolloutSetup both = setup();
   both.trial = nullptr;
   both.follows = scene_.trial != nullptr;
-  if (scene_.second.tangent == nullptr) return both;  // nothing that is sought reaches it
+  if (scene_.second.tangent == nullptr) return both;  // no unknown affects the step
   both.step = scene_.second.tangent;
   for (const State& state : states_) {
     const std::string_view rate = scene_.steady > 0 ? rate_of(DPDE_LINK_FIELD, state.name) : "";
@@ -230,7 +230,7 @@ std::string Engine::why_no_products(Curvature curvature) const {
 }
 
 Rollout& Engine::products(Curvature curvature) {
-  objective();  // or an error: there is no task
+  objective();  // throws if there is no task
   if (const std::string why = why_no_products(curvature); !why.empty()) throw Error(ErrorKind::input, why);
   std::optional<Rollout>& rollout = curvature == Curvature::full ? full_ : gauss_newton_;
   if (rollout) return *rollout;
@@ -244,7 +244,7 @@ Rollout& Engine::products(Curvature curvature) {
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
     const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.squares;
-    if (programs.tangent == nullptr) continue;  // nothing that is sought reaches it
+    if (programs.tangent == nullptr) continue;  // no unknown affects the loss
     LossTerm& term = both.losses.emplace_back(loss_term(loss, *programs.tangent));
     term.adjoint = programs.adjoint;
     term.sum = rate_in(*programs.tangent, DPDE_LINK_SUM, loss.loss->sums[0]);
@@ -252,10 +252,10 @@ Rollout& Engine::products(Curvature curvature) {
   return open(rollout, std::move(both));
 }
 
-/// Rates of parameters and controls; of fields that formulas give; then of those that are unknowns themselves.
+/// Sets the rates of parameters and controls, then of fields with formulas, then of unknown fields.
 void Engine::set_direction(Rollout& rollout, Values direction) {
   const std::span<const double> all = direction;
-  update_formulas();  // tangents may read what formulas give
+  update_formulas();  // tangents may read fields of formulas
   for (const Unknown& unknown : unknowns_) {
     const std::span<const double> rates = unknown.part_of(all);
     if (unknown.is_network()) std::ranges::copy(rates, workspace_->weights().find(unknown.name)->second.rates.begin());
@@ -295,7 +295,7 @@ void Engine::set_direction(Rollout& rollout, Values direction) {
   }
 }
 
-/// Of runs until steady from the steady state; the rates are found there.
+/// Runs until steady start from the steady state; the rates are solved for there.
 void Engine::begin_tangent(Rollout& rollout) {
   begin(rollout);
   if (scene_.steady == 0 || scene_.second.tangent == nullptr) return;
@@ -309,7 +309,7 @@ void Engine::begin_tangent(Rollout& rollout) {
   }
 }
 
-/// They compute the formulas' fields, too, which are there already: what is given, or starts elsewhere, stays.
+/// The tangents also compute the formulas' own fields: these go to unused memory, so that given values stay.
 void Engine::run_tangents_of_formulas() {
   for (const dpde_program* tangent : {scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
     if (tangent == nullptr) continue;
@@ -351,7 +351,7 @@ double Engine::rate_along(Values direction) {
     averaged_.clear();
     for (int32_t i = 0; i < scene_.loss_count; ++i) {
       const dpde_loss& loss = scene_.losses[i];
-      if (loss.full.tangent == nullptr || loss.of_averages) continue;  // nothing that is sought reaches it, or below
+      if (loss.full.tangent == nullptr || loss.of_averages) continue;  // no unknown affects the loss; or handled below
       if (loss.average != nullptr) averaged_.push_back({forward.losses.size(), loss.average, loss.weight});
       LossTerm& term = forward.losses.emplace_back(loss_term(loss, *loss.full.tangent));
       term.adjoint = nullptr;
@@ -367,7 +367,8 @@ double Engine::rate_along(Values direction) {
   return tangent_->loss() + by_params;
 }
 
-/// The rates of averages count as the losses change with them; the rate of what these have of parameters themselves.
+/// Sets the weights of averages in tangent_ to d loss / d average; returns the rate of the losses of averages through
+/// their own parameters.
 double Engine::weigh_averages(Values direction) {
   const bool has_averages = std::any_of(scene_.losses, scene_.losses + scene_.loss_count,
                                         [](const dpde_loss& loss) { return loss.of_averages != 0; });

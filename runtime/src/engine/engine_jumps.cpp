@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients that take for granted that nothing jumps. Formulas such as atan(1/p) jump where p is 0, and those with
-// if(u > 5, 1, 0.2) where u is 5. They are differentiable in runs where p keeps its sign and u stays on one side.
-// Before a gradient a run looks whether they do: at each state that a loss can hang on, cell by cell, and at all that
-// its steps are made of. What stages, parts of subcycles and events take is no state of a rollout: the step of that run
-// marks in states of its own where a value was below 0 and where it was above.
+// Detects jumps that make a gradient invalid. Formulas such as atan(1/p) jump at p = 0, and if(u > 5, 1, 0.2) at u = 5.
+// They are differentiable in runs where p keeps its sign and u stays on one side. Before a gradient an extra run checks
+// this: cell by cell, at each state on which a loss can depend, and at all intermediate values of its steps. Values in
+// stages, subcycles and events are not states of a rollout: the step of that run records in extra states whether a
+// value was below 0 and whether it was above.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,19 +26,19 @@ constexpr const char* change_of(const dpde_watched& watched) {
 /// One value of dpde_scene::watched_values over a run.
 class Watch {
  public:
-  /// `steps`: where it is looked at; empty: at each state. `starts_by_unknowns`: where a run begins follows parameters
-  /// or is sought, and so do the places of zeros in it.
+  /// `steps`: where it is checked; empty: at each state. `starts_by_unknowns`: the initial state depends on unknowns,
+  /// and so does the position of its zeros.
   Watch(const dpde_watched& watched, std::vector<int> steps, bool starts_by_unknowns, Communicator* ranks)
       : watched_(watched), steps_(std::move(steps)), starts_by_unknowns_(starts_by_unknowns), ranks_(ranks) {}
 
   bool looks_at(const Snapshot& now) const {
     return steps_.empty() || (!now.is_within_step && (now.step == 0 || is_due(now.step)));
   }
-  /// What a jump says of itself; "" where there is none from the states before to this one.
+  /// Description of a jump between the previous states and this one; "": none.
   std::string jump_at(int step, const std::vector<double>& values) {
     if (step == 0) first_ = steps_.empty() ? Signs() : signs_of(values);
     if (!is_due(step)) return "";
-    // A loss of this state, and of none right before it, hangs on no state between two of its own.
+    // A loss at this state and not at the one before does not depend on the states between two of its own.
     const bool is_alone = !steps_.empty() && before_ != step - 1;
     before_ = step;
     if (is_alone) signs_.clear();
@@ -50,7 +50,7 @@ class Watch {
     if (step == 0) return begins_so ? "has both signs where the run begins" : "";
     return is_alone && (begins_so || changes_in_part(values)) ? "has both signs" : "";
   }
-  /// The same of a steady state, which hangs on none before it.
+  /// The same for a steady state, which does not depend on earlier ones.
   std::string jump_at_rest(const std::vector<double>& values) const {
     if (!is_mixed(values)) return "";
     return watched_.is_switch != 0 ? "switches from cell to cell" : "has both signs in the steady state";
@@ -69,7 +69,7 @@ class Watch {
     const auto [least, most] = std::ranges::minmax(values);
     return largest_of(ranks_, most) > 0 && largest_of(ranks_, -least) > 0;
   }
-  /// A value of 0 has the sign of the one before.
+  /// A value of 0 has the sign of the previous one.
   bool changes(const std::vector<double>& values) {
     signs_.resize(values.size(), 0);
     int is_changed = 0;
@@ -80,7 +80,7 @@ class Watch {
     }
     return largest_of(ranks_, is_changed) > 0;
   }
-  /// Whether it has another sign than at first in some cells, and the same one in others: zeros have moved.
+  /// Whether the sign has changed since the start in some cells and not in others: zeros have moved.
   bool changes_in_part(const std::vector<double>& values) const {
     int kept = 0, turned = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -95,14 +95,14 @@ class Watch {
   std::vector<int> steps_;
   bool starts_by_unknowns_;
   Communicator* ranks_;
-  int before_ = -1;  // the last state that was looked at
+  int before_ = -1;  // the last state that was checked
   Signs signs_, first_;
 };
 
-/// Where the stages of the steps so far have found a value below 0, and where above.
+/// Records in which cells the stages of the steps so far had a value below 0, and in which above.
 class Marks {
  public:
-  /// `watched` has them.
+  /// Refers to the marks of `watched`.
   Marks(const dpde_watched& watched, const Rollout& rollout, const std::vector<void*>& states,
         const Workspace& workspace, Communicator* ranks)
       : ranks_(ranks) {
@@ -115,16 +115,16 @@ class Marks {
     above_ = read(watched.above);
   }
 
-  /// A cell was on both sides.
+  /// Some cell was on both sides.
   bool have_changed() const {
     return in_any_cell([](double below, double above) { return below > 0 && above > 0; });
   }
-  /// Cells were on both sides.
+  /// Some cells were below and some above.
   bool have_both() const {
     return in_any_cell([](double below, double) { return below > 0; }) &&
            in_any_cell([](double, double above) { return above > 0; });
   }
-  /// In a stage of a single step cells were on both sides: not all have gone to and fro alike.
+  /// Within a single step some cells were only on one side: not all cells have crossed in the same way.
   bool are_mixed() const {
     return have_both() && in_any_cell([](double below, double above) { return (below > 0) != (above > 0); });
   }
@@ -151,7 +151,7 @@ Unsolved jump_of(const dpde_watched& watched, const std::string& what) {
 
 }  // namespace
 
-/// The last state that a loss is of.
+/// The last state with a loss.
 int Engine::last_loss() const {
   int last = 0;
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
@@ -161,7 +161,7 @@ int Engine::last_loss() const {
   return last;
 }
 
-/// Nothing that `program` reads is given in place of its formula, which unknowns would move.
+/// True unless `program` reads a given field whose formula depends on unknowns.
 bool Engine::starts_by_unknowns(const dpde_program& program) const {
   const std::span<const char* const> inputs(program.fields, static_cast<std::size_t>(program.input_count));
   return std::ranges::none_of(inputs, [&](const char* name) {
@@ -175,7 +175,7 @@ bool Engine::starts_by_unknowns(const dpde_program& program) const {
   });
 }
 
-/// Of those states, with the data of the losses at state `step`.
+/// Evaluates the watched values at those states, with the data of the losses at state `step`.
 void Engine::keep_watched(int step, double t, const Rollout& rollout, const std::vector<void*>& states) {
   Workspace::Bound bound;
   for (std::size_t s = 0; s < states.size(); ++s) bound[rollout.state_name(static_cast<int>(s))] = states[s];
@@ -187,7 +187,7 @@ void Engine::keep_watched(int step, double t, const Rollout& rollout, const std:
   workspace_->execute(*scene_.watched, t, bound);
 }
 
-/// Of the step that is watched, where one is. Behind a steady state one step says what its stages take.
+/// The rollout of the watched step, if there is one. For runs until steady: one step from the steady state.
 Rollout& Engine::watched_run() {
   Rollout& first = objective();
   begin(first);
@@ -210,14 +210,14 @@ Rollout& Engine::watched_run() {
   return *watched_;
 }
 
-/// Of a steady state, which hangs on none before it: the state itself, and the stages of the step that leaves it as it
-/// is.
+/// Checks a steady state, which does not depend on earlier ones: the state itself, and the stages of the step of which
+/// it is a fixed point.
 std::optional<Unsolved> Engine::jump_at_rest() {
   const std::span<const dpde_watched> watched(scene_.watched_values, static_cast<std::size_t>(scene_.watched_count));
   Rollout& rollout = objective();
   begin(rollout);
   const RunResult done = rollout.run();
-  if (!done.steady || !done.steady->is_reached) return std::nullopt;  // who takes the gradient says so
+  if (!done.steady || !done.steady->is_reached) return std::nullopt;  // the gradient itself will report this
   const auto error = [&](const dpde_watched& one, const std::string& what) {
     Unsolved jump = jump_of(one, what);
     jump.set_place(done.steady->step, scene_.steps, done.steady->t);

@@ -28,8 +28,9 @@ bool has_network(const dpde_program& program, std::string_view name) {
 
 }  // namespace
 
-/// Formulas that read the value are evaluated again. Before the first of those unknowns changes that any reads, sought
-/// fields are held where they begin; what else changes moves them, with the unknowns as they were then.
+/// Marks formulas that read the value as outdated. Before an unknown that formulas read changes for the first time,
+/// unknown fields are fixed to their first guesses. Later changes of other values update them, with the unknowns as
+/// they were then.
 void Engine::before_change(std::string_view name, bool (*reads)(const dpde_program&, std::string_view)) {
   if (std::ranges::none_of(formulas_, [&](const dpde_program* formula) { return reads(*formula, name); })) return;
   const bool is_sought = std::ranges::find(unknowns_, name, &Unknown::name) != unknowns_.end();
@@ -59,7 +60,7 @@ void Engine::add_sought_numbers(std::vector<double>& to) const {
   }
 }
 
-/// For formulas alone: rollouts are not told.
+/// For formulas only: does not update rollouts.
 void Engine::put_sought_numbers(Values numbers) {
   for (const Unknown& unknown : unknowns_) {
     if (unknown.is_field()) continue;
@@ -89,7 +90,7 @@ void Engine::set_control(std::string_view name, Values values) {
 void Engine::set_weights(std::string_view network, Values values) {
   std::vector<double>& own = workspace_->weights().find(network)->second.values;
   if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0)
-    return;  // whoever runs next takes them as they are
+    return;  // nothing to update
   before_change(network, has_network);
   std::ranges::copy(values, own.begin());
   if (stepper_) stepper_->update_weights();
@@ -121,8 +122,8 @@ void Engine::take_datum(std::string_view name, std::vector<int> at) {
   std::ranges::find(data_, name, &Datum::name)->at = std::move(at);
 }
 
-/// Whether a program of formulas has a field to compute that nobody has given: windows of trajectories begin anew again
-/// and again, each with states of the data, and formulas of states may cost as much as many steps.
+/// Whether a program of formulas has a field to compute that was not given. Training samples start anew again and
+/// again, each with states from the data, and formulas of states may cost as much as many steps.
 bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
   return std::any_of(program.fields + program.input_count, program.fields + program.field_count, [&](const char* name) {
     const int s = state_index(name);
@@ -138,7 +139,7 @@ void* Engine::unused(std::size_t number) {
   return unused_[number]->base();
 }
 
-/// States with this start go where the initial state is; what was given stays.
+/// States with this kind of start are written to the initial state; given values stay.
 void Engine::run_formulas(const dpde_program& program, int32_t start) {
   if (!formulas_need(program, start)) return;
   Workspace::Bound bound;

@@ -12,7 +12,7 @@ namespace dpde {
 
 namespace {
 
-/// The largest magnitudes of the states one step behind the end of a run; infinite where they are no longer finite.
+/// Largest magnitudes of the states one step after the end of a run; infinite if no longer finite.
 std::vector<double> one_step_further(Engine& engine, const std::vector<void*>& end, double t) {
   RolloutSetup setup = engine.setup();
   setup.steps = 1;
@@ -55,7 +55,8 @@ std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before
                                int steps, double t, double suspicious) {
   std::vector<Growth> result;
   std::vector<double> further;
-  Communicator* const ranks = engine.options().ranks;  // of the whole grid: all of them look further, or none
+  Communicator* const ranks =
+      engine.options().ranks;  // values of the whole grid, so that all ranks make the extra step, or none
   for (std::size_t s = 0; s < engine.states().size(); ++s) {
     const Growth growth{engine.states()[s].name, largest_of(ranks, before[s]),
                         largest_of(ranks, largest_magnitude(engine.workspace().layout(), end[s]))};
@@ -65,8 +66,7 @@ std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before
       continue;
     }
     if (further.empty()) further = one_step_further(engine, end, t);
-    // What is unstable grows by the same factor in each step; what began with next to nothing, and other fields drive,
-    // does not.
+    // An instability grows by the same factor in each step. A field that began near 0 and is driven by others does not.
     const double again = std::log(further[s] / growth.after) * steps;
     if (again >= 0.5 * std::log(growth.after / growth.before)) result.push_back(growth);
   }

@@ -147,7 +147,7 @@ const Workspace::Control& Workspace::set_control(std::string_view name, int ever
   if (found == setup_.controls.end()) found = setup_.controls.emplace(name, Control{}).first;
   Control& control = found->second;
   control.every = every;
-  // In place: `values` may be what it holds, and who looks at it may go on to do so.
+  // In place: `values` may alias the stored vector, and spans of it must stay valid.
   if (control.values.size() != values.size()) control.values.resize(values.size());
   std::ranges::copy(values, control.values.begin());
   return control;
@@ -161,7 +161,7 @@ double Workspace::param_at(std::string_view name, double t) const {
     return values[interval_at(t, every, values.size())];
   }
   const auto value = params_.find(name);
-  return value == params_.end() ? 0 : value->second;  // a rate or a seed that nobody gives
+  return value == params_.end() ? 0 : value->second;  // a rate or a seed without a value
 }
 
 void Workspace::add_weights(const dpde_network& network, const double* given) {
@@ -175,8 +175,8 @@ void Workspace::add_weights(const dpde_network& network, const double* given) {
 
 namespace {
 
-/// A link that is missing is an error, never a field of zeros: but for rates and seeds that nobody gives, and states,
-/// which a program may swap without reading them.
+/// A missing link is an error, never a field of zeros. Exceptions: rates and seeds without a value, and states, which a
+/// program may swap without reading them.
 bool has_to_be_there(const dpde_program& program, int field) {
   const auto is_it = [&](const dpde_link& link) { return link.kind == DPDE_LINK_FIELD && link.derived == field; };
   const std::span swaps(program.swaps, static_cast<std::size_t>(program.swap_count));
