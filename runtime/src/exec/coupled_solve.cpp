@@ -89,7 +89,7 @@ void CoupledSolve::fail(const std::string& why, const char* advice, double resid
 void CoupledSolve::run(void* const* fields, const double* params, const std::function<void()>& apply) {
   rights_.read(fields, right_);
   const double factor = factor_into_range(right_);
-  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
+  if (factor == 0) {  // the run has blown up: its caller finds it in the result
     std::ranges::fill(solution_, std::nan(""));
     return unknowns_.write(fields, solution_);
   }
@@ -102,7 +102,7 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
       images_.read(fields, made);
     };
     const ProcessorWatch setup(note_->setup);
-    is_made_ = false;  // should it throw, nothing else is
+    is_made_ = false;  // stays false if make() throws
     is_made_ = matrix_->make(std::ref(image));
     if (!is_made_) fail("the operator is singular or not finite", "take a shorter step, or other first values", NAN);
   }
@@ -115,8 +115,8 @@ void CoupledSolve::run(void* const* fields, const double* params, const std::fun
   ++note_->solves;
 }
 
-/// One correction by what the operations themselves leave of the right side: also the check that they are what the
-/// matrix is.
+/// One step of iterative refinement with the residual computed by the operations. This also checks that the matrix
+/// agrees with the operations.
 void CoupledSolve::refine(void* const* fields, const std::function<void()>& apply) {
   unknowns_.write(fields, solution_);
   apply();

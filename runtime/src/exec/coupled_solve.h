@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A linear solve of a program for several fields at once, or in a step of Newton's method, resolved for one layout
-// (dpde_solve of kernel_abi.h). It has one solution, or it is an error.
+// A linear solve of a program for several fields together, or within Newton's method, resolved for one layout
+// (dpde_solve of kernel_abi.h). A system without a unique solution is an error.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@
 
 namespace dpde {
 
-/// The values of some fields of a program, one behind the other.
+/// The values of some fields of a program, one field after the other.
 class FieldGroup {
  public:
   FieldGroup() = default;
@@ -37,19 +37,19 @@ class FieldGroup {
 
 /// "u, v, w"
 std::string names_of_unknowns(const dpde_solve& solve, const dpde_program& program);
-/// NaN where there is one.
+/// Largest magnitude; NaN if a value is NaN.
 double largest_size(std::span<const double> values);
 
 class CoupledSolve {
  public:
   CoupledSolve() = default;
-  /// `note` must stay.
+  /// `note` must outlive the object.
   CoupledSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolveNote& note);
 
   /// `apply` runs the operations. `fields` point at their cells (0,0,0).
-  /// \throws NoSolution where there is none to the tolerance: it says why.
+  /// \throws NoSolution with the reason if the tolerance is not reached.
   void run(void* const* fields, const double* params, const std::function<void()>& apply);
-  /// Of its vectors and the matrix.
+  /// Memory of its vectors and of the matrix.
   std::vector<OwnedMemory> memory(const std::string& owner) const;
 
  private:
@@ -61,7 +61,7 @@ class CoupledSolve {
   FieldGroup images_, rights_, unknowns_;
   std::shared_ptr<CoupledMatrix> matrix_;
   bool is_made_ = false;
-  double near_ = 0;  // a correction of the solution that is larger, relative to it, is no rounding
+  double near_ = 0;  // a larger relative correction of the solution is not rounding
   std::vector<double> right_, solution_, left_, correction_;
   SolveNote* note_ = nullptr;
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The schedule of row calls: see executor.h for what holds.
+// The schedule of row calls; executor.h lists its properties.
 //
-// A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
-// to do but pointers and calls. Else sweep_runner.h runs them.
+// A program whose sweeps have only one row (1-D programs of sweeps and fills) is a list of Lines, which need only
+// pointers and calls. All others are run by sweep_runner.h.
 //
-// A program that is interpreted has no operations here: its interpreter runs it as a whole.
+// An interpreted program has no operations here: its interpreter runs it as a whole.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ int find_name(const char* const* names, int count, std::string_view name) {
   return found == names + count ? -1 : static_cast<int>(found - names);
 }
 
-/// Behind a line: a row is complete when it is done, also one that is scattered to.
+/// A fill that can run directly after a line: the row is complete then, even if other cells add to it.
 const HaloFill* fill_of_row(const Operation& operation) {
   const HaloFill* fill = std::get_if<HaloFill>(&operation.kind);
   return fill != nullptr && !fill->is_of_all() ? fill : nullptr;
@@ -55,14 +55,14 @@ struct Executor::Plan {
   void run(SolveOperation& solve, Executor& executor);
   void run(RepeatOperation& repeat, Executor& executor);
 
-  std::optional<Seams> seams;  // of a subgrid
+  std::optional<Seams> seams;  // on a subgrid
   std::vector<HaloFill> prepare;
-  std::vector<Line> lines;  // not empty: in place of the operations
+  std::vector<Line> lines;  // if not empty, they replace the operations
   std::vector<Operation> operations;
   std::vector<Network> networks;  // those of the program
   SweepRunner sweeps;
   std::vector<Stack> stacks;
-  bool has_stacks = false;  // in memory
+  bool has_stacks = false;  // memory is allocated
   std::shared_ptr<SolverShelf> shelf;
   Team team;
 };
@@ -105,7 +105,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   frame_.assign(size, nullptr);
 }
 
-/// Empty where some operation is not of a line.
+/// Empty if an operation is not possible in a line.
 std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
   if (executor.layout_->rank != 1 || seams) return {};
   std::vector<Line> made;

@@ -24,10 +24,11 @@
 namespace dpde {
 namespace {
 
-/// On so few cells, as certificates use, a method that the scheme names may not fit an operator that it fits otherwise.
+/// On grids this small (used by certificates) the method of the scheme may be unsuitable although it suits larger
+/// grids.
 constexpr std::int64_t few_cells = 64;
 constexpr std::int64_t most_of_second_try = 100'000;
-constexpr std::int64_t tape_header = 64;  // bytes, a line of the cache
+constexpr std::int64_t tape_header = 64;  // bytes, one cache line
 
 SolverMethod method_of(int32_t kind) {
   switch (kind) {
@@ -77,7 +78,7 @@ OperatorKnowledge known_of(const dpde_solve& solve) {
           .has_coefficients = solve.coefficient_count > 0};
 }
 
-/// Coefficients and parameters of the operator.
+/// Names of the coefficients and parameters of the operator.
 std::vector<std::string> made_of(const dpde_solve& solve, const dpde_program& program) {
   std::vector<std::string> names;
   for (int32_t i = 0; i < solve.coefficient_count; ++i) names.emplace_back(program.fields[solve.coefficients[i]]);
@@ -122,7 +123,7 @@ std::vector<OwnedMemory> FieldSolve::memory(const std::string& owner) const {
            .shared = std::move(operator_key)}};
 }
 
-/// In the memory of that of a spare solver, if nobody else has it.
+/// Reuses the memory of a spare solver's operator if no other object holds it.
 void FieldSolve::find_operator(const LinearImage& image, LinearSolver* spare) {
   std::shared_ptr<GridOperator> found;
   if (spare != nullptr) found = std::const_pointer_cast<GridOperator>(spare->give_operator());
@@ -147,7 +148,7 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
     read_cells(layout_, fields[solve_.images[0]], made, shelf_->team());
   };
   operator_.reset();
-  drop_solver();  // what fails leaves none that belongs to other coefficients
+  drop_solver();  // on failure no solver for old coefficients remains
   std::shared_ptr<LinearSolver> spare =
       shelf_->take_spare(wanted_, {layout_.cells[0], layout_.cells[1], layout_.cells[2]});
   find_operator(std::ref(image), spare.get());
@@ -164,11 +165,11 @@ void FieldSolve::make_solver(void* const* fields, const std::function<void()>& a
   SolveReport none;
   none.method = options_.method;
   none.residual = 1;
-  read_right(fields);  // of which advice is given
+  read_right(fields);  // for the advice
   fail(why_not_, none);
 }
 
-/// Found where somebody asks for it: a search that goes on with a shorter step does not. Copies share the system.
+/// Computed on demand: a search that continues with a shorter step does not need it. Copies share the system.
 std::function<std::string()> FieldSolve::advice_for(const SolveReport& report) const {
   struct System {
     std::shared_ptr<const GridOperator> a;
@@ -188,21 +189,21 @@ void FieldSolve::fail(const std::string& why, const SolveReport& report) const {
                   .advice = advice_for(report)});
 }
 
-/// Tapes name solvers by where they are, so that none may outlive its solver. If nobody else has it the next one takes
-/// its place.
+/// Tapes identify solvers by address, so they are cleared together with the solver. A solver that no other object holds
+/// donates its memory to the next one.
 void FieldSolve::drop_solver() {
   if (solver_ != nullptr && written_to_ != nullptr) written_to_->clear();
   shelf_->give_spare(std::exchange(solver_, nullptr), wanted_);
 }
 
-/// Those of solves, which nothing is in before the right side is read. Before there are any a probe has its own, and
-/// gives them back before the solver takes its memory.
+/// The vectors of solves are free before the right side is read, so the probe may use them. Before they exist, it
+/// allocates its own and frees these before the solver is made.
 ProbeRoom FieldSolve::room_of_vectors() const {
   if (vectors_ == nullptr) return {};
   return {vectors_->right, vectors_->solution};
 }
 
-/// Makes the solver; `why_not_` where the method does not fit the operator.
+/// Makes the solver; sets `why_not_` if the method does not suit the operator.
 bool FieldSolve::fits(SolverMethod method, std::shared_ptr<LinearSolver> spare) {
   try {
     SolveOptions options = options_;
@@ -218,7 +219,7 @@ bool FieldSolve::fits(SolverMethod method, std::shared_ptr<LinearSolver> spare) 
   }
 }
 
-/// Where the method that was chosen does not come near enough: by sparse factors, until the operator changes.
+/// If the automatic method does not converge: by sparse factors, until the operator changes.
 SolveReport FieldSolve::solve_again(const SolveReport& first) {
   const bool may =
       options_.method == SolverMethod::automatic && first.iterations > 0 && operator_->size() <= most_of_second_try;
@@ -240,7 +241,7 @@ std::int64_t FieldSolve::tape_bytes() const {
   return tape_header + (values + tape_header - 1) / tape_header * tape_header;
 }
 
-/// What the solution depends on, where tapes are in use.
+/// Identifies the inputs of the solution, if tapes are in use.
 FieldSolve::TapeKey FieldSolve::tape_key(void* const* fields) const {
   const bool is_written = written_to_ != nullptr && written_to_->is_recording();
   if (read_from_ == nullptr && !is_written) return {};
@@ -278,7 +279,7 @@ std::optional<SolveReport> FieldSolve::solve_rows_as(void* const* fields) {
   return solver_->solve_rows(ReadRowsOf<Real>(std::ref(read)), WriteRowsOf<Real>(std::ref(write)));
 }
 
-/// Without copies.
+/// Solves directly on the fields, without copies.
 bool FieldSolve::solve_rows(void* const* fields, bool is_counted) {
   if (solve_.rights[0] == solve_.unknowns[0]) return false;
   const ProcessorWatch solving(note_->seconds, shelf_->team());
@@ -297,26 +298,27 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     if (find_on_tape(fields, key)) return;
     if (solve_rows(fields)) return keep_on_tape(fields, key);
   }
-  if (!is_made && is_finite(layout_, fields[solve_.rights[0]])) {  // before there are vectors: making takes memory too
+  if (!is_made &&
+      is_finite(layout_, fields[solve_.rights[0]])) {  // before there are vectors, since setup needs memory too
     const ProcessorWatch setup(note_->setup, shelf_->team());
     make_solver(fields, apply);
     key = tape_key(fields);
     if (find_on_tape(fields, key)) return;
   }
   const double factor = read_right(fields);
-  if (factor == 0) {  // a run that has blown up: who looks after it finds it in the result
+  if (factor == 0) {  // the run has blown up: its caller finds it in the result
     std::ranges::fill(vectors_->solution, std::nan(""));
     return write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution);
   }
   solve_cells(fields, factor, precondition);
-  // As all that follow are solved, so that none depends on the order; that by doubles has shown that the series are
-  // right.
+  // The first solve, in double precision, has validated the series. It is repeated in single precision like all later
+  // ones, so that results do not depend on the order of solves.
   if (!is_made && solver_->has_floats() && !solve_rows(fields, false))
     write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution, shelf_->team());
   keep_on_tape(fields, key);
 }
 
-/// Into the range of numbers, by the factor that is returned; 0: one is not finite.
+/// Reads the right side, scaled to avoid overflow. Returns the factor; 0: a value is not finite.
 double FieldSolve::read_right(void* const* fields) {
   if (vectors_ == nullptr) vectors_ = shelf_->vectors(cells_of(layout_), static_cast<std::size_t>(solve_.guess_count));
   read_cells(layout_, fields[solve_.rights[0]], vectors_->right, shelf_->team());
@@ -333,14 +335,14 @@ void FieldSolve::solve_cells(void* const* fields, double factor, const std::func
     precondition();
     read_cells(layout_, fields[solve_.network->results[0]], towards, team);
   };
-  const SolveReport report = solve_timed(std::ref(search));  // which needs no memory
+  const SolveReport report = solve_timed(std::ref(search));  // std::ref allocates nothing
   note(report);
   check(report);
   multiply_all(vectors_->solution, 1 / factor, team);
   write_cells(layout_, fields[solve_.unknowns[0]], vectors_->solution, team);
 }
 
-/// `search`: what the network makes of what is left.
+/// `search`: the network's search direction for a residual.
 SolveReport FieldSolve::solve_timed(const VectorFunction& search) {
   const ProcessorWatch solving(note_->seconds, shelf_->team());
   if (solver_->has_first_guess()) begin();
@@ -364,7 +366,7 @@ void FieldSolve::begin() {
 
 void FieldSolve::note(const SolveReport& report) {
   ++note_->solves;
-  if (solver_->reason() != reason_.of_solver) {  // it goes on in f64 where f32 was too little
+  if (solver_->reason() != reason_.of_solver) {  // it continues in f64 if f32 was not accurate enough
     if (reason_.all.starts_with(reason_.of_solver)) reason_.all.replace(0, reason_.of_solver.size(), solver_->reason());
     reason_.of_solver = solver_->reason();
   }
@@ -377,7 +379,8 @@ void FieldSolve::note(const SolveReport& report) {
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
   const bool is_missed = !report.converged && solve_.warns != 0;
   const bool is_worst = is_missed && (note_->missed == 0 || report.residual > note_->residual);
-  if (is_worst && operator_->size() <= most_cells_tried) note_->advice = advice_for(report);  // it keeps the system
+  if (is_worst && operator_->size() <= most_cells_tried)
+    note_->advice = advice_for(report);  // holds a copy of the system
   if (report.residual >= note_->residual) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
-// The rows of the operator are found by running its operations on unit vectors (solve/operator_probe.h), when it is
-// first needed and where a coefficient or parameter has changed; the solver for it is kept, and becomes the next one
-// in its place, so that steps whose coefficients change take no memory from the second time on. A solve begins with 0
-// or with fields of the program, so that it remembers nothing of those before. What the step has solved its adjoint
-// finds on tapes, as they are in the field: those of the same solver, of the same right side and the same guesses by a
-// hash of 64 bits.
+// The matrix rows of the operator are found by running its operations on unit vectors (solve/operator_probe.h), on
+// first use and after a change of a coefficient or parameter. The solver is cached and rebuilt in place, so that steps
+// with changing coefficients allocate nothing from the second time on. A solve starts from 0 or from fields of the
+// program: it does not depend on earlier solves. The adjoint finds solutions of the step on tapes, in the field's
+// precision, by solver and a 64-bit hash of right side and guesses.
 #pragma once
 
 #include <array>
@@ -31,34 +30,34 @@ namespace dpde {
 class FieldSolve {
  public:
   FieldSolve() = default;
-  /// `shelf`: of the program.
+  /// `shelf`: shared by the solves of the program.
   FieldSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout,
              std::shared_ptr<SolverShelf> shelf);
 
   /// `apply` runs the operations, `precondition` the network, if there is one. `fields` point at their cells (0,0,0).
-  /// \throws NoSolution where there is none to the tolerance: it says why.
+  /// \throws NoSolution with the reason if the tolerance is not reached.
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
            const std::function<void()>& precondition);
 
-  /// The field of the program.
+  /// Index of the unknown among the fields of the program.
   int unknown() const { return solve_.unknowns[0]; }
-  /// Of its vectors, and of the solver that solves with the same operator share. Operators are taken to be the same
-  /// where they reach as far by the same method, with the same coefficients.
+  /// Memory of its vectors, and of the solver, which solves with the same operator share. Operators count as the same
+  /// if stencil radius, method and coefficients are.
   std::vector<OwnedMemory> memory(const std::string& owner) const;
-  /// Bytes of the tape of a run.
+  /// Bytes of the tape of one run.
   std::int64_t tape_bytes() const;
-  /// Runs write one while `tapes` records.
+  /// Runs write a tape each while `tapes` is recording.
   void write_tapes(std::shared_ptr<Tapes> tapes) { written_to_ = std::move(tapes); }
-  /// Runs take the solution of one that fits, if there is one, and give the tape back.
+  /// Runs use the solution on a matching tape, if there is one, and release the tape.
   void read_tapes(std::shared_ptr<Tapes> tapes) { read_from_ = std::move(tapes); }
 
  private:
-  /// Tapes are found by the solver and by a hash of the right side and of the guesses that it looks at.
+  /// Key of a tape: the solver, and a hash of the right side and of the guesses in use.
   struct TapeKey {
     const LinearSolver* solver = nullptr;
     std::uint64_t hash = 0;
   };
-  /// One behind the other.
+  /// All guesses, one after the other.
   std::span<double> guesses() const {
     return std::span(vectors_->guesses).first(vectors_->right.size() * static_cast<std::size_t>(solve_.guess_count));
   }
@@ -91,17 +90,17 @@ class FieldSolve {
   SolveShape shape_;
   SolveOptions wanted_;
   SolveInputs inputs_;
-  std::shared_ptr<SolveVectors> vectors_;  // from the first run on
+  std::shared_ptr<SolveVectors> vectors_;  // allocated in the first run
   OperatorProbe probe_;
-  std::shared_ptr<const GridOperator> operator_;  // made by `probe_`, by that of another solve, or null
-  SolveOptions options_;                          // wanted_, but for the method where that does not fit
+  std::shared_ptr<const GridOperator> operator_;  // made by `probe_`, shared with another solve, or null
+  SolveOptions options_;                          // wanted_, with another method if that one does not suit
   std::string why_not_;
   std::shared_ptr<SolverShelf> shelf_;
   SolveNote* note_ = nullptr;  // on the shelf
   std::shared_ptr<LinearSolver> solver_;
   struct {
-    std::string of_solver, all;  // as the solver said it, and with what is said beside
-  } reason_;                     // why it is this one
+    std::string of_solver, all;  // from the solver alone, and with additions
+  } reason_;                     // why this method was chosen
   std::shared_ptr<Tapes> written_to_, read_from_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network as an operation of a program: which fields go in and out. Inside the runtime only.
+// A network as an operation of a program: binds its fields. Inside the runtime only.
 #pragma once
 
 #include <cstddef>
@@ -15,15 +15,15 @@ class Inference {
  public:
   Inference() = default;
   Inference(const dpde_inference& source, const dpde_network& network);
-  /// Number of the network among those of the program.
+  /// Index of the network in the program.
   std::size_t network() const { return network_; }
-  /// A value, for what has no adjoint.
+  /// Computes values for which no adjoint follows.
   void run_beside_tapes(Network& network, void* const* fields);
   /// `fields`: base pointers of the fields of the program.
   void run(Network& network, void* const* fields, const dpde_weights& weights);
 
  private:
-  /// Fields, -1 for those that are not there, and room for their pointers.
+  /// Indices of fields, -1 for absent ones, and space for their pointers.
   struct List {
     std::vector<int> fields;
     std::vector<void*> bases;

@@ -19,13 +19,14 @@ namespace dpde {
 namespace {
 
 constexpr int most_newton_steps = 50, most_halvings = 8;
-/// Units. An image takes about 32 operations (a difference of order 8 along three axes has 27 terms), each of which
-/// rounds by half a unit of what unknowns are to it.
+/// In units of rounding. An image takes about 32 operations (a difference of order 8 along three axes has 27 terms),
+/// each with an error of half a unit of the unknowns' contribution.
 constexpr double roundings = 16;
-constexpr int moves = 4;         // of unknowns, so that what cancels in one of them does not in all
-constexpr int most_growing = 1;  // steps that are larger than those before: it wanders, and may find another solution
+constexpr int moves = 4;  // random perturbations of the unknowns: cancellation in one of them is not in all
+constexpr int most_growing =
+    1;  // steps longer than the previous one: the iteration wanders, and may converge to another solution
 
-/// Squares of large numbers are none.
+/// 2-norm, scaled so that squares of large numbers do not overflow.
 double length(std::span<const double> values) {
   double sum = 0, largest = 0;
   for (const double value : values) largest = std::max(largest, std::abs(value));
@@ -34,7 +35,7 @@ double length(std::span<const double> values) {
   return largest * std::sqrt(sum);
 }
 
-/// A sign that is like no pattern of cells: a hash (S. Vigna's splitmix64).
+/// A pseudo-random sign without a spatial pattern: a hash (S. Vigna's splitmix64).
 double arbitrary_sign(std::uint64_t i) {
   std::uint64_t z = (i + 1) * 0x9e3779b97f4a7c15U;
   z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -52,7 +53,7 @@ NewtonSolve::NewtonSolve(const dpde_solve& solve, const dpde_program& program, c
       rounding_(rounding_of(given)),
       nothing_((given.real == DPDE_F32 ? 0x1p-126 : 0x1p-1022) / rounding_of(given)),
       twice_rounded_(0x1p10 * rounding_of(given) * rounding_of(given)) {
-  if (solve.step == nullptr) return;  // an interpreter runs the program
+  if (solve.step == nullptr) return;  // the program is run by an interpreter
   const dpde_layout layout = with_three_axes(given);
   images_ = {solve.images, solve.count, layout};
   rights_ = {solve.rights, solve.count, layout};
@@ -81,7 +82,7 @@ void NewtonSolve::run(void* const* fields, const double* params, const std::func
   rights_.read(fields, right_);
   x_ = right_;
   unknowns_.write(fields, x_);
-  if (!are_finite(right_)) return;  // a run that has blown up: who looks after it finds it in the result
+  if (!are_finite(right_)) return;  // the run has blown up: its caller finds it in the result
   double left = distance(fields, apply), last = std::numeric_limits<double>::infinity();
   changes_.assign(x_.size() / unknowns_.cells(), std::numeric_limits<double>::infinity());
   int growing = 0;
@@ -106,7 +107,7 @@ void NewtonSolve::note(int steps) {
   note_->most_iterations = std::max(note_->most_iterations, steps);
 }
 
-/// Of what the operations make from the right sides; it is left in `left_`.
+/// Norm of the residual (right sides - images), which is stored in `left_`.
 double NewtonSolve::distance(void* const* fields, const std::function<void()>& apply) {
   apply();
   images_.read(fields, left_);
@@ -114,8 +115,8 @@ double NewtonSolve::distance(void* const* fields, const std::function<void()>& a
   return length(left_);
 }
 
-/// The largest of the fields. Rounding of a large field is left in the right sides of small ones, and each step makes
-/// that smaller by rounding. What a field changes below both, and no less than in the step before, is nothing.
+/// The largest relative change of a field. The rounding of a large field perturbs the residual of small ones, so their
+/// changes stagnate at that level. Changes below this level that no longer decrease do not count.
 double NewtonSolve::relative_change() {
   const double rounded = twice_rounded_ * std::max(largest_size(x_), largest_size(right_));
   double most = 0;
@@ -133,8 +134,8 @@ double NewtonSolve::relative_change() {
   return most;
 }
 
-/// Of each field: what unknowns that are moved by one unit of rounding, each up or down as a hash of its place says,
-/// make of its images is as large. Images, and halos of unknowns, are those of x_ again behind it.
+/// Whether the residual is rounding: in each field at most `roundings` times the change of its image if the unknowns
+/// are perturbed by one unit of rounding, with signs from a hash of the index. Restores images and halos for x_.
 bool NewtonSolve::is_rounding_left(void* const* fields, const std::function<void()>& apply) {
   kept_ = left_;
   const std::size_t cells = unknowns_.cells();
@@ -180,7 +181,7 @@ void NewtonSolve::fail(const std::string& why, double residual) const {
                   }});
 }
 
-/// Right sides of the size 0 are what is left itself.
+/// If the right sides are 0 the residual itself is reported.
 void NewtonSolve::fail(int steps, double left) const {
   const double size = length(right_);
   if (!std::isfinite(left)) fail(fmt::format("after {} steps what is left of right sides is not finite", steps), left);
@@ -188,7 +189,7 @@ void NewtonSolve::fail(int steps, double left) const {
        size > 0 ? left / size : left);
 }
 
-/// The linear system of step k.
+/// Solves the linear system of step k.
 void NewtonSolve::solve_step(void* const* fields, const double* params, const std::function<void()>& apply_step,
                              int k) {
   step_rights_.write(fields, left_);

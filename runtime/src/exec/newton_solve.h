@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve that is not linear, by Newton's method: dpde_solve of kernel_abi.h with a step.
+// A nonlinear solve by Newton's method: dpde_solve of kernel_abi.h with a step.
 //
-// x begins with b and gets F'(x)^-1*(b - F(x)), where F' is the compiled tangent of F, until a step changes no field by
-// more than the tolerance, as a part of its largest value. That step is taken too, so that what is left is the square
-// of it, or rounding. A step that makes what is left grow much is halved. Where steps themselves grow more than once it
-// is given up: what it then might find is another solution. Not where no more is left of right sides than what rounding
-// of the unknowns makes of them: a small field beside a large one that its equation reads has no nearer solution. Each
-// solve begins anew: it remembers nothing.
+// Solves F(x) = b from x = b with the increments F'(x)^-1*(b - F(x)), where F' is the compiled tangent of F. Stops when
+// no field changes by more than the tolerance, relative to its largest value; that increment is still added, so the
+// residual is about its square, or rounding. An increment that makes the residual grow much is halved. If increments
+// grow more than once the solve fails, since it might converge to another solution; unless the residual is at the level
+// that rounding of the unknowns causes: then a small field whose equation reads a large one cannot be more accurate.
+// Solves do not depend on earlier ones.
 #pragma once
 
 #include "exec/coupled_solve.h"
@@ -17,13 +17,13 @@ namespace dpde {
 class NewtonSolve {
  public:
   NewtonSolve() = default;
-  /// `shelf`: of the program.
+  /// `shelf`: shared by the solves of the program.
   NewtonSolve(const dpde_solve& solve, const dpde_program& program, const dpde_layout& layout, SolverShelf& shelf);
 
-  /// \throws NoSolution where it does not converge: what is left, and what to try.
+  /// \throws NoSolution with residual and advice if it does not converge.
   void run(void* const* fields, const double* params, const std::function<void()>& apply,
            const std::function<void()>& apply_step);
-  /// Of its vectors, and of what a step holds.
+  /// Memory of its vectors, and of its linear solve.
   std::vector<OwnedMemory> memory(const std::string& owner) const;
 
  private:
@@ -39,10 +39,11 @@ class NewtonSolve {
   std::string names_;
   double tolerance_ = 0, loose_ = 0;
   double rounding_ = 0;
-  double nothing_ = 0;  // below which what is left of right sides has lost digits: a change of that size is none
-  std::vector<double> changes_;  // of each field, in the step before
-  std::vector<double> moved_;    // of the images of each field: the most that moves of unknowns by rounding change
-  double twice_rounded_ = 0;     // below which a change is none, of the largest field
+  double nothing_ = 0;           // smaller residuals have lost digits to underflow: changes of that size do not count
+  std::vector<double> changes_;  // of each field, in the previous step
+  std::vector<double>
+      moved_;  // of the image of each field: largest change under perturbations of the unknowns by rounding
+  double twice_rounded_ = 0;  // smaller changes, relative to the largest field, do not count
   FieldGroup images_, rights_, unknowns_, step_rights_, step_unknowns_;
   CoupledSolve step_;
   std::vector<double> right_, x_, next_, left_, change_, kept_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose memory is whose in the passes of a repeat, and the stacks that passes leave for later: nothing is copied, only
-// pointers move.
+// Memory of the passes of a repeat, and the stacks on which passes store fields for later: only pointers move, nothing
+// is copied.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace dpde {
 
-/// One field of each pass of a repeat.
+/// One field from each pass of a repeat.
 class Stack {
  public:
   explicit Stack(std::int64_t fields) : fields_(fields) {}
 
-  /// Those that need memory: others are somebody else's.
+  /// Number of fields that need own memory; the others stay in memory of another owner.
   std::int64_t fields() const { return fields_; }
   void make(const dpde_layout& layout);
   std::int64_t bytes(const dpde_layout& layout) const { return bytes_of_stack(layout, fields_, passes_); }
@@ -41,7 +41,7 @@ class Passes {
   bool has_counter() const { return step_ != 0; }
   std::size_t counter() const { return counter_; }
   double number_of(std::int64_t pass) const { return static_cast<double>(first_ + step_ * pass); }
-  /// `fields`: of the program. Behind end() they are what they were at begin().
+  /// `fields`: of the program. end() restores the pointers of begin().
   void begin(void** fields);
   void before(std::int64_t pass, void** fields, std::vector<Stack>& stacks) const;
   void after(void** fields) const;
@@ -50,7 +50,7 @@ class Passes {
  private:
   struct Carried {
     dpde_carry names{};
-    int stack = -1;  // on which it is saved
+    int stack = -1;  // the stack on which it is saved
     void *state = nullptr, *next = nullptr;
   };
   struct Loaded {
@@ -60,12 +60,13 @@ class Passes {
   std::int64_t count_ = 0, first_ = 0, step_ = 0;
   std::size_t counter_ = 0;
   std::vector<Carried> carried_;
-  std::vector<dpde_stacked> written_, elsewhere_;  // saved in memory of the stack, and in that of another or of a state
-  std::vector<void*> places_;                      // of what is written
+  std::vector<dpde_stacked> written_,
+      elsewhere_;              // saved in memory of the stack; saved in memory of another stack or of a state
+  std::vector<void*> places_;  // original memory of written_
   std::vector<Loaded> loaded_;
 };
 
-/// Puts the fields back where a pass ends by an exception, too: what is run next works in the same memory.
+/// Restores the fields' pointers also if a pass throws, since later runs use the same memory.
 class PassesInFields {
  public:
   PassesInFields(Passes& passes, void** fields) : passes_(passes), fields_(fields) { passes_.begin(fields_); }

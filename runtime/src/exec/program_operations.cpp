@@ -32,7 +32,7 @@ class OperationMaker {
     for (const SeamWork& one : work) made.push_back({one});
   }
 
-  /// `before`: of the operation before it, where that is one.
+  /// `before`: the transform of the operation before, if that is one.
   Operation make_one(const dpde_operation& from, FieldTransform* before) const {
     const dpde_layout& layout = *setup_.layout;
     switch (from.kind) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operations of a program, resolved for one layout. Inside the runtime only.
 //
-// Of a subgrid, what ranks do between operations is operations of its own, and so are fills (seams.h).
+// On a subgrid, communication between ranks and the fills after sweeps are separate operations (seams.h).
 #pragma once
 
 #include <memory>
@@ -43,7 +43,7 @@ struct Operation {
       kind;
 };
 
-/// `f` on each operation, those of blocks behind that which has them.
+/// Calls `f` on each operation; after an operation with blocks, on those of its blocks.
 void for_each_operation(auto& operations, const auto& f) {
   for (auto& operation : operations) {
     f(operation);
@@ -55,7 +55,7 @@ void for_each_operation(auto& operations, const auto& f) {
     }
   }
 }
-/// `f` on each operation of a kind, in blocks too.
+/// Calls `f` on each operation of a kind, in blocks too.
 template <class Kind>
 void for_each_of(auto& operations, const auto& f) {
   for_each_operation(operations, [&](auto& operation) {
@@ -63,12 +63,12 @@ void for_each_of(auto& operations, const auto& f) {
   });
 }
 
-/// What the operations of a program have in common.
+/// Common arguments of the operations of a program.
 struct OperationSetup {
   const dpde_program* program;
   const dpde_layout* layout;
   const Team* team;
-  Seams* seams;  // null where the layout is of the whole grid
+  Seams* seams;  // null if the layout is the whole grid
   std::vector<Stack>* stacks;
   std::shared_ptr<SolverShelf> shelf;
 };

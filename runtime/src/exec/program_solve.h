@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve of a program of whatever kind.
+// A solve of a program, of any kind.
 #pragma once
 
 #include <functional>
@@ -33,11 +33,11 @@ class ProgramSolve {
     return std::visit([&](const auto& solve) { return solve.memory("solve for " + unknown_); }, solve_);
   }
 
-  /// Null where it is not linear, or for several.
+  /// Null if it is nonlinear, or for several fields.
   FieldSolve* of_field() { return std::get_if<FieldSolve>(&solve_); }
 
-  /// `apply` runs the operations, `apply_step` those of a step of Newton's method, `precondition` the network that is
-  /// the preconditioner. References to them need no memory.
+  /// `apply` runs the operations, `apply_step` those of a step of Newton's method, `precondition` the preconditioning
+  /// network. They are passed by reference, which allocates nothing.
   template <class Apply, class ApplyStep, class Precondition>
   void run(void* const* fields, const double* params, const Apply& apply, const ApplyStep& apply_step,
            const Precondition& precondition) try {

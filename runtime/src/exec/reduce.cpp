@@ -12,13 +12,13 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t lanes = 8;      // of a row: sums that do not wait for each other
-constexpr int64_t widest = 2048;  // piece of a row that is combined with those of the other rows at a time
+constexpr int64_t lanes = 8;      // independent partial sums of a row
+constexpr int64_t widest = 2048;  // longest piece of a row that is combined across rows in one go
 
 struct Add {
   double operator()(double a, double b) const { return a + b; }
 };
-/// NaN stays, so that a field that is broken shows.
+/// Keeps NaN, so that broken fields show.
 struct Larger {
   double operator()(double a, double b) const { return b > a || b != b ? b : a; }
 };
@@ -57,9 +57,9 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
   }
   if (all >= least_cells_for_threads) team_ = team;
   const int64_t threads = team_.threads();
-  // As long as there is one for each thread: what is far apart in memory is slow to read (measured: 128 cells take
-  // twice the time of 1024, over y at 1024^2). Results do not depend on it, each cell being combined with those of
-  // other rows alone.
+  // At most so long that each thread has a piece: pieces far apart in memory are slow to read (measured: 128 cells take
+  // twice the time of 1024, over y at 1024^2). Results do not depend on it, since each cell is only combined with those
+  // of other rows.
   const int64_t line = line_bytes / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
   piece_ = std::min(widest, (share + line - 1) / line * line);
   if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
@@ -84,7 +84,7 @@ void FieldReduction::reduce(const Real* from, Real* to, double first, const Comb
   reduce_across_rows(from, to, first, combine);
 }
 
-/// Each row by itself, then rows with rows.
+/// Reduces each row by itself, then across rows.
 template <class Real, class Combine>
 void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const Combine& combine) {
   const int64_t count = cells_[1] * cells_[2];
@@ -98,7 +98,7 @@ void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const
   });
 }
 
-/// The values of rows that belong together become one.
+/// Combines the values of rows of one group.
 template <class Combine>
 void FieldReduction::combine_rows(double first, const Combine& combine) {
   const auto for_each_group = [&](const auto& f) {
@@ -119,7 +119,7 @@ void FieldReduction::combine_rows(double first, const Combine& combine) {
   });
 }
 
-/// The values of all subgrids become one.
+/// Combines the values of all subgrids.
 void FieldReduction::meet() {
   if (ranks_ == nullptr) return;
   const Communicator::Axes axes{over(0), over(1), over(2)};
@@ -130,7 +130,7 @@ void FieldReduction::meet() {
   for (double& value : values_) value = is_least ? -value : value;
 }
 
-/// Row by row, a piece of them at a time.
+/// Combines row by row, one piece of the rows at a time.
 template <class Real, class Combine>
 void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) {
   const int64_t pieces = (cells_[0] + piece_ - 1) / piece_, tasks = pieces * groups(1) * groups(2);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reductions over axes, resolved for one layout: the mean, sum, maximum or minimum of a field over each line, plane or
-// grid along these axes, stored at all of its cells.
+// grid along these axes, stored in all of its cells.
 //
 // Values are combined in f64, in an order that does not depend on the number of threads: along x in lanes of a row,
-// then row by row, then subgrid by subgrid.
+// then across rows, then across subgrids.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace dpde {
 class FieldReduction {
  public:
   FieldReduction() = default;
-  /// `ranks`: of a subgrid; they must stay.
+  /// `ranks`: for a subgrid; must outlive the object.
   FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team, Communicator* ranks = nullptr);
 
   /// `fields` point at their cells (0,0,0). Allocates nothing.
@@ -36,7 +36,7 @@ class FieldReduction {
   void combine_rows(double first, const Combine& combine);
   void meet();
   bool over(std::size_t axis) const { return reduce_.over[axis] != 0; }
-  /// How many lines, planes or grids there are along an axis, and how many rows of each lie along it.
+  /// Number of lines, planes or grids along an axis, and number of rows of each along it.
   int64_t groups(std::size_t axis) const { return over(axis) ? 1 : cells_[axis]; }
   int64_t length(std::size_t axis) const { return over(axis) ? cells_[axis] : 1; }
   double finished(double value) const { return reduce_.kind == DPDE_MEAN ? value / count_ : value; }
@@ -44,12 +44,12 @@ class FieldReduction {
   dpde_reduce reduce_{};
   int32_t real_ = DPDE_F64;
   Team team_;
-  int64_t piece_ = 1;  // cells of a row that are combined with those of other rows at a time
-  double count_ = 1;   // cells that make one value
+  int64_t piece_ = 1;  // cells of a row that are combined across rows in one go
+  double count_ = 1;   // cells that are reduced to one value
   std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};
-  std::vector<double> rows_;       // where x is reduced: the value of each row
-  Communicator* ranks_ = nullptr;  // where an axis is divided along which is reduced
-  std::vector<double> values_;     // what they have to say, one value a cell or a row of the result
+  std::vector<double> rows_;       // if x is reduced: the value of each row
+  Communicator* ranks_ = nullptr;  // if a reduced axis is divided
+  std::vector<double> values_;     // exchanged between ranks, one a cell or a row of the result
 };
 
 }  // namespace dpde

@@ -14,8 +14,8 @@
 namespace dpde {
 namespace {
 
-/// Of differences over a thousandth of what is varied: networks in single precision are right to some 1e-3 of their
-/// change, and rectifiers whose kinks lie in between to about as much.
+/// For finite differences with a relative step of 1/1000: networks in single precision have a relative error of about
+/// 1e-3 in such differences; kinks of rectifiers within the step cause about as much.
 constexpr double relative_step = 1e-3, largest_error = 0.02;
 
 std::vector<double> displaced(const std::vector<double>& x, double by, const std::vector<double>& rates) {
@@ -61,11 +61,11 @@ void SuppliedNetwork::value(const double* inputs, const double* weights, double*
     throw Error(ErrorKind::input,
                 fmt::format("network {} is the host's own: supply() its value before anything runs", name_));
   functions_.value({inputs, inputs_}, {weights, weights_}, {outputs, outputs_});
-  if (std::exchange(is_tried_, true)) return;  // later ones may be of a search's step that goes too far
+  if (std::exchange(is_tried_, true)) return;  // later failures may come from a line search that went too far
   const auto is_finite = [](double value) { return std::isfinite(value); };
   const double* const bad = std::find_if_not(outputs, outputs + outputs_, is_finite);
   if (bad == outputs + outputs_ || !std::all_of(inputs, inputs + inputs_, is_finite))
-    return;  // what has blown up before is told elsewhere
+    return;  // the run blew up before, which is reported elsewhere
   throw Error(
       ErrorKind::run,
       fmt::format("network {}, which the host computes, gives {} for finite inputs, first in value {} of its outputs",
@@ -84,8 +84,8 @@ void SuppliedNetwork::vector_jacobian(const double* inputs, const double* weight
                              {weight_bars, weights_});
 }
 
-/// With w = J v by differences, <J' w, v> must be |w|^2: no cancellation, so that a wrong factor or a missing term
-/// shows. False where there was nothing to compare: with weights of 0 many networks do not depend on their inputs.
+/// With w = J v by finite differences, <J' w, v> must be |w|^2: a sum without cancellation, so that a wrong factor or a
+/// missing term shows. Returns false if w = 0: with zero weights many networks do not depend on their inputs.
 bool SuppliedNetwork::check(const double* inputs, const double* weights) const {
   const Values x(inputs, inputs + inputs_), p(weights, weights + weights_);
   std::mt19937_64 random(20261122);

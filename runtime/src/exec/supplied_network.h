@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of a HostNetwork as the C struct that programs call. Inside the runtime only.
+// Wraps the functions of a HostNetwork as the C struct that programs call. Inside the runtime only.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace dpde {
 
 class SuppliedNetwork {
  public:
-  /// On a grid of so many cells.
+  /// `cells`: those of the grid.
   SuppliedNetwork(const dpde_network& network, std::size_t cells);
   SuppliedNetwork(const SuppliedNetwork&) = delete;
   SuppliedNetwork& operator=(const SuppliedNetwork&) = delete;
@@ -31,9 +31,9 @@ class SuppliedNetwork {
                    const char* what) const;
 
   std::string name_;
-  std::size_t inputs_, outputs_, weights_;  // values
+  std::size_t inputs_, outputs_, weights_;  // numbers of values
   HostNetwork functions_;
-  bool is_checked_ = false, is_tried_ = false;  // its product, its value: since it was supplied
+  bool is_checked_ = false, is_tried_ = false;  // whether its product, and its value, have been checked since supply()
   dpde_host_network table_{};
 };
 

@@ -10,9 +10,9 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t plane_bytes = 640 * 1024;  // of one plane of a tile
-constexpr int64_t parts_per_thread = 4;      // so that little is left to wait for where a thread comes late
-constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
+constexpr int64_t plane_bytes = 640 * 1024;                    // of one plane of a tile
+constexpr int64_t parts_per_thread = 4;                        // so that a late thread delays the end only a little
+constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay in the core's caches
 constexpr int64_t least_tile = 8;                              // rows
 
 std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
@@ -33,7 +33,7 @@ std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
   return leading;
 }
 
-/// Where fields are larger than the core's own cache, it depends on the machine how a sweep is done best.
+/// For fields larger than the core's own cache, the fastest variant depends on the machine.
 SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   const bool is_large = field_bytes(layout) >= least_bytes_for_prefetch;
   const int64_t plane_fields = std::max<int64_t>(1, is_large ? static_cast<int64_t>(sweep.leading.size()) : 0);
@@ -59,7 +59,7 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   return {first, std::move(moves)};
 }
 
-/// What lies beyond a seam is the neighbour's to compute.
+/// Cells beyond a subdomain interface are computed by the neighbour.
 SweepRange region_along(size_t axis, const dpde_operation& operation, const dpde_layout& layout) {
   const int64_t grow = operation.grow[axis];
   return {has_low_seam(layout, axis) ? 0 : -grow, layout.cells[axis] + (has_high_seam(layout, axis) ? 0 : grow)};
@@ -91,7 +91,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   }
   for (int g = 0; g < kernel.grid_count; ++g) sweep.grids.push_back(kernel.grids[g].field);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
-  // Of a subgrid they are operations of their own.
+  // On a subgrid they are separate operations.
   for (int f = 0; f < operation.then_count && !is_divided(layout); ++f)
     sweep.then.emplace_back(operation.then[f], layout);
   sweep.ordered = operation.serial != 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sweep of one row function over a grid, as the executor keeps it. Inside the runtime only.
+// A sweep of one row function over a grid, as stored by the executor. Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace dpde {
 
-constexpr int64_t least_cells_for_threads = 32 * 1024;  // fewer are passed sooner by one
+constexpr int64_t least_cells_for_threads = 32 * 1024;  // one thread is faster on fewer
 
 struct SweepStream {
   int field;
@@ -30,27 +30,26 @@ struct Sweep {
   int own = 0;                     // first of its own uniforms
   std::vector<SweepStream> streams;
   std::vector<int> grids;
-  std::vector<void*> whole_grids;             // of a subgrid: in their place
-  const dpde_layout* whole_layout = nullptr;  // of these
+  std::vector<void*> whole_grids;             // on a subgrid: replace `grids`
+  const dpde_layout* whole_layout = nullptr;  // their layout
   std::vector<int> sums;                      // program sums
   std::vector<HaloFill> then;
-  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is
+  /// 3-D: for each field that is read in planes above, the stream that is the first to reach new memory; its row is
   /// prefetched.
   std::vector<size_t> leading;
   SweepTuner tuner;
   int64_t first = 0, count = 0;
   SweepRange y, z;
-  /// What threads share: contiguous parts of z, or of y where z has fewer places than there are threads.
+  /// Threads share contiguous parts of z, or of y if z has fewer planes than there are threads.
   int64_t parts = 1;
   bool splits_z = false;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
-  /// In place of its grids.
+  /// Reads the copies on the whole grid in place of its grids.
   void read_whole(const WholeFields& fields);
 };
 
-/// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be
-/// shared.
+/// The sweep of an operation (DPDE_SWEEP) of a program, divided into parts for `threads` threads if it is large enough.
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads);
 
 }  // namespace dpde

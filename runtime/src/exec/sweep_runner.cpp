@@ -13,8 +13,7 @@
 namespace dpde {
 namespace {
 
-/// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches
-/// want it.
+/// The chosen variant; the plain row if a host's own memory lacks the alignment for non-temporal stores.
 const dpde_variant& code_of(const Sweep& sweep, std::span<void* const> fields) {
   const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
   const auto is_off = [&](const SweepStream& stream) {
@@ -24,9 +23,9 @@ const dpde_variant& code_of(const Sweep& sweep, std::span<void* const> fields) {
   return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
 }
 
-/// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane
-/// (measured: 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2). g++ takes a
-/// function that only prefetches for one without effect and drops its calls unless it is inlined early.
+/// Prefetches during a row what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
+/// factor 1.25 at 256^3), in 2-D the beginning of the next row of each stream (1.03 at 1024^2). Must be inlined early:
+/// otherwise g++ considers a function that only prefetches to have no effect and drops its calls.
 [[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride,
                                                  int64_t width) {
   for (size_t s : sweep.leading) {
@@ -37,14 +36,15 @@ const dpde_variant& code_of(const Sweep& sweep, std::span<void* const> fields) {
   for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(moved(pointers[s], stride, 1));
 }
 
-/// Every pointer to the next row: on short rows this counts, and g++ -O2 moves one at a time unless it is told.
+/// Advances all pointers to the next row. On short rows this counts, and g++ -O2 does not vectorise it without the
+/// hint.
 inline void move_all(void** pointers, size_t count, int64_t bytes) {
   auto* const addresses = reinterpret_cast<uintptr_t*>(pointers);
 #pragma omp simd
   for (size_t i = 0; i < count; ++i) addresses[i] += static_cast<uintptr_t>(bytes);
 }
 
-/// The halo of a row that was just written, and where it is an image of another row's.
+/// Fills the halo of a row that was just written, and the rows whose mirror row it is.
 inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const double* uniforms) {
   for (const HaloFill& fill : sweep.then) {
     fill.run_row(*rows, uniforms);
@@ -85,7 +85,8 @@ void SweepRunner::run(Sweep& sweep, std::span<void* const> fields, const double*
     sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums_[i];
 }
 
-/// Rows and halos. A row that was written past the caches is not read at once: all its halos are filled at the end.
+/// Runs rows and fills halos. Rows written with non-temporal stores are not in the cache: their halos are filled at the
+/// end.
 void SweepRunner::run_all_parts(const Sweep& sweep, std::span<void* const> fields, const double* uniforms) {
   const dpde_variant& code = code_of(sweep, fields);
   for (Caller& caller : callers_) caller.row.uniforms = uniforms;
@@ -101,8 +102,8 @@ void SweepRunner::run_all_parts(const Sweep& sweep, std::span<void* const> field
   }
 }
 
-/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
-/// below them are read while they are in the first-level cache. On short rows an addition counts: 2 % of 64 cells.
+/// Runs the rows of a plane one after the other; with several planes, the rows of the same y one after the other, so
+/// that the rows above and below are still in the first-level cache. On short rows an addition counts: 2 % at 64 cells.
 template <bool of_subgrid>
 void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller& caller, SweepRange y_range,
                            SweepRange planes) {
@@ -130,7 +131,7 @@ void SweepRunner::run_rows(const Sweep& sweep, const dpde_variant& code, Caller&
   }
 }
 
-/// The rows of a part, by a thread.
+/// Runs the rows of a part, on one thread.
 void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::span<void* const> fields, int64_t part,
                            int thread) {
   Caller& caller = callers_[static_cast<size_t>(thread)];
@@ -157,7 +158,7 @@ void SweepRunner::run_part(const Sweep& sweep, const dpde_variant& code, std::sp
                            : run_rows<false>(sweep, code, caller, tile, levels);
     }
   }
-  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
+  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // non-temporal stores are not ordered
 }
 
 }  // namespace dpde

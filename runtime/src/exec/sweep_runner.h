@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs sweeps, in parts that threads share: y in tiles where the grid is 3-D, so that the planes z-1, z, z+1 of a tile
-// stay in the cache, the rows' own ends filled while they are there. Inside the runtime only.
+// Runs sweeps in parts that threads share. On 3-D grids y is tiled, so that the planes z-1, z, z+1 of a tile stay in
+// the cache. Row ends are filled while they are in the cache. Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,18 @@ namespace dpde {
 class SweepRunner {
  public:
   SweepRunner() = default;
-  /// The layout must stay.
+  /// The layout must outlive the object.
   SweepRunner(const dpde_layout& layout, const Team& team);
-  /// Memory for the runs of a sweep, before its first one.
+  /// Allocates memory for the runs of a sweep, before its first one.
   void make_room(const Sweep& sweep);
   /// Adds to the sums of the program. Allocates nothing.
   void run(Sweep& sweep, std::span<void* const> fields, const double* uniforms, std::span<double> sums);
 
  private:
-  /// What one thread needs to call rows; on a cache line of its own.
+  /// State of one thread for calling rows; on its own cache line.
   struct alignas(64) Caller {
     dpde_row row{};
-    std::vector<void*> pointers;  // at the current row: streams, then the fields that are filled with the sweep
+    std::vector<void*> pointers;  // at the current row: streams, then fields filled with the sweep
     std::vector<void*> starts;    // the same at row (0, 0)
   };
 
@@ -38,8 +38,8 @@ class SweepRunner {
   const dpde_layout* layout_ = nullptr;
   Team team_;
   std::vector<Caller> callers_;   // one a thread
-  std::vector<void*> grids_;      // bases of the grids of the sweep that runs
-  std::vector<double> row_sums_;  // sums of each row of the sweep that runs
+  std::vector<void*> grids_;      // bases of the grids of the running sweep
+  std::vector<double> row_sums_;  // sums of each row of the running sweep
 };
 
 }  // namespace dpde

@@ -10,10 +10,10 @@
 namespace dpde {
 namespace {
 
-constexpr int turns = 4;  // of both choices together
+constexpr int turns = 4;  // for both choices together
 constexpr double clearly = 0.97;
 
-/// One number and the character behind it taken off the text.
+/// Parses a number and removes it and the next character from the text.
 bool take_number(std::string_view& text, int64_t& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc()) return false;

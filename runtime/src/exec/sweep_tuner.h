@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several equal ways to do a sweep is fastest on this machine, found while the sweep is used: all of them give
-// the same values to the last bit, so no run is lost. Inside the runtime only.
+// Finds the fastest of several equivalent ways to do a sweep on this machine, during normal use: all give bit-identical
+// values, so no run is wasted. Inside the runtime only.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@ namespace dpde {
 
 struct SweepChoice {
   int64_t variant = 0;     // 0: the row itself, v: dpde_kernel.variants[v - 1]
-  int64_t prefetches = 0;  // 1: the next row is fetched while one is computed
-  int64_t tile = 1;        // rows along y, 3-D
-  int64_t planes = 1;      // along z that are done together, 3-D
+  int64_t prefetches = 0;  // 1: prefetches the next row
+  int64_t tile = 1;        // 3-D: rows along y
+  int64_t planes = 1;      // 3-D: planes along z that are done together
   bool operator==(const SweepChoice&) const = default;
 };
 
-/// Each move (one value of one member) is tried against the best choice so far, both in turn, and taken when the
-/// fastest of its runs is clearly the faster. A turn is several runs, the first of which does not count: its data lie
-/// where the other choice left them, in the caches or past them.
+/// Each move (one value of one member) is compared with the best choice so far, alternately, and accepted if its
+/// fastest run is clearly faster. A turn is several runs; the first does not count, since the caches are still those of
+/// the other choice.
 class SweepTuner {
  public:
   struct Move {
@@ -37,14 +37,14 @@ class SweepTuner {
 
   bool has_choice() const { return !moves_.empty(); }
   bool is_done() const { return next_ == moves_.size(); }
-  /// For the next run.
+  /// The choice for the next run.
   const SweepChoice& choice() const { return is_trial() ? trial_ : best_; }
-  /// How long that run took. Not after is_done().
+  /// Reports the time of that run. Not after is_done().
   void took(double seconds);
 
   /// The best choice, once it is known; "" before.
   std::string text() const;
-  /// What text() said of the same sweep; false, and nothing changed, when this can be no choice of it.
+  /// Sets the choice from text() of the same sweep; returns false and changes nothing if it cannot belong to it.
   bool set(std::string_view text);
 
  private:
@@ -55,7 +55,7 @@ class SweepTuner {
   std::vector<Move> moves_;
   size_t next_ = 0;
   SweepChoice best_, trial_;
-  int runs_ = 0;  // of this move, both choices
+  int runs_ = 0;  // of this move, for both choices
   double best_seconds_ = 0, trial_seconds_ = 0;
 };
 
