@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rollout is put together of what is in run/: who owns what, in which order it is made, and what the public calls go
-// to.
+// Assembles a rollout from the classes of run/: ownership, order of construction, and dispatch of the public calls.
 #include "dpde/runtime/rollout.h"
 
 #include <fmt/format.h>
@@ -32,7 +31,7 @@ void check_steps(const RolloutSetup& setup) {
   }
 }
 
-/// What looks beyond a subgrid otherwise than programs do.
+/// Refuses features that look beyond a subgrid by other means than programs.
 void check_divided(RolloutSetup& setup) {
   if (!is_divided(setup.layout)) return;
   const auto fail = [](const char* what) {
@@ -46,14 +45,14 @@ void check_divided(RolloutSetup& setup) {
 RolloutSetup checked(RolloutSetup setup) {
   check_steps(setup);
   check_divided(setup);
-  if (setup.steady > 0) setup.block_steps = 1;  // each step is looked at
+  if (setup.steady > 0) setup.block_steps = 1;  // each step is checked
   return setup;
 }
 
 void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {
-    if (term.adjoint || term.average >= 0) continue;  // averages may be of data alone
+    if (term.adjoint || term.average >= 0) continue;  // averages may depend on data alone
     throw Error(ErrorKind::run, fmt::format("the gradient needs the adjoint of the loss {}",
                                             term.loss.program.executor.program().name));
   }
@@ -97,7 +96,7 @@ struct Rollout::Impl {
   RunWatch watch;
   SteadyRun steady;
   ForwardRun forward;
-  std::optional<Gradient> way;  // there and back
+  std::optional<Gradient> way;  // forward and back
 };
 
 template <class Visit>
@@ -176,7 +175,7 @@ void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
   }
 }
 
-/// Paragraphs: the name of a program, its sweeps, an empty line.
+/// Format: paragraphs of a program's name, its sweeps, an empty line.
 std::string Rollout::Impl::tuning() {
   std::string text;
   for_each_program([&](BoundProgram& program) {
@@ -199,7 +198,7 @@ void Rollout::Impl::set_control(std::string_view name, int every, std::span<cons
   if (every < 1 || values.empty())
     throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
   const ValueId id = setup.values().find(name);
-  if (id == no_value) return;  // nothing reads it
+  if (id == no_value) return;  // no program reads it
   if (const std::optional<size_t> number = inputs.set_control(id, every, values)) {
     for_each_program([&](BoundProgram& program) {
       const int param = setup.ids(program.executor.program()).param(id);
@@ -213,7 +212,7 @@ void Rollout::Impl::update_weights() {
   if (!setup.weights.empty()) for_each_program([](BoundProgram& program) { program.executor.update_weights(); });
 }
 
-/// Fills the halos of all that the caller may have changed.
+/// Fills all halos of fields that the caller may have changed.
 void Rollout::Impl::begin(int first) {
   losses.forget_far_state();
   update_weights();
@@ -308,7 +307,7 @@ bool Rollout::set_param(std::string_view name, double value) {
   impl_->for_each_program([&](BoundProgram& program) {
     const int param = impl_->setup.ids(program.executor.program()).param(id);
     if (param < 0) return;
-    program.executor.set_param(param, value);  // uniforms, which may cost as much as a step, wait for the next run
+    program.executor.set_param(param, value);  // uniforms may cost as much as a step: computed in the next run
     found = true;
   });
   return found;
@@ -339,7 +338,7 @@ RunResult Rollout::advance(int steps, bool until_steady) {
 const std::vector<void*>& Rollout::present() const { return impl_->forward.final_states(); }
 double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() {
-  // Whether a solution has a derivative is asked of this run, whatever others with other values have met.
+  // Only this run decides whether a solution has a derivative, not earlier runs with other values.
   const auto forget = [](BoundProgram& program) {
     for (SolveNote& note : program.executor.solve_notes()) {
       note.out_of_reach.of_least_squares = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a host asks of a simulation: values in and out, steps. Losses are in simulation_gradient.cpp.
+// The host interface of a simulation: values in and out, steps. Losses are in simulation_gradient.cpp.
 #include "dpde/runtime/simulation.h"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace dpde {
 namespace {
 
-constexpr int look_interval = 64;  // steps between looks for values that are not finite: under 1 % of the time
+constexpr int look_interval = 64;  // steps between checks for values that are not finite: under 1 % of the time
 
 template <class T>
 std::vector<std::string> names_of(const std::vector<T>& items) {
@@ -31,7 +31,7 @@ std::vector<std::string> keys_of(const Workspace::Named<Value>& map) {
   return names;
 }
 
-/// The same for the engine, when the scene can be run so.
+/// The options of the engine. Throws if the scene cannot run with them.
 EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& options) {
   for (std::size_t a = 0; a < options.cells.size() && a < static_cast<std::size_t>(scene.rank); ++a) {
     if (scene.axes[a].centres == nullptr || options.cells[a] == scene.axes[a].cells) continue;
@@ -119,7 +119,7 @@ void Simulation::Impl::require_finite() {
   }
 }
 
-/// Everything without a formula must have been given.
+/// Throws unless all fields without a formula have values.
 void Simulation::Impl::require_given(bool with_data) {
   const char* const scene = engine.scene().name;
   for (const Engine::State& state : engine.states()) {
@@ -136,8 +136,8 @@ void Simulation::Impl::require_given(bool with_data) {
   }
 }
 
-/// Formulas do not follow values that are given in place of formulas that are parts of them. `initial`: those of
-/// initial states, too.
+/// Throws if a value replaces a formula that is part of another one, which then does not follow. `initial`: also for
+/// formulas of initial states.
 void Simulation::Impl::require_followed(bool initial) const {
   const auto is_given = [&](std::string_view name, bool unless_asked) {
     const int state = engine.state_index(name);
@@ -250,7 +250,7 @@ void Simulation::Impl::look_for_growth() {
   judged = far;
 }
 
-/// Nothing when stopped.
+/// Returns nothing when stopped.
 std::optional<Steady> Simulation::Impl::advance(int count, bool look, bool until_steady) {
   if (count < 0) throw Error(ErrorKind::input, fmt::format("{} steps cannot be made", count));
   begin_stepping();
@@ -280,7 +280,7 @@ bool Simulation::Impl::run_to_step(int step, bool until_steady, const Simulation
     last = *made;
     if (progress && !progress({reached - begin, count, host.time()})) return false;
   }
-  if (count == 0) look_for_blow_up();  // of states that were set
+  if (count == 0) look_for_blow_up();  // checks states that were set
   look_for_growth();
   if (until_steady && last.step > 0 && !last.is_reached) throw not_steady(last, engine.scene().steady);
   return true;
@@ -381,7 +381,7 @@ void Simulation::set_weights(std::string_view network, Values values) {
 std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
 
 void Simulation::supply(std::string_view network, HostNetwork functions) {
-  impl_->weights_named(network);  // or an error that says which there are
+  impl_->weights_named(network);  // throws with the known names
   const auto own = impl_->supplied.find(network);
   if (own == impl_->supplied.end())
     throw Error(
@@ -474,7 +474,7 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
   const double begin = impl_->engine.t_begin(), step = time_step(), position = (time - begin) / step;
   if (!(position < std::numeric_limits<int>::max()))
     throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
-  // A time is known to a few units in its last place: far from t = 0 these are more of a step than anything else.
+  // A time is accurate to a few units in its last place: far from t = 0 this is a larger part of a step than 1e-6.
   constexpr double roundings = 4 * std::numeric_limits<double>::epsilon();
   const double instant = roundings * std::max(std::abs(time), std::abs(begin)) / step;
   const double tolerance = std::min(0.5, 1e-6 + instant);
@@ -482,7 +482,7 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
   return impl_->explained([&] { return impl_->run_to_step(last, false, *this, progress, every); });
 }
 
-/// The number of steps is the scene's: no time is taken apart for it.
+/// Runs the scene's number of steps, which is not recomputed from times.
 bool Simulation::run(const ProgressCallback& progress, int every) {
   const Running running(impl_->is_running);
   return impl_->explained([&] {

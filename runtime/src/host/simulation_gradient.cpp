@@ -31,7 +31,7 @@ Method method_of(const dpde_optimiser& optimiser) {
 
 }  // namespace
 
-/// Of what has no solution: where in a text it stands, and what to write instead.
+/// For a failed solve: adds its source location, and advice.
 void Simulation::Impl::say_more(Error& error) const {
   const auto* unsolved = dynamic_cast<const Unsolved*>(&error);
   if (unsolved == nullptr) return;
@@ -41,7 +41,7 @@ void Simulation::Impl::say_more(Error& error) const {
 }
 
 void Simulation::Impl::begin_objective() {
-  engine.objective();  // or an error: there is no task
+  engine.objective();  // throws if there is no task
   engine.update_formulas();
   require_given(true);
   require_followed(true);
@@ -53,7 +53,7 @@ double Simulation::Impl::gradient() {
   return engine.gradient(gradient_values);
 }
 
-/// Not a number where a solve finds no solution: a search that tries too long a step is to take a shorter one.
+/// NaN if a solve has no solution: a line search then takes a shorter step.
 double Simulation::Impl::gradient_or_none() {
   try {
     return gradient();
@@ -62,8 +62,8 @@ double Simulation::Impl::gradient_or_none() {
   }
 }
 
-/// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite
-/// `what` is at fault.
+/// Explains a value that is not finite. Optimisers do not call it: for them such a step is just too long. If all states
+/// are finite, `what` is at fault.
 void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) {
   const std::optional<BlowUp> first = rollout.run().blow_up;
   const dpde_scene& scene = engine.scene();
@@ -115,22 +115,22 @@ void Simulation::Impl::require_size(Values values, std::string_view what) const 
 void Simulation::Impl::product(Values direction, Target to, Curvature curvature) {
   require_size(direction, "direction");
   require_size(Values(to), "product");
-  engine.products(curvature);  // or an error that says why there are none
+  engine.products(curvature);  // throws if there are none
   begin_objective();
   engine.product(direction, to, curvature);
 }
 
 Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iterations) {
-  engine.objective();  // or an error: there is no task
+  engine.objective();  // throws if there is no task
   const dpde_optimiser& optimiser = engine.scene().optimiser;
   const Curvature curvature = optimiser.gauss_newton != 0 ? Curvature::gauss_newton : Curvature::full;
-  if (optimiser.method == DPDE_NEWTON_CG) engine.products(curvature);  // or an error, before anything runs
+  if (optimiser.method == DPDE_NEWTON_CG) engine.products(curvature);  // throws before anything runs
   Eigen::VectorXd start(static_cast<Eigen::Index>(engine.unknown_count()));
   const std::span<double> first(start.data(), engine.unknown_count());
   for (const Engine::Unknown& unknown : engine.unknowns()) engine.values_of(unknown, unknown.part_of(first));
   bool was_stopped = false, is_first = true;
   const Objective loss = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
-    if (was_stopped) return std::numeric_limits<double>::quiet_NaN();  // a line search would try again
+    if (was_stopped) return std::numeric_limits<double>::quiet_NaN();  // otherwise a line search would try again
     engine.set_unknowns(values_in(x));
     const double value = is_first ? gradient() : gradient_or_none();
     is_first = false;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inside of Simulation: an engine, the state that was stepped to, and what a host is told when a name, a length or
-// a value is wrong.
+// Implementation of Simulation: an engine, the present state, and the messages for a wrong name, length or value.
 #pragma once
 
 #include <memory>
@@ -17,7 +16,7 @@
 
 namespace dpde {
 
-/// While it lives, progress that asks for another run of the same simulation is refused.
+/// While it exists, a progress callback that starts another run of the same simulation is refused.
 class Running {
  public:
   explicit Running(bool& is_running) : is_running_(is_running) {
@@ -34,20 +33,20 @@ class Running {
   bool& is_running_;
 };
 
-/// What is said of growth.
+/// Result of the check for growth.
 struct GrowthVerdict {
-  std::vector<double> judged;  // magnitudes for which it holds; of steps 0: not far above where they began
-  std::string text;            // "": nothing has grown
+  std::vector<double> judged;  // magnitudes for which it holds; of steps 0: not far above the start
+  std::string text;            // "": no growth
 };
 
-/// @throws Error(input) that tells what is there.
+/// @throws Error(input) with the known names.
 [[noreturn]] void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name,
                           const std::vector<std::string>& known);
 
 struct Simulation::Impl {
   Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep);
 
-  /// What `call` gives; its errors say where they come from.
+  /// Returns the result of `call`; adds details to its errors.
   template <class Call>
   auto explained(const Call& call) try {
     return call();
@@ -76,7 +75,7 @@ struct Simulation::Impl {
   std::vector<std::vector<double>> output_values();
   std::uint64_t start_hash();
   std::span<const dpde_output> outputs() const;
-  /// The states that were stepped to, by their names.
+  /// The present states by name.
   Workspace::Bound present();
 
   // Stepping
@@ -86,10 +85,10 @@ struct Simulation::Impl {
   std::optional<Steady> advance(int count, bool look, bool until_steady);
   bool run_to_step(int step, bool until_steady, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
-  /// Into `of_steps` what stepping has left far above where it began. That takes another step: a verdict is kept until
-  /// a state is as far above what was judged. @throws NotFinite where it is beyond reason.
+  /// Sets `of_steps` to the states that have grown far above their start. This takes another step, so a verdict is kept
+  /// until a state is as far above the judged magnitudes. @throws NotFinite if growth is beyond reason.
   void look_for_growth();
-  /// Into `of_losses` the same of the state of the last losses: a verdict is kept while that is the same.
+  /// Sets `of_losses` likewise from the state of the last losses; kept while that state is the same.
   void look_for_growth_of_losses();
   void measure_start(Rollout& rollout);
   std::string text_of(const Growth& growth, int steps) const;
@@ -100,8 +99,8 @@ struct Simulation::Impl {
   void begin_objective();
   double gradient();
   double gradient_or_none();
-  /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first,
-  /// else that `what` is not finite.
+  /// Repeats the run from the initial state in `rollout`. @throws NotFinite with the first state, step and cell that
+  /// blows up, else that `what` is not finite.
   [[noreturn]] void refuse(Rollout& rollout, const std::string& what);
   void product(Values direction, Target to, Curvature curvature);
   Optimised optimise(const OptimiserCallback& progress, int iterations);
@@ -109,9 +108,9 @@ struct Simulation::Impl {
   Engine engine;
   std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
-  std::vector<double> began, start;  // largest magnitudes of the states that stepping, and losses, begin with
+  std::vector<double> began, start;  // largest initial magnitudes of the states, for stepping and for losses
   GrowthVerdict of_steps, of_losses;
-  const GrowthVerdict* told = &of_steps;  // that of the last run, loss or gradient
+  const GrowthVerdict* told = &of_steps;  // the verdict of the last run, loss or gradient
   bool is_running = false;
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps

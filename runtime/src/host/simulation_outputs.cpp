@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulation: what is computed of the present state, observables and outputs.
+// Simulation: observables and outputs of the present state.
 #include <algorithm>
 
 #include "dpde/runtime/bytes.h"
