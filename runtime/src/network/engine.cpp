@@ -12,7 +12,7 @@
 namespace dpde::nn {
 namespace {
 
-/// `f(field pointer, place in the row of the plane, count)` for pieces of rows that are whole in both.
+/// Calls `f(field pointer, index in the row of the plane, count)` for pieces of rows that are contiguous in both.
 template <class Field, class Real, class F>
 void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* plane, const F& f) {
   const dpde_layout& layout = *ports.layout;
@@ -49,7 +49,7 @@ Engine<Real>::Engine(const Plan& plan, const Team& team) : plan_(plan), team_(te
   now_ = memory_.data();
 }
 
-/// Of a forward run.
+/// Multiplications of a forward run.
 template <class Real>
 int64_t Engine<Real>::products() const {
   int64_t count = 0;
@@ -69,7 +69,7 @@ Real* Engine<Real>::take(char* memory, int64_t count) {
   return result;
 }
 
-/// Twice: to know how much, then to give it out.
+/// Called twice: first to count the memory, then to assign it.
 template <class Real>
 void Engine<Real>::lay_out(bool place) {
   char* const memory = place ? memory_.data() : nullptr;
@@ -123,7 +123,7 @@ View<Real> Engine<Real>::adjoint_view(size_t value) const {
 template <class Real>
 bool Engine<Real>::set_weights(const double* weights) {
   if (weights_.empty() || std::memcmp(weights, weights_.data(), weights_.size() * sizeof(double)) == 0)
-    return false;  // at first all are 0
+    return false;  // initially all are 0
   std::copy_n(weights, weights_.size(), weights_.begin());
   for (size_t k = 0; k < plan_.steps.size(); ++k) {
     const Step& step = plan_.steps[k];
@@ -170,7 +170,7 @@ void Engine<Real>::store(const Ports& ports, const View<Real>& view, void* const
   });
 }
 
-/// Margins of a value (or its rates) that is complete.
+/// Fills the margins of a value (or of its rates), once its cells are complete.
 template <class Real>
 void Engine<Real>::finish(size_t value, const View<Real>& view) {
   if (!margin_read_[value]) return;
@@ -189,7 +189,7 @@ void Engine<Real>::value(const Ports& ports, void* const* inputs, void* const* o
   store(ports, value_view(plan_.values.size() - 1), outputs);
 }
 
-/// One with the inputs that are loaded is the present run from then on.
+/// Looks for a tape with the loaded inputs; if found, its values become the present run.
 template <class Real>
 bool Engine<Real>::find_tape() {
   char* const tape =
@@ -198,7 +198,7 @@ bool Engine<Real>::find_tape() {
   return tape != nullptr;
 }
 
-/// To the last bit. Most that differ do in their first cells.
+/// Compares bit by bit. Different inputs mostly differ in the first cells.
 template <class Real>
 bool Engine<Real>::has_input(const char* tape) const {
   const Shape& shape = plan_.values[0].shape;
@@ -213,7 +213,7 @@ bool Engine<Real>::has_input(const char* tape) const {
   return true;
 }
 
-/// `keep`: all that derivatives need.
+/// `keep`: stores everything that derivatives need.
 template <class Real>
 void Engine<Real>::run(bool keep) {
   finish(0, value_view(0));
@@ -232,7 +232,7 @@ void Engine<Real>::run_step(size_t k, bool keep) {
   finish(k + 1, value_view(k + 1));
 }
 
-/// The input of a convolution as its terms want it.
+/// The input of a convolution in the form its terms read: as it is, or in phases.
 template <class Real>
 View<Real> Engine<Real>::read_by(const Step& step, const View<Real>& input) {
   if (!step.convolution.phased) return input;

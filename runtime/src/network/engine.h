@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plan with the memory it works in.
+// A plan with its working memory.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@
 
 namespace dpde::nn {
 
-/// Fields of a host, and which of their cells (counted as in dense arrays) those of the network are; fewer than it has:
-/// the rest is 0.
+/// Fields of a host and the range of their cells (numbered as in dense arrays) that the network computes. If it has
+/// more cells, the others are 0.
 struct Ports {
   const dpde_layout* layout;
   int64_t first, count;
@@ -26,9 +26,9 @@ class Engine {
  public:
   Engine(const Plan& plan, const Team& team);
 
-  /// False when they are those that are there.
+  /// Returns false if they have not changed.
   bool set_weights(const double* weights);
-  /// Bytes of the values of a run; `write_tapes`, `read_tapes`: see Network.
+  /// Bytes of all values of a run; `write_tapes`, `read_tapes`: see Network.
   int64_t tape_bytes() const { return value_bytes_; }
   int64_t products() const;
   void write_tapes(Tapes* tapes) { written_to_ = tapes; }
@@ -38,13 +38,13 @@ class Engine {
                void* const* output_rates);
   void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars,
                double* weight_bars);
-  /// Takes the memory that second() works in.
+  /// Allocates the memory of second().
   void prepare_second();
   void second(const Ports& ports, const NetworkSecond& call);
   int64_t bytes() const { return bytes_ + second_bytes_; }
 
  private:
-  /// Weights of one convolution in memory.
+  /// Weights of one convolution, packed for the kernels.
   struct Packed {
     Real *forward = nullptr, *rates = nullptr, *bias = nullptr, *bias_rates = nullptr;
     std::vector<Real*> reverse;
@@ -85,7 +85,7 @@ class Engine {
   void adjoint_convolution(size_t k, double* weight_bars);
   void begin_reverse();
   void clear_margins(const View<Real>& seeds);
-  /// From the seeds of step k to the adjoints of its input, by these reversed weights.
+  /// Adds the adjoint of the input of step k from the adjoint of its result, with these reversed weights.
   void adjoint_of_input(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
   void adjoint_of_read(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
   void adjoint_of_phases(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights);
@@ -107,13 +107,13 @@ class Engine {
   Plan plan_;
   Team team_;
   const Kernels<Real>& kernels_;
-  std::vector<int64_t> places_;         // of cell (0, 0, 0) of each value behind the first byte of all of them
-  std::vector<Real*> roots_;            // memory that rates and adjoints share
+  std::vector<int64_t> places_;         // offset of cell (0, 0, 0) of each value
+  std::vector<Real*> roots_;            // memory shared by rates and adjoints
   std::vector<Packed> packed_;          // for each step
   std::vector<char> margin_read_;       // for each value: its margin is read
-  std::vector<char> needed_, written_;  // for each value in a reverse run: its adjoint is wanted, holds something
-  // Of second(): the rates of each value by themselves, where those are asked for; the rates of adjoints, which
-  // exchange_banks() puts in the place of adjoints; reversed weights of the rates of weights.
+  std::vector<char> needed_, written_;  // for each value in a reverse run: its adjoint is needed; contains something
+  // For second(): separate rates of each value, if wanted; rates of adjoints, which exchange_banks() swaps with
+  // adjoints; reversed weights of the rates of weights.
   bool has_own_rates_ = false;
   std::vector<Real*> own_rates_, other_roots_;
   std::vector<char> other_written_;
@@ -123,7 +123,7 @@ class Engine {
   Real *phases_ = nullptr, *phases_bar_ = nullptr;
   Buffer memory_, second_memory_;
   int64_t bytes_ = 0, second_bytes_ = 0, used_ = 0, value_bytes_ = 0;
-  char* now_ = nullptr;  // values of the present run: at the beginning of memory_, or a tape
+  char* now_ = nullptr;  // values of the present run: at the start of memory_, or on a tape
   Tapes *written_to_ = nullptr, *read_from_ = nullptr;
 };
 

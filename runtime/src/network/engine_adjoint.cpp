@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reverse of a run: from the adjoint of each result to those of what it was computed from, the last layer first.
+// Reverse mode: from the adjoint of each result to those of its inputs, starting with the last layer.
 #include <algorithm>
 
 #include "network/engine.h"
@@ -15,7 +15,7 @@ void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const*
   now_ = memory_.data();
   load(ports, inputs, value_view(0));
   if (find_tape()) {
-    read_from_->release(now_);  // its values stay until the next run is kept
+    read_from_->release(now_);  // its values stay valid until the next run is stored
   } else {
     run(true);
   }
@@ -33,7 +33,7 @@ void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const*
   store(ports, adjoint_view(0), input_bars);
 }
 
-/// The weights as reverse runs read them.
+/// Packs the weights for reverse runs.
 template <class Real>
 void Engine<Real>::begin_reverse() {
   if (reverse_packed_) return;
@@ -45,7 +45,7 @@ void Engine<Real>::begin_reverse() {
   reverse_packed_ = true;
 }
 
-/// Adjoints that lead to a weight or to an input whose adjoint is wanted.
+/// Finds the adjoints that are needed for a weight's gradient or for a wanted adjoint of an input.
 template <class Real>
 void Engine<Real>::find_needs(void* const* input_bars, bool weights) {
   needed_[0] = 0;
@@ -60,7 +60,7 @@ void Engine<Real>::find_needs(void* const* input_bars, bool weights) {
   }
 }
 
-/// Whether the adjoint of a value already holds something, to which the caller is to add.
+/// Returns whether the adjoint of a value already has contents, to which the caller must add.
 template <class Real>
 bool Engine<Real>::begin_adjoint(size_t value) {
   const bool add = written_[value];
@@ -68,7 +68,7 @@ bool Engine<Real>::begin_adjoint(size_t value) {
   return add;
 }
 
-/// The adjoint of a value for those that only know how to add.
+/// The adjoint of a value for code that can only add: cleared on first use.
 template <class Real>
 View<Real> Engine<Real>::added_to(size_t value) {
   const View<Real> view = adjoint_view(value);
@@ -129,8 +129,8 @@ void Engine<Real>::add_bias_gradient(const Step& step, const View<Real>& seeds, 
   });
 }
 
-/// With periodic axes seeds repeat beyond the ends; with others they end there, and what was read from a margin is
-/// given to the cells that the margin repeats.
+/// On periodic axes the seeds repeat beyond the ends. On others they end there, and the adjoints of a margin are added
+/// to the cells that it repeats.
 template <class Real>
 void Engine<Real>::adjoint_of_read(size_t k, const View<Real>& seeds, const std::vector<Real*>& weights) {
   const Step& step = plan_.steps[k];
@@ -176,7 +176,7 @@ void Engine<Real>::adjoint_of_phases(size_t k, const View<Real>& seeds, const st
   add_phases_adjoint(team_, convolution, phases, added_to(static_cast<size_t>(plan_.steps[k].layer.input)));
 }
 
-/// Also that of a scale: both multiply each adjoint.
+/// For an activation or a scale: both multiply each adjoint.
 template <class Real>
 void Engine<Real>::adjoint_activation(size_t k) {
   const Step& step = plan_.steps[k];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of the engine share.
+// Shared helpers of the engine.
 #pragma once
 
 #include "grid/real.h"
@@ -7,7 +7,7 @@
 
 namespace dpde::nn {
 
-/// `f(channel, row)` for all rows of a shape; `cost` of a cell in tenths of a nanosecond, about.
+/// Calls `f(channel, row)` for all rows of a shape; `cost` of a cell in tenths of a nanosecond, approximately.
 template <class F>
 void for_each_row_of(const Team& team, const Shape& shape, int64_t cost, const F& f) {
   const int64_t rows = shape.rows(), all = shape.channels * rows;
@@ -16,7 +16,7 @@ void for_each_row_of(const Team& team, const Shape& shape, int64_t cost, const F
   });
 }
 
-/// `f(base)` with the type that values of a field have.
+/// Calls `f(base)` with the element type of a field.
 template <class F>
 void with_field(int32_t real, void* base, const F& f) {
   with_real(real, [&](auto value) { f(static_cast<decltype(value)*>(base)); });

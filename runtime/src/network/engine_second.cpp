@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reverse of a run of rates. With x + e*x_dot in place of each value, e*e = 0, the adjoint of a run has two parts:
-// seeded with the adjoints of the outputs' rates, its part without e is the adjoint of the rates, that with e the
-// adjoint of the values. So each step is reversed twice, and what its own rate adds to the second part comes in
-// between. The parts lie in two banks of memory.
+// Reverse mode of a run of rates. Replace each value x by the dual number x + e*x_dot, e*e = 0. The adjoint of the run
+// then has two parts. Seeded with the adjoints of the outputs' rates, the part without e is the adjoint of the rates,
+// the part with e the adjoint of the values. So each step is reversed twice; in between, the contribution of its own
+// rate is added to the second part. The parts lie in two banks of memory.
 #include <algorithm>
 
 #include "network/engine.h"
@@ -24,7 +24,7 @@ void Engine<Real>::prepare_second() {
   lay_out_second(true);
 }
 
-/// Twice, as lay_out().
+/// Called twice, as lay_out().
 template <class Real>
 void Engine<Real>::lay_out_second(bool place) {
   char* const memory = place ? second_memory_.data() : nullptr;
@@ -43,7 +43,7 @@ void Engine<Real>::lay_out_second(bool place) {
   }
 }
 
-/// The rates of the adjoints in place of these, or back.
+/// Swaps the adjoints and the rates of the adjoints.
 template <class Real>
 void Engine<Real>::exchange_banks() {
   roots_.swap(other_roots_);
@@ -96,7 +96,7 @@ void Engine<Real>::second(const Ports& ports, const NetworkSecond& call) {
   exchange_banks();
 }
 
-/// Layers that are linear and have no weights reverse both parts alike.
+/// Linear layers without weights reverse both parts in the same way.
 template <class Real>
 void Engine<Real>::second_step(size_t k, const NetworkSecond& call) {
   const dpde_layer& layer = plan_.steps[k].layer;
@@ -108,7 +108,7 @@ void Engine<Real>::second_step(size_t k, const NetworkSecond& call) {
   adjoint_step(k, nullptr);
 }
 
-/// (w + e*w_dot) * (x + e*x_dot)
+/// Reverse of (w + e*w_dot) * (x + e*x_dot).
 template <class Real>
 void Engine<Real>::second_convolution(size_t k, const NetworkSecond& call) {
   const Step& step = plan_.steps[k];
@@ -134,7 +134,7 @@ void Engine<Real>::second_convolution(size_t k, const NetworkSecond& call) {
   adjoint_of_input(k, seeds, packed_[k].reverse);
 }
 
-/// f'(z + e*z_dot): before the seeds are multiplied in place, what they are is needed.
+/// Reverse of f'(z + e*z_dot). Uses the seeds before adjoint_activation multiplies them in place.
 template <class Real>
 void Engine<Real>::second_activation(size_t k) {
   const dpde_layer& layer = plan_.steps[k].layer;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values and their rates, step by step.
+// Forward mode: values and their rates, step by step.
 #include <algorithm>
 
 #include "network/engine.h"
@@ -56,7 +56,7 @@ void Engine<Real>::rate_step(size_t k, const double* weight_rates) {
   finish(k + 1, result);
 }
 
-/// The rule for products: rates with the weights, then values with the rates of the weights.
+/// Product rule: rates with the weights, then values with the rates of the weights.
 template <class Real>
 void Engine<Real>::rate_convolution(size_t k, const double* weight_rates) {
   const Step& step = plan_.steps[k];

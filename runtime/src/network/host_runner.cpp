@@ -71,7 +71,7 @@ class HostRunner final : public Runner {
     return *host_;
   }
 
-  /// f(number of the row, its first element in a field)
+  /// Calls f(index of the row, its first element in a field).
   template <class F>
   void for_each_row(const F& f) const {
     std::size_t row = 0;
@@ -80,7 +80,7 @@ class HostRunner final : public Runner {
     }
   }
 
-  /// Null fields are 0.
+  /// Null fields are read as 0.
   void load(void* const* fields, std::vector<double>& to) const {
     const auto width = static_cast<std::size_t>(layout_.cells[0]);
     for (std::size_t channel = 0; channel < to.size() / cells_; ++channel) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network that the host computes: fields to dense arrays and back.
+// A network that the host computes: copies fields to dense arrays and back.
 #pragma once
 
 #include <memory>

@@ -7,9 +7,9 @@
 namespace dpde {
 namespace {
 
-constexpr std::uint64_t stream = 0x6e6574776f726b;  // no other numbers of a simulation come from it
+constexpr std::uint64_t stream = 0x6e6574776f726b;  // a stream that no other random numbers of a simulation use
 
-/// Between -1 and 1.
+/// Uniform between -1 and 1.
 double uniform(std::uint64_t seed, std::uint64_t place) {
   const auto low = [](std::uint64_t value) { return static_cast<std::uint32_t>(value); };
   const auto high = [](std::uint64_t value) { return static_cast<std::uint32_t>(value >> 32); };

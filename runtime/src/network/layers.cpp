@@ -11,7 +11,7 @@ int64_t offset(const Shape& shape, const Axes& cell) {
   return cell[0] + cell[1] * shape.stride[1] + cell[2] * shape.stride[2];
 }
 
-/// The rows of fine cells that one coarse row stands for.
+/// The rows of fine cells under one coarse row.
 struct RowPool {
   std::array<int64_t, 2> begin{}, end{};  // y, z
 
@@ -24,7 +24,7 @@ struct RowPool {
   }
 };
 
-/// `f(offset of the coarse row, its pool)`: fewer rows at an end that the stride does not divide.
+/// Calls `f(offset of the coarse row, its pool)`; fewer rows at an end that the stride does not divide.
 template <class F>
 void for_each_coarse_row(int64_t stride, const Shape& fine, const Shape& coarse, const F& f) {
   for (int64_t z = 0; z < coarse.cells[2]; ++z) {
@@ -37,7 +37,7 @@ void for_each_coarse_row(int64_t stride, const Shape& fine, const Shape& coarse,
   }
 }
 
-/// `f(offset of the coarse cell, the first fine cell of those with the largest value)`.
+/// Calls `f(offset of the coarse cell, offset of its first fine cell with the largest value)`.
 template <class Real, class F>
 void for_each_largest(int64_t stride, const Shape& fine, const Shape& coarse, const Real* plane, const F& f) {
   constexpr int64_t at_once = 64;  // coarse cells
@@ -71,7 +71,7 @@ void for_each_largest(int64_t stride, const Shape& fine, const Shape& coarse, co
   });
 }
 
-/// `f(to[x], from[x / stride])` for x in 0 .. count-1.
+/// Calls `f(to[x], from[x / stride])` for x in 0 .. count-1.
 template <class Real, class F>
 void spread(int64_t stride, const Real* __restrict from, int64_t count, Real* __restrict to, const F& f) {
   if (stride == 2) {
@@ -102,8 +102,8 @@ void add_pieces(int64_t stride, const Real* __restrict from, int64_t count, Real
   }
 }
 
-/// `f(row of the result, the cell of the input that its first one is, step from there to the next ones, sign)` for rows
-/// of a DPDE_REORIENT.
+/// Calls `f(row of the result, the input cell of its first cell, step to the next input cells, sign)` for rows of a
+/// DPDE_REORIENT.
 template <class Real, class F>
 void for_each_turned_row(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result,
                          const F& f) {

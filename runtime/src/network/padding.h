@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Margins of one plane: filling them, and the transposes of that.
+// Margins of one plane: filling them, and the transpose.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ inline int64_t margin_cell(int64_t k, int64_t margin, int64_t cells) {
   return k < margin ? k - margin : cells + k - margin;
 }
 
-/// Margins from the cells, by shape.sources; what lies between margins becomes 0.
+/// Fills the margins from the cells by shape.sources; padding between margins becomes 0.
 template <class Real>
 void fill_margin(const Shape& shape, Real* plane) {
   const auto [nx, ny, nz] = shape.cells;
@@ -49,7 +49,7 @@ void fill_margin(const Shape& shape, Real* plane) {
   }
 }
 
-/// All that is not a cell becomes 0.
+/// Sets everything except the cells to 0.
 template <class Real>
 void clear_margin(const Shape& shape, Real* plane) {
   const int64_t mx = shape.margin[0];
@@ -63,10 +63,10 @@ void clear_margin(const Shape& shape, Real* plane) {
   }
 }
 
-/// True for paddings whose transpose adds what lies in margins to cells.
+/// True for paddings whose transpose adds margins to cells.
 inline bool folds(int32_t padding) { return padding == DPDE_PAD_REPLICATE || padding == DPDE_PAD_REFLECT; }
 
-/// The transpose of filling `reach` cells of margins along axes that fold.
+/// The transpose of filling `reach` cells of the margins along axes that fold.
 template <class Real>
 void fold_margin(const Shape& shape, const std::array<int32_t, 3>& padding, const Axes& reach, Real* plane) {
   Axes extra{};

@@ -13,7 +13,7 @@
 namespace dpde::nn {
 namespace {
 
-/// Refuses what is broken; the compiler makes nothing of this kind, other users of the runtime might.
+/// Refuses invalid networks. The compiler makes none, other users of the runtime might.
 class Checks {
  public:
   explicit Checks(const dpde_network& network) : network_(network) {}
@@ -73,7 +73,7 @@ class Checks {
     }
   }
 
-  /// Each axis and each channel comes from another one, axes from one of the same length.
+  /// Axes and channels are permuted; exchanged axes have equal lengths.
   void orientation(int number, const Value& input) const {
     const dpde_layer& layer = network_.layers[number];
     const auto fits = [&](bool holds) {
@@ -134,13 +134,14 @@ void find_readers(Plan& plan) {
   }
 }
 
-/// The step that alone reads a value; null: none, or several.
+/// The only step that reads a value; null: none, or several.
 Step* only_reader(Plan& plan, size_t value) {
   const Value& read = plan.values[value];
   return read.readers == 1 ? &plan.steps[static_cast<size_t>(read.reader)] : nullptr;
 }
 
-/// Sums that convolutions begin with, activations that they end with.
+/// Fuses a convolution with an addition after it, whose other operand starts the sums, and with an activation after
+/// that.
 void fuse(Plan& plan, size_t k) {
   Step& conv = plan.steps[k];
   size_t result = k + 1;

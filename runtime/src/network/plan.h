@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a network is on one grid: the sizes and places of its values and the sums of its convolutions. No memory of
-// values.
+// A network on one grid: sizes and offsets of its values and the sums of its convolutions. Holds no values.
 #pragma once
 
 #include <array>
@@ -14,32 +13,32 @@
 
 namespace dpde::nn {
 
-/// Sums over terms, as kernels want them. Weights lie [block][term][channel of the block].
+/// Sums over terms, as the kernels read them. Order of weights: [block][term][channel of the block].
 struct Product {
   std::vector<int64_t> offsets;
   std::vector<Block> blocks;
-  std::vector<int64_t> weights;  // for each packed weight its place among those of the network
+  std::vector<int64_t> weights;  // for each packed weight its index in the network
 };
 
-/// A convolution of stride 1 reads its input with the margin it has; one of stride s reads phases: for each channel
-/// s^rank planes, that of (fx, fy, fz) holding the cells s*p + f, margins included.
+/// A convolution of stride 1 reads its input with its margin. With stride s it reads phases: for each channel s^rank
+/// planes, where that of (fx, fy, fz) holds the cells s*p + f, margins included.
 struct Convolution {
   bool phased = false;
   int64_t phase_count = 1;
-  Axes reach{};  // cells of margin that are read
+  Axes reach{};  // width of the margin that is read
   Shape phases;  // when phased
   std::array<std::vector<std::vector<int64_t>>, 3>
-      from;  // for axis, phase, place from -reach on: the cell of the input, -1: none
+      from;  // for axis, phase, position from -reach on: the cell of the input, -1: none
   Product forward;
-  std::vector<Product> reverse;  // for each phase, from the adjoint of the result to that of what is read
+  std::vector<Product> reverse;  // for each phase, from the adjoint of the result to that of the input
 };
 
 struct Step {
   dpde_layer layer{};
-  std::vector<int32_t> order;  // of the channels of DPDE_REORIENT; those of the layer may go away
+  std::vector<int32_t> order;  // channel order of DPDE_REORIENT; a copy, since the layer's may not outlive it
   bool live = false;           // the output depends on it
-  // A convolution whose result has one reader, a sum with a value that is there before, begins with that value
-  // (`base`); where then one activation reads the result, that is done with it (`activation`, a step).
+  // If the only reader of a convolution's result adds it to an earlier value, the convolution starts its sums with that
+  // value (`base`). If an activation is then the only reader, the convolution applies it too (`activation`, a step).
   int32_t base = -1, activation = -1;
   int32_t merged =
       -1;  // sum: the operand, such a convolution, whose rates and adjoints lie in the memory of the result's
@@ -52,10 +51,10 @@ struct Step {
 struct Value {
   int64_t channels = 0, level = 1;
   Axes cells{1, 1, 1};
-  int32_t readers = 0, reader = -1;  // live ones; the last
+  int32_t readers = 0, reader = -1;  // number of live readers; the last one
   Shape shape, adjoint;              // memory of values and rates, of adjoints
-  int32_t root = 0;                  // the value whose memory its rates and adjoints lie in
-  bool kept = true;                  // false: never stored by itself, since its reader is done with it
+  int32_t root = 0;                  // the value whose memory holds its rates and adjoints
+  bool kept = true;                  // false: never stored, since the convolution continues with its reader
 };
 
 struct Plan {
@@ -65,11 +64,11 @@ struct Plan {
   std::vector<Step> steps;
   std::vector<Value> values;  // 0: the input
 
-  /// The derivative of its activation follows from its result.
+  /// Whether the derivative of its activation can be computed from the result.
   static bool result_tells(const dpde_layer& layer);
 };
 
-/// @throws Error(input) naming the network when it is broken or does not fit the grid.
+/// @throws Error(input) with the network's name if it is invalid or does not fit the grid.
 Plan make_plan(const dpde_network& network, const dpde_layout& layout, int64_t widest_block);
 
 }  // namespace dpde::nn

@@ -42,12 +42,11 @@ class WholeGrid final : public Runner {
 };
 
 constexpr int64_t least_products_for_threads =
-    500'000;  // a few microseconds of convolutions: as long as waking threads takes
-constexpr int64_t block_cells =
-    480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
+    500'000;                          // a few microseconds of convolutions: as long as waking threads
+constexpr int64_t block_cells = 480;  // three whole vectors at a time; 100 channels fit the second-level cache
 
-/// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose
-/// number depends on the grid alone: the weights' adjoints are summed in each and then over them, always in the same
+/// A network without neighbours: runs all layers on one block of cells after the other. Blocks belong to shares, whose
+/// number depends only on the grid: adjoints of weights are summed in each share and then over the shares, in a fixed
 /// order.
 template <class Real>
 class Blocks final : public Runner {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands behind Network: the whole grid at once, or blocks of cells where no cell sees another.
+// Implementations of Network: on the whole grid, or on blocks of cells if no layer reads neighbours.
 #pragma once
 
 #include <memory>
@@ -15,15 +15,15 @@ namespace dpde::nn {
 class Runner {
  public:
   virtual ~Runner() = default;
-  /// False when they are those that are there.
+  /// Returns false if they have not changed.
   virtual bool set_weights(const double* weights) = 0;
-  /// Of networks that the host computes.
+  /// For networks that the host computes.
   virtual void set_host(const dpde_host_network* /*host*/) {}
   virtual void value(void* const* inputs, void* const* outputs) = 0;
   virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
                        void* const* output_rates) = 0;
   virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
-  /// Takes the memory of second(), which comes after it.
+  /// Allocates the memory of second(); must be called before it.
   virtual void prepare_second() = 0;
   virtual void second(const NetworkSecond& call) = 0;
   virtual int64_t bytes() const = 0;

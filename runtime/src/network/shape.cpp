@@ -42,11 +42,10 @@ Shape make_shape(int64_t channels, const Axes& cells, const Axes& margin, const 
   shape.cells = cells;
   shape.margin = margin;
   const auto round_up = [line](int64_t value) { return (value + line - 1) / line * line; };
-  // Whole vectors may be written from cell 0 on, and from the first cell of the margin on over all cells and both
-  // margins.
+  // Whole vectors may be written from cell 0 on, and from the first margin cell on over all cells and both margins.
   const int64_t row = round_up(std::max(round_up(cells[0]) + margin[0], cells[0] + 2 * margin[0]));
   const int64_t slab = times(row, cells[1] + 2 * margin[1]);
-  // An odd number of lines: the same cell of many channels does not meet the same few places of the cache.
+  // An odd number of cache lines: the same cell of many channels is then spread over the cache sets.
   const int64_t plane = (times(slab, cells[2] + 2 * margin[2]) / line | 1) * line;
   shape.stride = {1, row, slab};
   shape.plane = plane;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values in memory, and work on them by several threads. What is computed never depends on the number of threads.
+// Values in memory, and parallel loops over them. Results never depend on the number of threads.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct View {
   Real* row(int64_t channel, int64_t number) const { return plane(channel) + shape->row(number); }
 };
 
-/// `f(i)` for i in 0 .. count-1; threads where `cost` of all, about in nanoseconds, is worth it.
+/// Calls `f(i)` for i in 0 .. count-1; in parallel if the total `cost`, approximately in nanoseconds, is large enough.
 template <class F>
 void parallel(const Team& team, int64_t count, int64_t cost, const F& f) {
   constexpr int64_t least_cost = 20'000;
@@ -26,7 +26,7 @@ void parallel(const Team& team, int64_t count, int64_t cost, const F& f) {
   for (int64_t i = 0; i < count; ++i) f(i);
 }
 
-/// `f(begin, end)` for pieces of 0 .. count-1 that begin at multiples of `step`.
+/// Calls `f(begin, end)` for pieces of 0 .. count-1 that begin at multiples of `step`.
 template <class F>
 void parallel_pieces(const Team& team, int64_t count, int64_t step, int64_t cost, const F& f) {
   constexpr int64_t pieces_per_thread = 4;

@@ -10,7 +10,7 @@ namespace {
 /// floor(a/b)
 int64_t floored(int64_t a, int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-/// A place of the kernel: in which phase, and how far from the cell of the result there.
+/// An offset of the kernel: its phase, and its shift against the result's cell in that phase.
 struct Tap {
   int64_t phase = 0;
   Axes shift{};
@@ -42,7 +42,7 @@ int64_t distance(const Axes& shift, const Axes& stride) {
   return shift[0] * stride[0] + shift[1] * stride[1] + shift[2] * stride[2];
 }
 
-/// Blocks of 8, 4, 2 and 1 channels over each of the groups.
+/// Divides the channels of each group into blocks of 8, 4, 2 and 1.
 void add_blocks(Product& product, int64_t groups, int64_t channels, int64_t group_input, int64_t terms,
                 int64_t widest) {
   int64_t packed = 0;
@@ -57,7 +57,7 @@ void add_blocks(Product& product, int64_t groups, int64_t channels, int64_t grou
   }
 }
 
-/// `place(channel, term)` of each packed weight.
+/// Calls `place(channel, term)` for each packed weight.
 template <class Place>
 void add_weights(Product& product, const Place& place) {
   for (const Block& block : product.blocks) {
@@ -94,7 +94,7 @@ Product reverse_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape
                    int64_t widest) {
   Product product;
   std::vector<int64_t> own;
-  for (int64_t tap = sizes.taps; tap-- > 0;) {  // so that what is read goes forward in memory
+  for (int64_t tap = sizes.taps; tap-- > 0;) {  // reversed, so that reads go forward in memory
     if (taps[static_cast<size_t>(tap)].phase == phase) own.push_back(tap);
   }
   for (int64_t channel = 0; channel < sizes.out; ++channel) {

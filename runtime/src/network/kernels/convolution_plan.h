@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A convolution as sums over terms: an input channel and a place of the kernel each.
+// A convolution as a sum over terms, one for each input channel and kernel offset.
 #pragma once
 
 #include "network/plan.h"
@@ -9,7 +9,7 @@ namespace dpde::nn {
 /// Sets phased, phase_count, reach.
 void set_reach(Convolution& convolution, const dpde_layer& layer, int32_t rank);
 
-/// The rest, when the shapes of values are known.
+/// Sets the other members, once the shapes of values are known.
 void plan_convolution(const Plan& plan, Step& step, const Value& result, int64_t widest_block);
 
 }  // namespace dpde::nn

@@ -6,7 +6,7 @@
 namespace dpde::nn {
 namespace {
 
-constexpr int64_t flops_per_cost = 60;  // that a thread does in a nanosecond, about
+constexpr int64_t flops_per_cost = 60;  // floating-point operations of a thread in a nanosecond, approximately
 
 template <class Real>
 int64_t cost_of(const Product& product, int64_t cells) {
@@ -15,14 +15,14 @@ int64_t cost_of(const Product& product, int64_t cells) {
   return channels * static_cast<int64_t>(product.offsets.size()) * cells * 2 / flops_per_cost;
 }
 
-/// Index of a phase from those along the axes.
+/// Index of a phase from its indices along the axes.
 int64_t phase_index(const Convolution& convolution, const Axes& phase) {
   const auto count = [&](size_t axis) { return static_cast<int64_t>(convolution.from[axis].size()); };
   return (phase[2] * count(1) + phase[1]) * count(0) + phase[0];
 }
 
-/// `f(row of the plane, y and z of the input's row or -1 in either, what is read along x)` for each row of one phase,
-/// margins too.
+/// Calls `f(row of the plane, y and z of the input's row or -1 in either, positions read along x)` for each row of one
+/// phase, margins included.
 template <class F>
 void for_each_phase_row(const Convolution& convolution, const Axes& phase, const F& f) {
   const auto from = [&](size_t axis) -> const std::vector<int64_t>& {
@@ -121,7 +121,7 @@ void add_weight_gradient(const Team& team, const Product& forward, const View<Re
   call.offsets = forward.offsets.data();
   call.terms = static_cast<int64_t>(forward.offsets.size());
   call.bars = bars;
-  // Each piece reads all seeds or all values once more: as few as keep the threads busy.
+  // Each piece reads all seeds or all values once more: as few pieces as keep the threads busy.
   constexpr int64_t least_terms = 24, pieces_per_thread = 2;
   const auto blocks = static_cast<int64_t>(forward.blocks.size());
   const int64_t wanted = team.threads() > 1 ? team.threads() * pieces_per_thread : 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convolutions and their derivatives on planes in memory.
+// Convolutions and their derivatives on planes.
 #pragma once
 
 #include "network/plan.h"
@@ -7,16 +7,16 @@
 
 namespace dpde::nn {
 
-/// Weights of the network, doubles, to where kernels read them.
+/// Copies weights of the network, doubles, to the layout of the kernels.
 template <class Real>
 void pack(const Product& product, const double* weights, Real* packed);
 
-/// What is added up where: cells `first` .. `first + cells - 1` along each axis.
+/// The range of results: cells `first` .. `first + cells - 1` along each axis.
 struct Range {
   Axes first{}, cells{};
 };
 
-/// Begin and end of sums: with biases, with values of the cells that are written, with an activation (-1: none).
+/// Initial value of the sums (bias, and `base` at the same cells) and final activation (-1: none).
 template <class Real>
 struct Ends {
   const Real* bias = nullptr;
@@ -25,7 +25,7 @@ struct Ends {
   Real factor = 0;
 };
 
-/// Channel c of the product goes to plane first_plane + c*plane_step of `result`.
+/// Channel c of the product is written to plane first_plane + c*plane_step of `result`.
 template <class Real>
 struct Target {
   View<Real> result;
@@ -36,12 +36,12 @@ template <class Real>
 void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source,
               const Target<Real>& target, const Range& range, const Ends<Real>& ends);
 
-/// Added to `bars`, those of the network.
+/// Adds to `bars`, the adjoints of the network's weights.
 template <class Real>
 void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds,
                          double* bars);
 
-/// Phases of a convolution from its input, and the transpose.
+/// Rearranges a convolution's input into phases, and the transpose.
 template <class Real>
 void make_phases(const Team& team, const Convolution& convolution, const View<Real>& input, const View<Real>& phases);
 template <class Real>

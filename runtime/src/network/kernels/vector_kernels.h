@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of kernels.h in vectors of `Bytes` for a machine with `Registers` of them. See vector_math.h for what
-// holds for files that include this.
+// The kernels of kernels.h with vectors of `Bytes`, for a machine with `Registers` vector registers. Files that include
+// this must follow the rules of vector_math.h.
 //
-// A convolution holds `width` channels times some vectors of cells in registers over the whole sum; its weights come
-// one by one and meet all of these vectors, its input comes once for all of these channels. A weight gradient holds
-// channels times terms.
+// A convolution keeps `width` channels times some vectors of cells in registers over the whole sum: each weight is
+// loaded once for all of these vectors, each input once for all of these channels. A weight gradient keeps channels
+// times terms.
 #pragma once
 
 #include "dpde/network_abi.h"
@@ -25,7 +25,7 @@ struct Code {
 
   static V load(const Real* at) { return *reinterpret_cast<const Anywhere*>(at); }
   static void store(Real* at, V value) { *reinterpret_cast<Anywhere*>(at) = value; }
-  /// g++ would load once for each use (weight gradients: 1.5 times as fast with one load).
+  /// Otherwise g++ loads it again for each use (weight gradients: 1.5 times as fast with one load).
   static void keep_in_register([[maybe_unused]] V& value) {
 #if defined(__x86_64__)
     asm("" : "+v"(value));
@@ -33,13 +33,13 @@ struct Code {
   }
   static int64_t vectors_of(int64_t cells) { return (cells + lanes - 1) / lanes; }
 
-  /// Vectors (terms) that blocks of a width hold at once, so that all fit the registers and enough sums do not wait for
-  /// each other.
+  /// Number of vectors (terms) that a block of this width processes together: all fit in the registers, and there are
+  /// enough independent sums.
   static constexpr int most(int width) {
     if (Registers >= 32) return width == 8 ? 3 : width == 4 ? 6 : 8;
     return width == 4 ? 3 : 4;
   }
-  /// The next piece of `count` when pieces of `limit` at most are of about equal size.
+  /// Size of the next piece of `count`, if pieces of at most `limit` have about equal size.
   static int64_t piece(int64_t count, int64_t limit) {
     const int64_t pieces = (count + limit - 1) / limit, even = (count + pieces - 1) / pieces;
     return even == 5 ? 4 : even == 7 ? 6 : even;
@@ -49,7 +49,7 @@ struct Code {
   struct Kind {
     static constexpr int32_t value = K;
   };
-  /// `f(Kind)`: loops over cells know it when they are compiled.
+  /// Calls `f(Kind)`, so that loops over cells know the kind at compile time.
   template <class F>
   static void with_kind(int32_t kind, const F& f) {
     switch (kind) {
@@ -103,7 +103,7 @@ struct Code {
     }
   }
 
-  /// f''; those with kinks are bent nowhere else.
+  /// f''; 0 for the piecewise linear kinds.
   [[gnu::always_inline]] static V bend(int32_t kind, V v) {
     const V one = M::all(1), two = M::all(2);
     switch (kind) {
@@ -132,7 +132,7 @@ struct Code {
     }
   }
 
-  /// Where the vectors of a tile lie, the steps apart.
+  /// Pointers of the vectors of a tile, and the steps between vectors.
   struct Place {
     const Real* input;
     Real* output;
@@ -175,7 +175,7 @@ struct Code {
     }
   }
 
-  /// `count` vectors from a place on.
+  /// Processes `count` vectors from a position on.
   template <int Width>
   static void tiles(const ConvolveCall<Real>& call, const Block& block, Place place, int64_t count) {
     while (count > 0) {
@@ -253,7 +253,7 @@ struct Code {
       const int64_t y = row % call.rows_y, z = row / call.rows_y;
       if (vectors == 1) {  // narrow: several rows together
         const int64_t left = end - row < call.rows_y - y ? end - row : call.rows_y - y;
-        const int64_t together = left < 24 ? left : 24;  // whole tiles of every width
+        const int64_t together = left < 24 ? left : 24;  // a whole number of tiles of every width
         blocks(call, 0, y, z, together, true);
         row += together;
         continue;
@@ -273,7 +273,7 @@ struct Code {
     return sum;
   }
 
-  /// Sums of neighbours, those of a before those of b.
+  /// Sums of neighbouring lanes, first those of a, then those of b.
   static V pair_sums(V a, V b) {
     typename T::B even{}, odd{};
     for (int l = 0; l < lanes; ++l) {
@@ -299,7 +299,7 @@ struct Code {
     }
   }
 
-  /// Cells that a gradient is summed over before it goes to doubles.
+  /// Cells over which a gradient is summed before it is added to doubles.
   struct Piece {
     int64_t begin, end;  // rows
     int64_t first_x, vectors;
@@ -382,8 +382,8 @@ struct Code {
       default: gradient_terms<1>(call, block, begin, end, part); break;
     }
   }
-  /// So many cells at a time that seeds of a block stay in the first cache over all terms, and values in the second one
-  /// over all blocks.
+  /// In pieces of cells for which the seeds of a block stay in the first-level cache over all terms, and the values in
+  /// the second-level cache over all blocks.
   static void weight_gradient(const WeightGradientCall<Real>& call, const Block* first, const Block* last,
                               int64_t begin, int64_t end) {
     const int64_t all = vectors_of(call.cells), fitting = 32 * 1024 / (8 * Bytes);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions of vectors. Included by the files that are compiled for one instruction set each; all of it is
-// without names outside of the file, so that no linker takes one file's code for another's. For that reason nothing of
-// the standard library is used here that would be compiled into functions.
+// Elementary functions of vectors. Included by files that are each compiled for one instruction set. Everything has
+// internal linkage, so that the linker never uses one file's code for another's. For that reason nothing of the
+// standard library is used that could be compiled to functions.
 #pragma once
 
 #include <stdint.h>
@@ -47,7 +47,7 @@ struct InverseFactorials {
 };
 constexpr InverseFactorials inverse_factorials;
 
-/// Coefficients of Chebyshev polynomials of 2t-1, t = a/(a+z), whose sum is exp(z^2)*erfc(z)/t for z >= 0.
+/// Coefficients of exp(z^2)*erfc(z)/t, z >= 0, in Chebyshev polynomials of 2t-1, t = a/(a+z).
 constexpr double erfc_shape = 3.75;
 constexpr double erfc_coefficients[] = {
     0.4214058601090404,     0.37747444362832,       0.14160448337558904,     0.04472136419492391,
@@ -65,12 +65,13 @@ struct Maths {
   using B = typename T::B;
   using N = Numbers<Real>;
 
-  /// Not V{} + value: 0 + (-0) is no -0, so that the compiler keeps the sum, in the innermost loop of convolutions.
+  /// Not V{} + value: 0 + (-0) differs from -0, so the compiler would keep the sum in the innermost loop of
+  /// convolutions.
   static V all(Real value) { return value - V{}; }
   static V larger(V a, V b) { return a < b ? b : a; }
   static V size_of(V a) { return a < 0 ? -a : a; }
 
-  /// exp(x) = power + power*rest, rest = exp(r) - 1 for the r nearest to 0 that leaves a power of two; NaN stays NaN.
+  /// exp(x) = power + power*rest, power a power of two, rest = exp(r) - 1 with the smallest |r|; NaN stays NaN.
   struct Exponential {
     V power, rest;
   };
@@ -90,7 +91,7 @@ struct Maths {
     const Exponential e = split(x);
     return e.power + e.power * e.rest;
   }
-  /// exp(x) - 1, as exact near 0 as elsewhere.
+  /// exp(x) - 1 with full relative accuracy near 0.
   static V expm1(V x) {
     const Exponential e = split(x);
     return e.power * e.rest + (e.power - static_cast<Real>(1));
@@ -105,7 +106,7 @@ struct Maths {
     return sum * s;
   }
   static V tanh(V x) {
-    // Beyond, it is 1 to the last bit.
+    // Beyond, tanh rounds to 1.
     x = x > N::far / 2 ? all(N::far / 2) : x;
     x = x < -N::far / 2 ? all(-N::far / 2) : x;
     const V e = expm1(x + x);
@@ -125,7 +126,7 @@ struct Maths {
     }
     return t * (u * a - b + static_cast<Real>(erfc_coefficients[0]));
   }
-  /// Of the normal distribution: the share below x, and the density.
+  /// Normal distribution: the cumulative probability below x, and the density.
   struct Normal {
     V below, density;
   };
