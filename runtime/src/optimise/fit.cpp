@@ -21,7 +21,7 @@ bool has_pole(const dpde_fill& fill) {
                              [](const dpde_boundary& sides) { return is_pole(sides.low) || is_pole(sides.high); });
 }
 
-/// What looks at cells that lie anywhere in the grid.
+/// Refuses operations that read cells anywhere in the grid.
 void check_operations(const dpde_operation* operations, int count, const ReportOfFit& fail) {
   for (const dpde_operation& operation : std::span(operations, static_cast<size_t>(count))) {
     const bool fills = operation.kind == DPDE_FILL || operation.kind == DPDE_FOLD;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double sufficient_decrease = 1e-4, curvature = 0.9;
 constexpr int most_trials = 40, most_rounded_trials = 3;
-constexpr double least_growth = 2.5, most_growth = 100;  // of a step that is too short
+constexpr double least_growth = 2.5, most_growth = 100;  // factor of a step that is too short
 constexpr double longest_step = 1e10;
 
 /// A point along the search line: step length, loss, slope (gradient times direction).
@@ -31,7 +31,7 @@ double interpolate(const Trial& a, const Trial& b) {
   return std::isfinite(step) ? std::clamp(step, low + margin, high - margin) : 0.5 * (low + high);
 }
 
-/// Finds a step along `direction` that fulfils the strong Wolfe conditions, or at least lowers the loss.
+/// Finds a step along `direction` that satisfies the strong Wolfe conditions, or at least lowers the loss.
 class LineSearch {
  public:
   LineSearch(Minimiser& minimiser, const Eigen::VectorXd& from, const Eigen::VectorXd& direction, const Trial& start)
@@ -42,7 +42,7 @@ class LineSearch {
         best_(start),
         gradient_(from.size()) {}
 
-  /// False when no step that lowers the loss was found; else x, gradient and loss are those of the best one.
+  /// Returns false if no step lowers the loss; else x, gradient and loss are those of the best step.
   bool run(double first_step) {
     Trial before = start_;
     double step = first_step;
@@ -89,12 +89,12 @@ class LineSearch {
     return trial;
   }
 
-  /// `low` has the smaller loss and a slope that points towards `high`.
+  /// `low` has the smaller loss, and its slope points towards `high`.
   bool zoom(Trial low, Trial high) {
     while (goes_on() && std::abs(high.step - low.step) > 1e-16 * std::max(low.step, high.step)) {
       const double step = interpolate(low, high);
       const std::optional<Trial> trial = evaluate(step);
-      if (!trial) {  // not finite: what is beyond it lies beyond reach
+      if (!trial) {  // not finite: search below this step
         high = {step, std::numeric_limits<double>::infinity(), 0};
         continue;
       }
@@ -119,8 +119,8 @@ class LineSearch {
 
 using Pair = LbfgsState::Pair;
 
-/// Of each unknown; none: all are 1. The method is that of unknowns divided by these: L-BFGS begins with a multiple of
-/// the unit matrix, which is far from any Hessian where unknowns have units of different sizes.
+/// The scale of each unknown; empty: all are 1. The method works on unknowns divided by these: L-BFGS starts from a
+/// multiple of the unit matrix, far from any Hessian if unknowns have units of different sizes.
 using Scale = Eigen::VectorXd;
 
 Eigen::VectorXd scaled(const Eigen::VectorXd& gradient, const Scale& scale) {
@@ -130,7 +130,7 @@ Eigen::VectorXd steepest(const Eigen::VectorXd& gradient, const Scale& scale) {
   return -scaled(scaled(gradient, scale), scale);
 }
 
-/// Those that are not known, from a gradient: the first-order change of the loss is that of the largest known one.
+/// Sizes; unknown ones from a gradient, so that they change the loss, to first order, as much as the largest known one.
 std::vector<double> sizes_of(const std::vector<UnknownScale>& scales, const Eigen::VectorXd& gradient) {
   const auto slope_of = [&](const UnknownScale& part) { return gradient.segment(part.first, part.count).stableNorm(); };
   double most = 0;
@@ -168,7 +168,8 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
               const Scale& scale) {
   const double product = step.dot(change);
   const double length = scale.size() == 0 ? step.norm() : step.cwiseQuotient(scale).norm();
-  if (!(product > 1e-14 * length * scaled(change, scale).norm())) return;  // keeps the approximation positive definite
+  if (!(product > 1e-14 * length * scaled(change, scale).norm()))
+    return;  // so that the approximation stays positive definite
   if (pairs.size() == memory) pairs.pop_front();
   pairs.push_back({std::move(step), std::move(change), 1 / product});
 }
@@ -176,8 +177,8 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
 /// A point of the projected path x + t*direction.
 struct PathPoint {
   Eigen::VectorXd x, gradient;
-  double loss = 0, expected = 0;  // expected: by the slope at the start
-  double slope = 0;               // of what has not met a bound
+  double loss = 0, expected = 0;  // expected: the change by the slope at the start
+  double slope = 0;               // over components that have not reached a bound
 };
 
 class PathSearch {
@@ -185,8 +186,8 @@ class PathSearch {
   PathSearch(Minimiser& minimiser, const LbfgsState& from, const Eigen::VectorXd& direction)
       : minimiser_(minimiser), from_(from), direction_(direction), start_slope_(from.gradient.dot(direction)) {}
 
-  /// Shorter until the loss has fallen enough; from the first step on longer while it falls about as steeply as at the
-  /// start.
+  /// Shortens the step until the loss has decreased enough; lengthens the first one while the loss falls about as
+  /// steeply as at the start.
   bool run(double step) {
     int rounded = 0;
     for (int k = 0; k < most_trials && rounded < most_rounded_trials && step < longest_step; ++k) {
@@ -205,8 +206,7 @@ class PathSearch {
       best_ = trial_;
       found_ = true;
       if (is_shortened_ || !(trial_.slope < curvature * start_slope_)) return true;
-      const double growth =
-          start_slope_ / (start_slope_ - trial_.slope);  // to where the slope vanishes, if it goes on like this
+      const double growth = start_slope_ / (start_slope_ - trial_.slope);  // extrapolates to where the slope vanishes
       step *= growth > 0 && growth < most_growth ? std::max(growth, least_growth) : most_growth;
     }
     return found_;
@@ -235,7 +235,7 @@ class PathSearch {
   bool found_ = false, is_shortened_ = false;
 };
 
-/// False when no step along the projected path lowers the loss enough.
+/// Returns false if no step along the projected path lowers the loss enough.
 bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first,
                    size_t memory, const Scale& scale) {
   PathSearch search(minimiser, state, direction);
@@ -247,7 +247,7 @@ bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorX
   return true;
 }
 
-/// What the pairs say of the components that are free: those at their bounds take no part in the curvature.
+/// The pairs restricted to free components: those at their bounds do not contribute to the curvature.
 std::deque<Pair> free_part(const std::deque<Pair>& pairs, const Bounds& bounds, const LbfgsState& state,
                            const Scale& scale) {
   std::deque<Pair> parts;
@@ -336,7 +336,7 @@ ScaledResult minimise_scaled(const Lbfgs& method, const Objective& objective, Ei
       break;
     }
     ++minimiser.result.iterations;
-    // The gradient still has digits where the loss has none: as long as it falls this goes on.
+    // The gradient still has accurate digits when changes of the loss are rounding: continue while it decreases.
     const bool falls =
         free_norm(bounds, state.x, state.gradient, scale) < 0.5 * free_norm(bounds, before, gradient, scale);
     is_rounding = !falls && minimiser.is_rounding(state.loss, state.loss - loss,

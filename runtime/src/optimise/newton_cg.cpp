@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Newton's method with a trust region (Nocedal and Wright, Numerical Optimization, algorithms 4.1 and 7.2): each step
-// minimises the quadratic model by conjugate gradients, which stop at the region's edge, at negative curvature (and go
-// on to the edge along it), or when the model's gradient is small enough. At bounds the step is projected.
+// Newton's method with a trust region (Nocedal and Wright, Numerical Optimization, algorithms 4.1 and 7.2). Each step
+// minimises the quadratic model by conjugate gradients. These stop at the edge of the region, at negative curvature
+// (after moving along it to the edge), or if the model's gradient is small enough. At bounds the step is projected.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,10 +11,10 @@
 namespace dpde {
 namespace {
 
-constexpr double least_agreement = 1e-4;  // of actual to predicted decrease: below, the step is not taken
+constexpr double least_agreement = 1e-4;  // of actual to predicted decrease: below, the step is rejected
 constexpr int most_rejections = 40;
 
-/// A step and how much the quadratic model falls along it.
+/// A step and the decrease of the quadratic model along it.
 struct ModelStep {
   Eigen::VectorXd step;
   double decrease = 0;
@@ -28,8 +28,8 @@ double distance_to_edge(const Eigen::VectorXd& p, const Eigen::VectorXd& d, doub
   return b > 0 ? -c / (b + root) : (root - b) / a;
 }
 
-/// Steihaug's method, the more exact the smaller the gradient has become, so that Newton's method ends superlinearly.
-/// `product` is that of the Hessian at the current point; false when it is not finite.
+/// Steihaug's method; more exact as the gradient decreases, for superlinear convergence. `product` multiplies by the
+/// Hessian at the current point; returns false if it is not finite.
 template <class Product>
 bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, int iterations, const Product& product,
            ModelStep& model) {
@@ -59,7 +59,7 @@ bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, in
   return true;
 }
 
-/// One step that lowers the loss, in a smaller and smaller region.
+/// Makes a step that lowers the loss, shrinking the region until there is one.
 bool move(const NewtonCg& method, Minimiser& minimiser, NewtonCgState& state, const HessianProduct& hessian) {
   const Bounds& bounds = minimiser.bounds;
   if (state.first_norm == 0) state.first_norm = std::max(state.gradient.norm(), std::numeric_limits<double>::min());
@@ -82,7 +82,7 @@ bool move(const NewtonCg& method, Minimiser& minimiser, NewtonCgState& state, co
     double trial_loss = 0;
     const bool good = minimiser.evaluate(trial, trial_loss, trial_gradient);
     const double agreement = good ? (state.loss - trial_loss) / model.decrease : -1;
-    // Where both decreases are rounding the ratio says nothing: a step that lowers the gradient is a good one.
+    // If both decreases are rounding their ratio is meaningless: a step that lowers the gradient is accepted.
     const bool rounding =
         good && model.decrease <= 1e-14 * std::abs(state.loss) && trial_gradient.norm() < state.gradient.norm();
     if (agreement < 0.25 && !rounding) {

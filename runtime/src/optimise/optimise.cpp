@@ -49,7 +49,7 @@ std::vector<UnknownScale> scales_of(const Eigen::VectorXd& start, std::vector<Un
 bool Minimiser::evaluate(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
   loss = objective(x, gradient);
   ++result.evaluations;
-  return std::isfinite(loss) && std::isfinite(gradient.squaredNorm());  // which all methods take
+  return std::isfinite(loss) && std::isfinite(gradient.squaredNorm());  // all methods use the squared norm
 }
 
 bool Minimiser::start(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
@@ -95,7 +95,7 @@ bool Minimiser::stop(StopReason reason) {
 
 namespace {
 
-/// The loop of the methods that make one evaluation an update. update(x, gradient, k) changes x, k = 1, 2, ...
+/// The loop of the methods with one evaluation for each update. update(x, gradient, k) changes x, k = 1, 2, ...
 template <class Update>
 OptimiseResult descend(Minimiser& minimiser, Eigen::VectorXd x, const Update& update) {
   Eigen::VectorXd gradient;

@@ -8,7 +8,7 @@
 namespace dpde {
 namespace {
 
-constexpr double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;  // of Adam, as everywhere
+constexpr double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;  // usual values of Adam
 
 }  // namespace
 
