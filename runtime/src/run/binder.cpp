@@ -14,12 +14,12 @@ namespace {
 
 bool contains(const std::vector<ValueId>& ids, ValueId id) { return std::ranges::find(ids, id) != ids.end(); }
 
-/// An interpreter reads fields after it has written others.
+/// Whether the step may overwrite the state. Not with an interpreter: it reads fields after it has written others.
 char may_be_over(const dpde_program& program, const dpde_swap& swap) {
   return swap.is_over != 0 && program.interpret == nullptr ? 1 : 0;
 }
 
-/// Whether it is what a loss weighs, which the rollout sets.
+/// Whether the parameter is the seed of a loss adjoint, which the rollout sets.
 bool is_seed(const dpde_program& program, int param) {
   return std::ranges::any_of(links_of(program), [&](const dpde_link& link) {
     return link.kind == DPDE_LINK_SUM && link.derived_kind == DPDE_LINK_PARAM && link.derived == param;
@@ -34,7 +34,7 @@ void Binder::bind_params(BoundProgram& bound) const {
   for (int p = 0; p < program.param_count; ++p) {
     const ValueId id = ids.params[static_cast<size_t>(p)];
     if (id == ValueIds::t || is_seed(program, p)) continue;
-    if (id == ValueIds::dt) {  // what the caller binds under that name is not asked
+    if (id == ValueIds::dt) {  // always from the setup, even if the caller binds this name
       bound.executor.set_param(p, setup_.dt);
     } else if (const int average = setup_.averages_at()[id]; average >= 0) {
       bound.averages.emplace_back(p, static_cast<size_t>(average));
@@ -48,7 +48,7 @@ void Binder::bind_params(BoundProgram& bound) const {
   bound.dt_param = ids.param(ValueIds::dt);
 }
 
-/// Binds the caller's fields; whatever else is not computed by the program and not in own is missing.
+/// Binds the caller's fields. Throws for any other input that is not in `own`.
 void Binder::bind_inputs(BoundProgram& bound, const std::vector<ValueId>& own) {
   const dpde_program& program = bound.executor.program();
   std::vector<int> temporaries;
@@ -76,7 +76,7 @@ void Binder::bind_inputs(BoundProgram& bound, const std::vector<ValueId>& own) {
     bound.executor.bind(temporaries[i], bound.temporaries.base(static_cast<int64_t>(i)));
 }
 
-/// own: fields that the caller of this function binds itself (beside the states).
+/// own: fields that the caller of bind() binds itself, in addition to the states.
 BoundProgram Binder::bind(const dpde_program& program, std::vector<ValueId> own, bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup_.layout, setup_.team, solvers_, setup_.ranks)};
   memory_.add_program(bound.executor);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks up every name of every program of a rollout, once; everything that is missing is an error that names it.
-// Inside the runtime only.
+// Looks up every name of every program of a rollout, once. A missing one is an error with its name. Inside the runtime
+// only.
 #pragma once
 
 #include <memory>
@@ -23,12 +23,13 @@ class Binder {
         sums_(sums),
         solvers_(setup.solvers ? setup.solvers : make_solver_store()) {}
 
-  /// The first one says which halos of states steps keep filled. `own`: results that are bound by whoever calls this.
+  /// The first step that is bound defines for which states steps keep halos filled. `own`: results that the caller
+  /// binds.
   BoundStep bind_step(const dpde_program& program, std::vector<ValueId> own = {});
   BoundRate bind_rate();
-  /// `own`: fields that are bound by whoever calls this.
+  /// `own`: fields that the caller binds.
   BoundAdjoint bind_adjoint(const dpde_program& program, std::vector<ValueId> own = {});
-  /// Of the losses of the setup.
+  /// For loss `number` of the setup.
   BoundTerm bind_term(size_t number);
 
  private:
@@ -42,7 +43,7 @@ class Binder {
   const StateIds& states_;
   RunMemory& memory_;
   GradientSums& sums_;
-  std::shared_ptr<SolverStore> solvers_;  // of all programs
+  std::shared_ptr<SolverStore> solvers_;  // shared by all programs
   std::vector<char> filled_;              // of each state: whether steps fill its halo
 };
 

@@ -16,20 +16,20 @@
 
 namespace dpde {
 
-/// The states, and their next values as adjoints know them.
+/// The states, and the names of their next values in adjoints.
 struct StateIds {
   std::vector<ValueId> now, next;
 };
 
-/// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
+/// A program of the rollout: its executor, its state fields, and everything else to set before a run.
 struct BoundProgram {
   Executor executor;
   int t_param = -1, dt_param = -1;
-  std::vector<std::pair<int, size_t>> controls;        // parameter, and number among the rollout's controls
-  std::vector<std::pair<int, size_t>> averages;        // parameter, and number among those of the losses
-  std::vector<std::pair<int, size_t>> control_fields;  // field, and number among those of the setup
-  std::vector<int> states;                             // field of each state; -1 when the program does not read it
-  std::vector<int> fill_states;                        // fields of states whose halo the step does not keep filled
+  std::vector<std::pair<int, size_t>> controls;        // parameter, and index among the rollout's controls
+  std::vector<std::pair<int, size_t>> averages;        // parameter, and index among the averages of the losses
+  std::vector<std::pair<int, size_t>> control_fields;  // field, and index among the setup's control fields
+  std::vector<int> states;                             // field of each state; -1: not read
+  std::vector<int> fill_states;                        // fields of states whose halos the step does not keep filled
   std::vector<int> fill_inputs;                        // fields of the caller
   FieldPool temporaries;
 
@@ -50,12 +50,12 @@ struct BoundProgram {
   }
 };
 
-/// A sum <param>_bar of a program and its place among the parameter gradients.
+/// A sum <param>_bar of a program and its index among the parameter gradients.
 struct ParamBar {
   size_t sum, param;
 };
 
-/// The field x_bar of an adjoint, and the number of x among the sought fields.
+/// The field x_bar of an adjoint, and the index of x among the sought fields.
 struct FieldBar {
   int field;
   size_t number;
@@ -64,14 +64,14 @@ struct FieldBar {
 struct BoundStep {
   BoundProgram program;
   std::vector<int> next;      // field of each state's next value
-  std::vector<char> is_over;  // of each state: whether that may have the state's memory
+  std::vector<char> is_over;  // of each state: whether the next value may share its memory
 
   void bind(const StateBuffer& from, const StateBuffer& to) {
     program.bind_states(from);
     for (size_t i = 0; i < to.size(); ++i) program.executor.bind(next[i], to[i]);
   }
 };
-/// How fast things move at a state: 1/time, in each cell.
+/// The rate of change of a state in each cell: 1/time, for the Courant number.
 struct BoundRate {
   BoundProgram program;
   int field;
@@ -79,12 +79,12 @@ struct BoundRate {
 struct BoundAdjoint {
   BoundProgram program;
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
-  std::vector<char> is_over;        // whether these may have the same memory
+  std::vector<char> is_over;        // whether both may share memory
   std::vector<ParamBar> params;
-  std::vector<FieldBar> fields, totals;  // whose values are to be added to what is kept; which the program adds to
-  int64_t bytes = 0;                     // of its pools
+  std::vector<FieldBar> fields, totals;  // whose values are added to stored sums; to which the program itself adds
+  int64_t bytes = 0;                     // of its memory pools
 };
-/// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
+/// Data of a loss: a field and its memory at each entry of at_steps (or one for all).
 struct BoundData {
   int field;
   std::vector<void*> at;
@@ -96,7 +96,7 @@ struct BoundLoss {
 };
 struct BoundLossAdjoint {
   BoundProgram program;
-  std::vector<int> results;  // field u_bar of each state; -1 when the loss does not depend on it
+  std::vector<int> results;  // field u_bar of each state; -1: the loss does not depend on it
   std::vector<ParamBar> params;
   std::vector<FieldBar> fields;
   std::vector<BoundData> data;
@@ -105,9 +105,9 @@ struct BoundTerm {
   double weight;
   BoundLoss loss;
   std::optional<BoundLossAdjoint> adjoint;
-  int seed = -1;             // parameter of the adjoint: what the loss weighs
-  int average = -1;          // what it adds to in place of the loss
-  bool of_averages = false;  // once a run
+  int seed = -1;             // parameter of the adjoint: the weight of the loss
+  int average = -1;          // index of the average to which it adds, in place of the loss
+  bool of_averages = false;  // evaluated once a run
 };
 
 /// @throws Error(run), always.

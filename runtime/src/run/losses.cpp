@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses of averages, L = F(a_1, ..., a_m, p) with a_j = sum over states of s_j(x_k): the run adds up the averages,
-// then F is computed once, and its derivatives are what the adjoint of each s_j is weighed with on the way back:
+// Losses of averages, L = F(a_1, ..., a_m, p) with a_j = sum over states of s_j(x_k). The run adds up the averages,
+// then F is evaluated once. Its derivatives are the weights of the adjoints of the s_j on the way back:
 //
 //   dL/dx_k = sum_j dF/da_j * ds_j/dx_k
 //
-// So a gradient takes no more runs than that of any other loss.
+// So a gradient needs as many runs as that of any other loss.
 #include "run/losses.h"
 
 #include <algorithm>
@@ -15,10 +15,10 @@
 
 namespace dpde {
 
-/// Of the whole grid, so that all ranks say the same.
+/// Of the whole grid, so that all ranks agree.
 double FarLook::magnitude(const void* base) const { return largest_of(ranks_, largest_magnitude(layout_, base)); }
 
-/// Beyond reason it is as little a result as states that are not finite.
+/// Growth beyond reason counts as not finite.
 double FarLook::look(const StateBuffer& first, int k, double t, const StateBuffer& state, double loss) {
   bool is_far = false;
   for (size_t s = 0; s < state.size(); ++s) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The losses of a rollout: which counts at which state, and what they and the averages that they are made of come to.
-// Inside the runtime only.
+// The losses of a rollout: at which states they are evaluated, their values and those of averages. Inside the runtime
+// only.
 #pragma once
 
 #include <algorithm>
@@ -19,19 +19,19 @@
 
 namespace dpde {
 
-/// Loss `term`, with its data of `entry`, counts at state `step`.
+/// Loss `term`, with its data of `entry`, is evaluated at state `step`.
 struct LossEvent {
   int step;
   size_t term, entry;
 };
 
-/// Keeps a state that is far above where the run began, which the way back may write over.
+/// Stores a state that is far above the initial one, since the adjoints may overwrite it.
 class FarLook {
  public:
   explicit FarLook(const RolloutSetup& setup) : layout_(setup.layout), ranks_(setup.ranks) {}
   void begin() { found_.reset(); }
   const FarState* found() const { return found_ ? &*found_ : nullptr; }
-  /// At state k, at the time t, with its `loss`: that, and no number where the state has grown beyond reason.
+  /// Checks state k, at time t; returns its `loss`, NaN if the state has grown beyond reason.
   double look(const StateBuffer& first, int k, double t, const StateBuffer& state, double loss);
 
  private:
@@ -40,23 +40,23 @@ class FarLook {
   const dpde_layout& layout_;
   Communicator* const ranks_;
   std::optional<FarState> found_;
-  std::vector<Field> fields_;  // its memory, once there is one
+  std::vector<Field> fields_;  // its memory, allocated on first use
 };
 
-/// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
+/// Steps are queried in order, in either direction: the position in the list is stored, nothing is searched.
 class LossEvents {
  public:
   explicit LossEvents(const std::vector<LossTerm>& losses);
-  /// The last step with a loss: gradients run so far.
+  /// The last step with a loss: gradients run to it.
   int last() const { return events_.empty() ? 0 : events_.back().step; }
   std::span<const LossEvent> at(int k);
   const std::vector<LossEvent>& all() const { return events_; }
-  /// The first step behind n, of those before the last, with a loss.
+  /// The first step after n with a loss; n must be before the last one.
   int next_after(int n) const { return std::ranges::upper_bound(events_, n, {}, &LossEvent::step)->step; }
 
  private:
-  std::vector<LossEvent> events_;  // in order of their steps; not a list over all steps, of which there may be 1e9
-  size_t next_ = 0;                // of those at or behind the step that was asked for last
+  std::vector<LossEvent> events_;  // sorted by step; no list over all steps, of which there may be 1e9
+  size_t next_ = 0;                // the first event at or after the step of the last query
 };
 
 class Losses {
@@ -83,18 +83,18 @@ class Losses {
   void lose() { value_ = std::numeric_limits<double>::quiet_NaN(); }
   const FarState* far_state() const { return far_.found(); }
   void add(int k, const StateBuffer& state) { add(at(k), k, state); }
-  /// Those of `due` at the state k, which is `state`.
+  /// Adds the losses of `due` at state k, which is `state`.
   void add(std::span<const LossEvent> due, int k, const StateBuffer& state);
 
-  /// `take` gets what the adjoint of each loss of averages has found.
+  /// Calls `take` with the sums of the adjoint of each loss of averages.
   void derive_averages(const std::function<void(std::span<const double> sums, const BoundLossAdjoint&)>& take);
-  /// What a loss of averages changes with one of them; nothing where it is none.
+  /// Adds the derivative by an average; does nothing for other values.
   void add_to_average(ValueId id, double bar);
-  /// Before the way back: their adjoints are weighed with that.
+  /// Before the adjoints run: sets the weights of the averages' terms.
   void weigh_averages();
 
  private:
-  /// What a run's states add up to, and what the losses that are made of it change with it.
+  /// Sum over a run's states, and derivative of the losses by it.
   struct Average {
     double value = 0, bar = 0;
   };

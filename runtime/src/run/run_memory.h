@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rollout allocates, counted where it is allocated. Inside the runtime only.
+// Counts the allocations of a rollout. Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -12,30 +12,30 @@
 
 namespace dpde {
 
-/// What a plan counts is what a run takes, since both come here.
+/// Plans and runs both allocate through this class, so that a plan counts exactly what a run takes.
 class RunMemory {
  public:
-  enum class Purpose { run, plan };  // plan: nothing is bound, and memory is counted only
-  /// `is_of_gradient`: pools are taken from the system at once, so that what does not fit is told before the run and
-  /// not on the way back.
+  enum class Purpose { run, plan };  // plan: only counts, allocates nothing
+  /// `is_of_gradient`: touches all pages of a pool immediately, so that missing memory is reported before the run and
+  /// not during the adjoints.
   explicit RunMemory(Purpose purpose, bool is_of_gradient = false) : purpose_(purpose), touches_(is_of_gradient) {}
 
   bool is_plan() const { return purpose_ == Purpose::plan; }
-  /// Of no memory in a plan.
+  /// Without memory in a plan.
   FieldPool pool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
-  /// State `number`, which the caller sets.
+  /// Counts state `number`, which the caller allocates.
   void add_initial(const dpde_layout& layout, int number);
-  /// What it holds beside its fields.
+  /// Counts the memory of a program besides its fields.
   void add_program(const Executor& executor) { programs_.emplace_back(&executor.program(), executor.memory()); }
-  /// Of a program that is dropped, with so many bytes of pools.
+  /// Removes a program that is dropped, with `bytes` bytes of pools.
   void give_back(const dpde_program& program, int64_t bytes) {
     bytes_ -= bytes;
     std::erase_if(programs_, [&](const auto& one) { return one.first == &program; });
   }
 
-  /// Of all pools in memory and the initial states.
+  /// Bytes of all pools in memory and of the initial states.
   int64_t bytes() const { return bytes_; }
-  /// Of programs.
+  /// Memory of the programs.
   std::vector<OwnedMemory> owned() const {
     std::vector<OwnedMemory> all;
     for (const auto& [program, owned] : programs_) all.insert(all.end(), owned.begin(), owned.end());

@@ -79,7 +79,7 @@ void States::copy_first() {
   for (size_t s = 0; s < count(); ++s) copy_all(layout_, now()[s], first()[s]);
 }
 
-/// Of ranks it is the one whose cell has the smallest number in the whole grid.
+/// With ranks: the bad cell with the smallest number in the whole grid.
 std::optional<Cell> States::find_bad_cell(const void* state, double& value) const {
   const std::optional<Cell> own = find_not_finite(layout_, state);
   if (own) value = value_at(layout_, state, *own);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states of a rollout: which they are, their memory, and the look at their values. Inside the runtime only.
+// The states of a rollout: names, memory, and the check of their values. Inside the runtime only.
 #pragma once
 
 #include <deque>
@@ -14,8 +14,8 @@
 
 namespace dpde {
 
-/// How many buffers there are beside that of the initial state, and of each state in fewer of them: from the third on
-/// the same ones again and again, or the third alone where steps are made over the state.
+/// Number of buffers besides that of the initial state. A state with fewer buffers reuses those from the third on in
+/// turn, or only the third if steps overwrite the state.
 struct BufferPlan {
   int64_t count = 0;
   std::vector<int64_t> of_state;
@@ -23,10 +23,10 @@ struct BufferPlan {
   int64_t fields() const;
 };
 
-/// Buffer 0 is the initial state, the others lie in a pool.
+/// Buffer 0 is the initial state, the others are in a pool.
 class States {
  public:
-  /// @throws Error(run) where there is no step, or the trial estimates nothing.
+  /// @throws Error(run) if there is no step, or if the trial program has no error estimate.
   States(const ResolvedSetup& setup, RunMemory& memory);
   void allocate(const BufferPlan& plan, RunMemory& memory, const std::string& folder);
 
@@ -37,22 +37,23 @@ class States {
 
   const StateBuffer& first() const { return buffers_.front(); }
   const StateBuffer& buffer(int number) const { return buffers_[static_cast<size_t>(number)]; }
-  /// Of the current state.
+  /// The current state.
   const StateBuffer& now() const { return buffer(current_); }
   int current() const { return current_; }
   void go_to(int number) { current_ = number; }
-  /// To the initial state, all buffers with the memory that they were given.
+  /// Makes the initial state current and resets all buffers to their allocated memory.
   void go_to_first();
-  /// Chooses the memory in which a step from the current state writes buffer `number`: for states that are `over`
-  /// that of the current one, unless this is the initial state or `kept`; else another one than that of both.
+  /// Chooses the memory of buffer `number` for a step from the current state. States that `may_be_over` share the
+  /// memory of the current one, unless that is the initial state or `kept`; others get memory that neither of them
+  /// uses.
   void place(int number, int kept, const std::vector<char>& may_be_over, bool is_over);
-  /// A buffer to work in that is neither that of the current state nor `kept`.
+  /// A work buffer that is neither that of the current state nor `kept`.
   int free_buffer(int kept) const;
   int free_buffer() const { return free_buffer(current_); }
-  /// Into a buffer of its own, which is then the current one.
+  /// Copies the initial state to a separate buffer, which becomes current.
   void copy_first();
 
-  /// The first value of the state `step`, at the time t, that is not finite.
+  /// The first value that is not finite of state `step`, at time t.
   std::optional<BlowUp> find_blow_up(int step, double t, const StateBuffer& state) const;
 
  private:
@@ -64,11 +65,11 @@ class States {
   std::vector<Field> initial_;
   FieldPool pool_;
   std::vector<StateBuffer> buffers_;
-  std::vector<StateBuffer> given_;  // the first ones as they were allocated: place() changes no others
+  std::vector<StateBuffer> given_;  // the first ones as allocated: place() changes no others
   int current_ = 0;
 };
 
-/// States between the parts of a step, made when they are first needed.
+/// States between substeps, allocated on first use.
 class PartStates {
  public:
   PartStates(const dpde_layout& layout, size_t states) : layout_(layout), states_(states) {}
@@ -78,8 +79,8 @@ class PartStates {
  private:
   const dpde_layout& layout_;
   size_t states_;
-  std::vector<FieldPool> pools_;     // two to work in, and in gradients those that are stored
-  std::deque<StateBuffer> buffers_;  // a deque: buffers in use stay where they are
+  std::vector<FieldPool> pools_;     // two work buffers and, in gradients, the stored ones
+  std::deque<StateBuffer> buffers_;  // a deque keeps addresses of buffers in use
 };
 
 }  // namespace dpde

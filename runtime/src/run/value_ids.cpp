@@ -22,7 +22,7 @@ int ProgramIds::derived(int kind, ValueId primal) const {
 void Places::add(ValueId id, int place) {
   if (id >= static_cast<int>(places_.size())) places_.resize(static_cast<std::size_t>(id) + 1, -1);
   int& known = places_[static_cast<std::size_t>(id)];
-  if (known < 0) known = place;  // the first of that name
+  if (known < 0) known = place;  // the first one of that name
 }
 
 ValueIds::ValueIds() {

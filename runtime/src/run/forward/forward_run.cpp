@@ -8,7 +8,7 @@
 namespace dpde {
 namespace {
 
-constexpr int check_interval = 64;  // a check reads the states once: under 1 % of 64 steps
+constexpr int check_interval = 64;  // a check reads the states once: under 1 % of the time of 64 steps
 
 }  // namespace
 
@@ -20,8 +20,8 @@ int ForwardRun::make_steps(int n, int until, int kept) {
   return count;
 }
 
-/// State `from`, in buffer `safe`, is finite, the one of `found` is not: finds the first bad one; the current state is
-/// then the last good one.
+/// Finds the first bad state. State `from`, in buffer `safe`, is finite, that of `found` is not. Afterwards the current
+/// state is the last good one.
 BlowUp ForwardRun::locate_blow_up(int from, int safe, const BlowUp& found) {
   states_.go_to(safe);
   for (int n = from; n < found.step; ++n) {
@@ -53,7 +53,7 @@ RunResult ForwardRun::run(const Observer& observer, int first, FloatMode of_host
     const FloatScope scope(of_host);
     observer.call({k, inputs_.time(k), states_.now(), k == end});
   };
-  // Of the step that has led to state k; only the last one's change is wanted as a number.
+  // For the step that led to state k; only the last change is computed as a number.
   const auto look_for_steady = [&](const StateBuffer& from, const StateBuffer& to) {
     const bool is_reached = steady_.is_still(from, to);
     if (is_reached) end = until = k;
@@ -75,7 +75,7 @@ RunResult ForwardRun::run(const Observer& observer, int first, FloatMode of_host
     }
     if (k == end || k == safe_step + check_interval) {
       if (const std::optional<BlowUp> found = find_blow_up(k, states_.now())) {
-        seen.end();  // it has seen them
+        seen.end();  // the repeated steps are not observed again
         done.blow_up = locate_blow_up(safe_step, safe, *found);
         return finish(done.blow_up->step - 1);
       }
@@ -123,7 +123,7 @@ bool ForwardRun::add_losses() {
     return steady.has_value();
   }
   losses_.add(0, states_.first());
-  for (int n = 0, until = 0; n < losses_.last();) {  // until: where the next loss is
+  for (int n = 0, until = 0; n < losses_.last();) {  // until: the next step with a loss
     if (watch_.stopping()) return false;
     if (n == until) until = losses_.events().next_after(n);
     const int count = make_steps(n, until, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs forward: steps, losses along the way, and the search for the first value that is not finite. Inside the runtime
+// Forward runs: steps, losses along the way, and the search for the first value that is not finite. Inside the runtime
 // only.
 #pragma once
 
@@ -24,16 +24,17 @@ class ForwardRun {
         steady_(steady),
         watch_(watch) {}
 
-  /// Once the states have memory: until a run has ended final_states() are the initial ones.
+  /// Call once the states have memory. Until a run has ended final_states() are the initial ones.
   void begin() { final_ = states_.first(); }
-  /// From the initial state, which is state `first`; the halos of all inputs of steps are filled.
+  /// From the initial state, which is state `first`; halos of all inputs of steps must be filled.
   RunResult run(const Observer& observer, int first, FloatMode of_host);
-  /// The same, for the losses: false when stopped or, until steady, where values are not finite.
+  /// Runs to the last loss and adds up the losses; returns false when stopped or, in runs until steady, if values are
+  /// not finite.
   bool add_losses();
-  /// Where run() or advance() has ended.
+  /// The states at the end of run() or advance().
   const StateBuffer& final_states() const { return final_; }
 
-  // By hand
+  // Single steps
   void restart(int step);
   RunResult advance(int count, bool until_steady);
 
@@ -42,8 +43,8 @@ class ForwardRun {
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const {
     return states_.find_blow_up(step, inputs_.time(step), state);
   }
-  /// From the current state, and goes on to it: how many were made, of at most those until state `until`. `kept` is a
-  /// buffer that is left alone.
+  /// Makes steps from the current state, at most to state `until`, and makes the result current; returns their number.
+  /// Buffer `kept` is not overwritten.
   int make_steps(int n, int until, int kept);
 
   const RolloutSetup& setup_;
@@ -55,7 +56,7 @@ class ForwardRun {
   RunWatch& watch_;
   StateBuffer final_;
   int reached_ = 0;        // steps of advance() since restart()
-  bool compares_ = false;  // each state is looked at beside the one before
+  bool compares_ = false;  // each state is compared with the previous one
 };
 
 }  // namespace dpde

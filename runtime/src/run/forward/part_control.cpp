@@ -16,7 +16,7 @@ void PartControl::begin(int first) {
   if (first == 0 || state_.length == 0) state_ = {first_length_, 1, false};
 }
 
-/// Parts that are shortened to end with the step leave none behind them that is shorter than themselves.
+/// A substep that is shortened because of the step's end leaves a rest that is no shorter than itself.
 double PartControl::length(double rest) const {
   return state_.length >= rest * (1 - 1e-9) ? rest : std::min(state_.length, rest / 2);
 }
@@ -26,7 +26,7 @@ void PartControl::accept(const PartOfStep& part, double error) {
   const double factor = safety * std::pow(now, -0.85 / order_) * std::pow(state_.error, 0.2 / order_);
   const double most = state_.has_refused ? 1 : most_change;
   const double next = part.length * std::clamp(factor, 1 / most_change, most);
-  // A length that the end of the step has cut says nothing against the one that was wanted.
+  // A substep cut short by the end of the step does not reduce the intended length.
   state_.length = part.length < state_.length ? std::max(next, state_.length) : next;
   state_.error = std::max(error, least_error_before);
   state_.has_refused = false;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lengths of the parts of steps under a tolerance: chosen, recorded, and read again. Inside the runtime only.
+// Lengths of substeps under a tolerance: chosen, recorded, and replayed. Inside the runtime only.
 //
-// The controller is nearly that of DOPRI5, which lets parts grow tenfold and shortens refused ones otherwise (Hairer,
-// Norsett, Wanner, Solving Ordinary Differential Equations I, II.4, and II, IV.2; Gustafsson 1991): with e the error
-// over what is tolerated, of the order k in the length h,
+// The PI controller is close to that of DOPRI5, which lets steps grow tenfold and shortens rejected ones in another way
+// (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4, and II, IV.2; Gustafsson 1991). With e the
+// error over the tolerated one, of order k in the length h,
 //   h_next = h*0.9*e^-(0.85/k)*e_before^(0.2/k), within h/5 and 5*h.
 #pragma once
 
@@ -15,20 +15,20 @@ class PartControl {
  public:
   PartControl(double first_length, int order) : first_length_(first_length), order_(order) {}
 
-  /// From step `first` on.
+  /// Starts at step `first`.
   void begin(int first);
-  /// Null: what is chosen here. What it points to must stay.
+  /// Replays `record`, which must stay valid; null: chooses lengths itself.
   void follow(const StepRecord* record) { followed_ = record; }
-  /// What counts: of the record that is followed, or of the own one.
+  /// The record in use: the followed one, or the own one.
   const StepRecord& parts() const { return followed_ != nullptr ? *followed_ : record_; }
   const StepController& state() const { return state_; }
   void set_state(const StepController& state) { state_ = state; }
 
-  /// Of the next part, where `rest` is left of the step.
+  /// Length of the next substep, if `rest` of the step remains.
   double length(double rest) const;
   void accept(const PartOfStep& part, double error);
   void refuse(const PartOfStep& part, double error);
-  /// Whatever its error is.
+  /// Records a substep whatever its error.
   void record(const PartOfStep& part) { record_.parts.push_back(part); }
   void end_step() { record_.ends.push_back(record_.parts.size()); }
   size_t recorded() const { return record_.parts.size(); }

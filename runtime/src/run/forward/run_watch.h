@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who waits for a run, a loss or a gradient: is told how far it is, and may stop it. Inside the runtime only.
+// Reports the progress of a run, a loss or a gradient, and lets the caller stop it. Inside the runtime only.
 #pragma once
 
 #include <algorithm>
@@ -29,15 +29,15 @@ class RunWatch {
     return setup_.stop != nullptr && largest_of(setup_.ranks, setup_.stop->load(std::memory_order_relaxed) ? 1 : 0) > 0;
   }
 
-  /// Of `total` steps. The callback sees the floating-point mode of whoever asked.
+  /// `total`: number of steps. The callback runs in the host's floating-point mode.
   void begin(int64_t total, FloatMode of_host) {
     total_ = total;
     worked_ = 0;
     host_mode_ = of_host;
   }
-  /// Counts steps, forward or back, that led to a state at the time t; false when whoever watches wants no more.
+  /// Counts steps, forward or back, that led to a state at time t; returns false if the callback stops the run.
   bool go_on(double t, int worked, bool is_back) { return count(t, worked, total_, is_back); }
-  /// One of a run of which nobody knows the steps: they are at least those that it may take.
+  /// Counts one step of a run of unknown length; the reported total is at least RolloutSetup::steps.
   bool go_on_open(double t, bool is_back) { return count(t, 1, std::max<int64_t>(setup_.steps, worked_ + 2), is_back); }
 
  private:
@@ -52,7 +52,7 @@ class RunWatch {
   GradientCallback call_;
   int every_ = 1;
   FloatMode host_mode_ = 0;
-  int64_t total_ = 0, worked_ = 0;  // in any direction
+  int64_t total_ = 0, worked_ = 0;  // steps in either direction
 };
 
 }  // namespace dpde

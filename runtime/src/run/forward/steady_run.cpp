@@ -14,13 +14,13 @@
 namespace dpde {
 namespace {
 
-constexpr int steps_between_looks = 64;              // for values that are not finite
+constexpr int steps_between_looks = 64;              // steps between checks for values that are not finite
 constexpr int least_vectors = 8, most_vectors = 60;  // of GMRES between restarts
 constexpr int more_terms = 4, most_stalls = 4;
 constexpr int most_newton = 8;
-constexpr double at_rest = 1e-3;  // of what moved before
+constexpr double at_rest = 1e-3;  // factor by which the residual must fall
 
-/// Somebody wants no more while a linear system is solved.
+/// Thrown when the run is stopped within a linear solve.
 struct StoppedBetweenProducts {};
 
 Unsolved no_rest() {
@@ -39,7 +39,7 @@ SteadyRun::SteadyRun(const ResolvedSetup& setup, const StepInputs& inputs, State
   for (const ValueId id : states.ids().now) is_rate_.push_back(setup.is_rate(id) ? 1 : 0);
 }
 
-/// One step, or one product with a step's derivative, more; false where somebody wants no more.
+/// Counts a step, or a product with a step's derivative; returns false if the run is to stop.
 bool SteadyRun::goes_on(int state, bool is_back) {
   was_stopped_ = watch_.stopping() || !watch_.go_on_open(inputs_.time(state), is_back);
   return !was_stopped_;
@@ -96,8 +96,8 @@ std::optional<Steady> SteadyRun::run() {
   throw not_steady({false, setup_.steps, inputs_.time(setup_.steps), change}, setup_.steady);
 }
 
-/// x - step(x) = b for a linear `step`, from the guess x. Neumann's sum b + step(b) + step(step(b)) + ..., cut off, is
-/// the preconditioner, of more terms where GMRES stalls. False when stopped.
+/// Solves x - step(x) = b for a linear `step`, from the guess x, by GMRES. Preconditioner: the truncated Neumann series
+/// b + step(b) + step(step(b)) + ..., with more terms if GMRES stalls. Returns false when stopped.
 bool SteadyRun::solve_fixed_point(const VectorFunction& step, std::span<const double> b, std::span<double> x,
                                   bool is_back, const LinearAccuracy& accuracy, SteadyAdjoint& report) {
   const auto fits = static_cast<int>(std::min<int64_t>(
@@ -158,7 +158,7 @@ std::vector<double> SteadyRun::values_of(const StateBuffer& state) const {
   return values;
 }
 
-/// Into the current state, halos too.
+/// Writes values to the current state, and fills halos.
 void SteadyRun::set(std::span<const double> values) {
   const auto cells = static_cast<size_t>(cell_count(setup_.layout));
   const StateBuffer& state = states_.now();
@@ -175,7 +175,7 @@ std::vector<double> SteadyRun::unrest() {
   return unrest;
 }
 
-/// The size of each state's values: they have units of their own.
+/// Typical size of each state's values, since states have different units.
 std::vector<double> SteadyRun::sizes_of(std::span<const double> values, std::span<const double> otherwise) const {
   const auto cells = static_cast<size_t>(cell_count(setup_.layout));
   const auto largest = [&](std::span<const double> all, size_t s) {
@@ -192,9 +192,9 @@ std::vector<double> SteadyRun::sizes_of(std::span<const double> values, std::spa
   return sizes;
 }
 
-/// Newton's method for S(x) = x, each state in units of its size; S_x*v is a central difference of steps (Knoll and
-/// Keyes 2004). It may take as many products as the adjoint of the steady state did, and those of one space of
-/// GMRES more. False when stopped.
+/// Newton's method for S(x) = x, each state scaled by its size; S_x*v is a central difference of steps (Knoll and Keyes
+/// 2004). Uses at most as many products as the adjoint of the steady state did, plus those of one GMRES cycle. Returns
+/// false when stopped.
 bool SteadyRun::move_to_rest() {
   const LinearAccuracy accuracy = accuracy_of(setup_.layout);
   std::vector<double> x = values_of(states_.now()), left = unrest(), change(x.size()), beside(x.size());
@@ -268,7 +268,7 @@ SteadyAdjoint SteadyRun::solve_adjoint(WayBack& back, std::span<const double> un
   return report;
 }
 
-/// The state is steady as it is given. Nothing when stopped.
+/// Solves for the rates; the state must be steady. Returns nothing when stopped.
 std::optional<Steady> SteadyRun::find_rates() {
   const auto cells = static_cast<size_t>(cell_count(setup_.layout));
   const StateBuffer &from = states_.buffer(1), &to = states_.buffer(2);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs until steady, and the gradient there by the implicit function theorem: where x = S(x, p) for the step S,
+// Runs until steady, and their gradient by the implicit function theorem: x = S(x, p) for the step S, so
 //
 //   (I - S_x^T)*lambda = x_bar,   p_bar += S_p^T*lambda
 //
-// with x_bar of the losses. The adjoint of one step gives S_x^T*lambda and S_p^T*lambda; the linear system is solved by
-// GMRES, so that no trajectory is stored or gone back. Rates are what the tangent step leaves as they are,
-// v = S_x*v + S_p*p_dot, by the same method. Inside the runtime only.
+// with x_bar from the losses. The adjoint of one step gives S_x^T*lambda and S_p^T*lambda. GMRES solves the linear
+// system, so that no trajectory is stored or reversed. Rates are the fixed point of the tangent step, v = S_x*v +
+// S_p*p_dot, by the same method. Inside the runtime only.
 #pragma once
 
 #include <cmath>
@@ -22,11 +22,11 @@
 
 namespace dpde {
 
-/// How well a linear system is solved, relative to its right side: to `tolerance`, or to what rounding leaves, where
-/// that is at most `most_by_rounding`.
+/// Accuracy of a linear solve, relative to its right side: `tolerance`, or rounding if that is at most
+/// `most_by_rounding`.
 struct LinearAccuracy {
   double tolerance, rounding, most_by_rounding;
-  /// Where derivatives are central differences: two thirds of the digits are left, with a step of length().
+  /// For derivatives by central differences: two thirds of the digits remain, with a step of length().
   LinearAccuracy of_differences(double enough) const {
     return {enough, std::pow(rounding, 2.0 / 3), std::pow(most_by_rounding, 2.0 / 3)};
   }
@@ -37,25 +37,25 @@ class SteadyRun {
  public:
   SteadyRun(const ResolvedSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, RunWatch& watch);
 
-  /// Of all states but rates, a unit of time.
+  /// Largest change of all states except rates, per unit of time.
   double largest_change(const StateBuffer& from, const StateBuffer& to) const;
-  /// Reads no further than to the first row that is not.
+  /// Whether all changes are within the tolerance; stops reading at the first row where one is not.
   bool is_still(const StateBuffer& from, const StateBuffer& to) const;
-  /// The step whose adjoint is that of the steady state.
+  /// The step whose adjoint is used for the steady state.
   int last_step() const { return std::max(setup_.steps - 1, 0); }
 
-  /// From the initial state; the current one is then where it ends. Nothing when stopped, or where values are not
+  /// Runs from the initial state; its end becomes the current state. Returns nothing when stopped, or if values are not
   /// finite.
-  /// @throws Unsolved where the steps are not enough.
+  /// @throws Unsolved if the steps are not enough.
   std::optional<Steady> run();
-  /// Whether runs go on from there to the state x = S(x), by Newton's method, in place of more steps.
+  /// Whether runs continue to the state x = S(x) by Newton's method.
   void end_at_rest(bool ends_at_rest) { ends_at_rest_ = ends_at_rest; }
-  /// Whether somebody wanted no more, in the last of these calls.
+  /// Whether the last of these calls was stopped.
   bool was_stopped() const { return was_stopped_; }
-  /// S(x) - x of the current state, all states one behind the other.
+  /// S(x) - x for the current state, all states one after the other.
   std::vector<double> unrest();
-  /// The seeds become lambda, unless stopped. To first order the state comes to rest at x + (I - S_x)^-1*(S(x) - x),
-  /// where the loss is larger by lambda*(S(x) - x).
+  /// Replaces the seeds by lambda, unless stopped. To first order the fixed point is x + (I - S_x)^-1*(S(x) - x), and
+  /// the loss there is larger by lambda*(S(x) - x).
   SteadyAdjoint solve_adjoint(WayBack& back, std::span<const double> unrest);
 
  private:

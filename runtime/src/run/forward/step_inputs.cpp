@@ -27,8 +27,8 @@ void StepInputs::set(BoundProgram& program, int n, const PartOfStep& part) const
   program.executor.update_uniforms();
 }
 
-/// The fields of the interval that step n, or a loss at state n, lies in. Halos are filled when an interval begins: its
-/// field may be new since the last time.
+/// Binds the fields of the interval that contains step n, or a loss at state n. Halos are filled at the begin of an
+/// interval, since its field may have changed.
 void StepInputs::bind_control_fields(BoundProgram& program, int n) const {
   for (const auto& [field, number] : program.control_fields) {
     const ControlField& control = setup_.control_fields[number];

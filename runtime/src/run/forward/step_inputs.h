@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What programs are given in a step or at a state: its time and length, and controls. Inside the runtime only.
+// Inputs of programs in a step or at a state: time, step length, and controls. Inside the runtime only.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace dpde {
 
-/// A Courant number, a tolerance, or the parts of another rollout.
+/// Whether steps are split: by a Courant number, a tolerance, or the record of another rollout.
 inline bool has_parts(const RolloutSetup& setup) {
   return setup.rate != nullptr || setup.trial != nullptr || setup.follows;
 }
@@ -22,23 +22,23 @@ class StepInputs {
 
   double time(int step) const { return t0_ + step * setup_.dt; }
   void set_begin(double t0) { t0_ = t0; }
-  /// Its number among the controls, where it is a new one.
+  /// Returns its index among the controls if it is a new one.
   std::optional<size_t> set_control(ValueId id, int every, std::span<const double> values);
 
-  /// Time and controls in step n, or of a loss at state n, and whatever parameters have been set since.
+  /// Sets time and controls for step n, or for a loss at state n, and applies changed parameters.
   void set(BoundProgram& program, int n) const { set(program, n, {0, setup_.dt}); }
   void set(BoundProgram& program, int n, const PartOfStep& part) const;
   void bind_control_fields(BoundProgram& program, int n) const;
-  /// The first step behind n at which a control field has another interval.
+  /// The first step after n with another interval of a control field.
   int end_of_intervals(int n) const;
 
-  /// A solve that finds nothing says in which step, and when the part of it begins that it belongs to.
+  /// Adds to the error of a failed solve the step and the begin of the substep.
   void run_in_step(Executor& executor, int n, double begin = 0) const;
-  /// And one of a loss, at which time.
+  /// The same for a loss, with its time.
   void run_at_state(Executor& executor, int k) const;
 
  private:
-  /// A parameter that has values[n / every] in step n, the last one beyond.
+  /// A parameter that is values[n / every] in step n, then the last value.
   struct Control {
     ValueId id;
     int every;

@@ -15,7 +15,7 @@
 namespace dpde {
 namespace {
 
-constexpr int most_parts = 100000;       // of a step: what needs more has blown up
+constexpr int most_parts = 100000;       // of a step: if more are needed the run has blown up
 constexpr double smallest_part = 1e-12;  // of a step
 
 }  // namespace
@@ -30,7 +30,7 @@ Stepper::Stepper(const RolloutSetup& setup, const StepInputs& inputs, const Stat
   if (setup.rate != nullptr) rate_.emplace(binder.bind_rate());
 }
 
-/// Blocks where a plain sweep would leave the core's own cache: as many steps as do not compute too much twice.
+/// Plans temporal blocking if a plain sweep exceeds the core's own cache: as many steps as limit the repeated work.
 void Stepper::plan_block() {
   const Executor& executor = step_.program.executor;
   if (setup_.block_steps == 1 || has_parts(setup_)) return;
@@ -109,14 +109,14 @@ void Stepper::show_parts(const Observer* observer, FloatMode of_host) {
   host_mode_ = of_host;
 }
 
-/// The state at its end, to who observes it.
+/// Shows the state at the end of a substep to the observer.
 void Stepper::show_part(int n, const PartOfStep& part, const StateBuffer& state) const {
   if (observer_ == nullptr) return;
   const FloatScope of_host(host_mode_);
   observer_->call({n + 1, inputs_.time(n) + part.begin + part.length, state, false, true});
 }
 
-/// What has blown up is not worth more than one: the look for values that are not finite finds it.
+/// Number of substeps. 1 for a state that has blown up: the check for values that are not finite will find it.
 int Stepper::parts_of(int n, const StateBuffer& state) {
   if (!rate_) return has_parts(setup_) ? static_cast<int>(control_.parts().of(n).size()) : 1;
   BoundProgram& program = rate_->program;
@@ -134,7 +134,7 @@ int Stepper::parts_of(int n, const StateBuffer& state) {
                 "look at what speed is there (dpde run --every 1 keeps the states), or take a shorter step");
 }
 
-/// Its error over what is tolerated; infinite where it is no number, or a solve in it finds nothing: `unsolved`.
+/// Makes a substep; returns its error over the tolerated one. Infinite if it is NaN, or if a solve fails: `unsolved`.
 double Stepper::estimate_part(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to,
                               std::optional<Unsolved>& unsolved) {
   unsolved.reset();
@@ -149,7 +149,7 @@ double Stepper::estimate_part(int n, const PartOfStep& part, const StateBuffer& 
   return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
 }
 
-/// Where a solve has found nothing in a part as short as that it is what is wrong.
+/// Throws if substeps become too short or too many; if a solve failed in them, that is the cause.
 void Stepper::check_parts(int n, const PartOfStep& next, size_t made, const std::optional<Unsolved>& unsolved) const {
   const bool is_too_short = next.length < smallest_part * setup_.dt;
   if (!is_too_short && made <= most_parts) return;
@@ -179,7 +179,7 @@ void Stepper::step_under_tolerance(int n, const StateBuffer& from, const StateBu
     part.length = control_.length(rest);
     const bool is_last = part.length == rest;
     if (part.length < smallest_part * setup_.dt && !is_finite_state(n, *now)) {
-      part.length = rest;  // it does not matter how: who looks for values that are not finite finds them
+      part.length = rest;  // the length does not matter: the check for values that are not finite will find it
       part_of_step(n, part, *now, to);
       control_.record(part);
       break;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes steps: one, in parts where a Courant number or a tolerance asks for them, or several in one pass over memory.
-// Inside the runtime only.
+// Makes steps: single ones, in substeps if a Courant number or a tolerance requires them, or several in one pass over
+// memory. Inside the runtime only.
 #pragma once
 
 #include <optional>
@@ -25,35 +25,35 @@ class Stepper {
   void plan_block();
   BoundProgram& program() { return step_.program; }
   const BoundProgram& program() const { return step_.program; }
-  /// What finds the number of parts; null: none does.
+  /// The program that determines the number of substeps; null: none.
   const BoundProgram* rate_program() const { return rate_ ? &rate_->program : nullptr; }
-  /// Calls visit(program) for each.
+  /// Calls visit(program) for each program.
   template <class Visit>
   void for_each_program(const Visit& visit) {
     visit(step_.program);
     if (rate_) visit(rate_->program);
   }
 
-  /// Fills the halos of all that the caller may have changed: steps go on with step n, from `state`.
+  /// Fills all halos that the caller may have changed; `state` is the one before step n.
   void prepare(int n, const StateBuffer& state);
   void bind(const StateBuffer& from, const StateBuffer& to) { step_.bind(from, to); }
-  /// Of each state whether a step in one part may be made over it; `to` has the memory of `from` then.
+  /// For each state whether an undivided step may overwrite it; `to` then has the memory of `from`.
   const std::vector<char>& may_be_over() const { return step_.is_over; }
-  /// Step n, in its parts.
+  /// Makes step n, with its substeps.
   void step(int n, const StateBuffer& from, const StateBuffer& to);
-  /// `count` steps, as steps_at_once() said.
+  /// Makes `count` steps, a number from steps_at_once().
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
-  /// How many of the steps n .. until - 1 are done in one go.
+  /// How many of the steps n .. until - 1 are done in one pass.
   int steps_at_once(int n, int until) const;
   int block_steps() const { return block_ ? block_->steps() : 1; }
-  /// Steps n, n + 1, ... or, with `adjoint`, their adjoints, from the states before the first one.
+  /// Runs steps n, n + 1, ... from state n or, with `adjoint`, their adjoints.
   void run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results,
                  BoundProgram* adjoint = nullptr);
 
-  // Parts
+  // Substeps
   PartControl& control() { return control_; }
   const PartControl& control() const { return control_; }
-  /// Into how many parts step n is split.
+  /// Number of substeps of step n.
   int parts_of(int n, const StateBuffer& state);
   PartOfStep part_at(int n, int part, int parts) const;
   void part_of_step(int n, const PartOfStep& part, const StateBuffer& from, const StateBuffer& to);
@@ -61,7 +61,7 @@ class Stepper {
   int64_t parts_made() const { return made_; }
   int64_t parts_refused() const { return refused_; }
   void count_parts_anew() { made_ = refused_ = 0; }
-  /// From now on it sees the states between parts, in the floating-point mode of its own; null: nobody does.
+  /// Shows the states between substeps to `observer`, in the host's floating-point mode; null: stops this.
   void show_parts(const Observer* observer, FloatMode of_host);
 
  private:
@@ -80,15 +80,15 @@ class Stepper {
   const States& states_;
   BoundStep step_;
   std::optional<BoundRate> rate_;
-  std::optional<Wavefront> block_;  // several steps at once
+  std::optional<Wavefront> block_;  // several steps in one pass
   PartStates part_states_;
   PartControl control_;
-  int64_t made_ = 0, refused_ = 0;      // parts
-  const Observer* observer_ = nullptr;  // of the run that is being made
+  int64_t made_ = 0, refused_ = 0;      // substeps
+  const Observer* observer_ = nullptr;  // of the present run
   FloatMode host_mode_ = 0;
 };
 
-/// While a run goes on, however it ends.
+/// Shows substeps to an observer until the run ends, also by an exception.
 class PartsSeen {
  public:
   PartsSeen(Stepper& stepper, const Observer& observer, FloatMode of_host) : stepper_(stepper) {

@@ -31,7 +31,7 @@ void AdjointStates::add_spare(size_t state) const {
   add_interior(setup_.layout, seeds()[state], {&setup_.layout, spare()[state]}, setup_.team);
 }
 
-/// By rows in extended range: adjoints of chaotic runs grow without bounds, and their squares twice as far.
+/// Sums row by row with extended range: adjoints of chaotic runs grow without bounds, and squares overflow earlier.
 double AdjointStates::norm() const {
   const dpde_layout& layout = setup_.layout;
   const auto cells = [&](int axis) { return axis < layout.rank ? layout.cells[axis] : 1; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The adjoints of the states at one time, and of those a step before. Inside the runtime only.
+// The adjoints of the states at one time, and of those a step earlier. Inside the runtime only.
 #pragma once
 
 #include <array>
@@ -14,25 +14,25 @@ namespace dpde {
 class AdjointStates {
  public:
   AdjointStates(const RolloutSetup& setup, size_t states) : setup_(setup), states_(states) {}
-  /// Of states that are `over` results have the memory of seeds.
+  /// For states that are `over`, results share the memory of seeds.
   void allocate(RunMemory& memory, const std::vector<char>& over);
 
   void begin() { seeds_ = 0; }
-  /// Where the adjoint of a step reads, and where it writes.
+  /// Input of the adjoint of a step, and its output.
   const StateBuffer& seeds() const { return buffers_[seeds_]; }
   const StateBuffer& results() const { return buffers_[1 - seeds_]; }
-  /// For what is to be added to seeds.
+  /// Buffer for values to be added to the seeds.
   const StateBuffer& spare() const { return buffers_[2]; }
-  /// The results are the seeds of the step before.
+  /// Makes the results the seeds of the previous step.
   void swap() { seeds_ = 1 - seeds_; }
   size_t count() const { return states_; }
 
-  /// The seeds, of all states or of one.
+  /// Clears the seeds, of all states or of one.
   void zero() const;
   void zero(size_t state) const;
-  /// What lies in spare() is added to the seeds of a state.
+  /// Adds spare() to the seeds of a state.
   void add_spare(size_t state) const;
-  /// Of the seeds, over all states and cells.
+  /// 2-norm of the seeds, over all states and cells.
   double norm() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// When all states are stored (state k in buffer k) the pointers of every run are known beforehand. Inside the runtime
+// If all states are stored (state k in buffer k) the pointers of every run are known in advance. Inside the runtime
 // only.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace dpde {
 
 class Frames {
  public:
-  /// Of so many steps; none where a program has none.
+  /// For `steps` steps; stays empty if a program has no frames.
   void make(int steps, const StepInputs& inputs, const States& states, Stepper& stepper, StepAdjoint& adjoint);
   bool empty() const { return steps_.empty(); }
   void run_step(Executor& step, int n) { step.run_frame(&steps_[static_cast<size_t>(n) * step.frame_size()]); }
@@ -22,7 +22,7 @@ class Frames {
   }
 
  private:
-  std::vector<void*> steps_, adjoints_;  // of step n, and of its adjoint
+  std::vector<void*> steps_, adjoints_;  // for step n, and for its adjoint
 };
 
 }  // namespace dpde

@@ -42,13 +42,13 @@ bool Gradient::run(GradientResult& result, std::chrono::steady_clock::time_point
   return complete;
 }
 
-/// The losses of the last state, which is the state `k`.
+/// Handles the losses of the last state, which is state `k`, and sets the seeds.
 void Gradient::turn_round(int k, const StateBuffer& state) {
   forward_seconds_ = seconds_since(start_);
   back_.seeds.set(k, state);
 }
 
-/// When neither the adjoint of the step nor that of an earlier loss reads a state. False when stopped.
+/// If neither the adjoint of the step nor that of an earlier loss reads a state. Returns false when stopped.
 bool Gradient::run_without_trajectory() {
   const Legs& legs = back_.legs;
   for (int leg = 0; leg < legs.count(); ++leg) {
@@ -92,7 +92,7 @@ bool Gradient::run_with_checkpoints() {
   return trajectory_.reversal().run(states_.first(), buffer, advance, reverse);
 }
 
-/// The first reversal is that of the last leg: makes its steps, to `last`, counts its losses, and sets the seeds.
+/// Called first for the last leg: makes its steps, to `last`, adds its losses, and sets the seeds.
 bool Gradient::start_reverse(int leg, const StateBuffer& state, const StateBuffer& last) {
   if (front_ == losses_.last()) return true;
   back_.legs.run(leg, state, last);
@@ -102,7 +102,7 @@ bool Gradient::start_reverse(int leg, const StateBuffer& state, const StateBuffe
   return go_on(front_, back_.legs.steps_of(leg), false);
 }
 
-/// The same as run_with_checkpoints, with frames.
+/// The same as run_with_checkpoints, but with frames.
 bool Gradient::run_frames() {
   BoundProgram &step = stepper_.program(), &adjoint = back_.adjoint.program();
   const int last = losses_.last();
@@ -130,7 +130,7 @@ bool Gradient::run_frames() {
   return true;
 }
 
-/// The loss is not a number where the run is not finite.
+/// The loss is NaN if the run is not finite.
 bool Gradient::run_steady(std::optional<SteadyAdjoint>& report) {
   report.reset();
   const std::optional<Steady> steady = steady_.run();
@@ -144,7 +144,7 @@ bool Gradient::run_steady(std::optional<SteadyAdjoint>& report) {
   report->state = *steady;
   if (steady_.was_stopped()) return false;
   back_.adjoint.reverse(steady_.last_step(), state, true);
-  back_.bars.zero();  // wherever the run has begun
+  back_.bars.zero();  // a fixed point does not depend on the initial state
   return true;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient: forward by the checkpoint plan, then the adjoint back, with the seeds of the losses added at their
-// steps. Inside the runtime only.
+// The gradient: forward by the checkpoint plan, then the adjoints backwards, with the seeds of the losses added at
+// their steps. Inside the runtime only.
 #pragma once
 
 #include <chrono>
@@ -18,12 +18,12 @@ namespace dpde {
 
 class Gradient {
  public:
-  /// All memory is there.
+  /// All memory must have been allocated.
   Gradient(const RolloutSetup& setup, const StepInputs& inputs, States& states, Stepper& stepper, Losses& losses,
            Trajectory& trajectory, WayBack& back, SteadyRun& steady, RunWatch& watch);
 
-  /// From the initial state, whose halos and those of all inputs of steps are filled; false when stopped. `start`: of
-  /// the seconds.
+  /// From the initial state, whose halos and those of all inputs of steps are filled; returns false when stopped.
+  /// `start`: for the times in `result`.
   bool run(GradientResult& result, std::chrono::steady_clock::time_point start);
 
  private:
@@ -45,7 +45,7 @@ class Gradient {
   SteadyRun& steady_;
   RunWatch& watch_;
   Frames frames_;
-  int front_ = 0;  // the last state whose losses are counted
+  int front_ = 0;  // the last state whose losses were added
   std::chrono::steady_clock::time_point start_;
   double forward_seconds_ = 0;
 };

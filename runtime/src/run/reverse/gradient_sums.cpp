@@ -42,7 +42,7 @@ std::vector<ParamBar> GradientSums::bind_params(const dpde_program& adjoint) {
   return found;
 }
 
-/// They got memory among the temporaries of the program.
+/// Their memory is among the temporaries of the program.
 std::vector<FieldBar> GradientSums::bind_fields(const dpde_program& adjoint) const {
   std::vector<FieldBar> found;
   for (size_t i = 0; i < setup_.sought.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step that keeps for its adjoint what that reads of states; see RolloutSetup::keeping_step. Inside the runtime
-// only.
+// The step that stores intermediate fields for its adjoint in place of states; see RolloutSetup::keeping_step. Inside
+// the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@
 
 namespace dpde {
 
-/// The inputs of the adjoint that the step makes and that are no states: fields of the step, and of the adjoint.
+/// Inputs of the adjoint that the step computes, apart from states: pairs of a field of the step and of the adjoint.
 std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup);
 
 class KeptSteps {
  public:
   KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder);
   void allocate(RunMemory& memory) { pool_ = memory.pool(setup_.layout, fields()); }
-  /// As the adjoint knows them, too.
+  /// Ids of these fields.
   std::vector<ValueId> ids() const { return ids_of(kept_); }
-  /// Of all steps.
+  /// Number of fields stored over all steps.
   int64_t fields() const { return int64_t{steps_} * std::ssize(kept_); }
   BoundProgram& program() { return step_.program; }
-  /// As of Stepper.
+  /// See Stepper.
   const std::vector<char>& may_be_over() const { return step_.is_over; }
 
   /// Step n.
   void step(int n, const StateBuffer& from, const StateBuffer& to);
-  /// What it has kept, to its adjoint.
+  /// Binds the stored fields of step n to its adjoint.
   void bind(Executor& adjoint, int n) const;
 
  private:
@@ -44,7 +44,7 @@ class KeptSteps {
   int steps_;
   std::vector<std::pair<int, int>> kept_;
   BoundStep step_;
-  FieldPool pool_;  // all of a step, step by step
+  FieldPool pool_;  // all fields of a step, step by step
 };
 
 }  // namespace dpde

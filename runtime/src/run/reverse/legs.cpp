@@ -9,7 +9,7 @@
 namespace dpde {
 namespace {
 
-/// Below that the states of a gradient stay in the shared cache, and reading them is cheaper than making them again.
+/// Below, the states of a gradient stay in the shared cache: reading them is cheaper than recomputing.
 constexpr int64_t least_trajectory = 64 << 20;
 
 }  // namespace
@@ -48,8 +48,7 @@ std::optional<Legs::Block> Legs::make_block(int steps, bool chooses) const {
   return block;
 }
 
-/// Blocks where no loss and no begin of an interval lies inside, else single steps; false where there is no room for a
-/// block.
+/// Blocks without a loss or the begin of an interval inside, else single steps; returns false if no block fits.
 bool Legs::plan_marks(int steps) {
   marks_ = {0};
   for (int n = 0; n < losses_.last(); n = marks_.back()) {
@@ -94,7 +93,7 @@ void Legs::reverse_block(int n, const StateBuffer& state, bool new_seeds) {
   }
 }
 
-/// What comes from behind a cut is dropped before they add theirs.
+/// At a cut, adjoints from later states are dropped before the losses add theirs.
 void Legs::add_losses(int n, const StateBuffer& state) {
   if (setup_.cut > 0 && n != 0 && n % setup_.cut == 0) bars_.zero();
   seeds_.add(n, state);

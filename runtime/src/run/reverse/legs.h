@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gradient goes in legs, each from one state to the next, of one step or of a block of them, there and back. A block
-// begins at a stored state and ends where the next one is; losses count at its ends only, and control fields stay the
-// same in it. Inside the runtime only.
+// A gradient runs in legs, forward and backward. A leg leads from one state to the next: one step or a block of steps.
+// A block begins at a stored state and ends at the next one. Losses are only at its ends, and control fields do not
+// change in it. Inside the runtime only.
 #pragma once
 
 #include <optional>
@@ -27,28 +27,28 @@ class Legs {
         adjoint_(adjoint),
         seeds_(seeds) {}
 
-  /// Blocks where that saves storing states, which are of any use where `states_are_stored`.
+  /// Plans blocks if they save stored states; useful only if `states_are_stored`.
   void plan(bool states_are_stored);
 
   int count() const { return marks_.empty() ? losses_.last() : static_cast<int>(marks_.size()) - 1; }
   /// A leg leads from state mark(leg) to state mark(leg + 1).
   int mark(int leg) const { return marks_.empty() ? leg : marks_[static_cast<size_t>(leg)]; }
   int steps_of(int leg) const { return mark(leg + 1) - mark(leg); }
-  /// 1: all legs are of one step.
+  /// 1: all legs are single steps.
   int block_steps() const { return block_ ? block_->adjoint.steps() : 1; }
 
   void run(int leg, const StateBuffer& from, const StateBuffer& to);
-  /// The adjoints of the steps of a leg, and the losses at its first state, which is `state`.
+  /// Runs the adjoints of the steps of a leg, and adds the losses at its first state, which is `state`.
   void reverse(int leg, const StateBuffer& state);
-  /// Behind the adjoint of step n: the losses at its first state, which is `state`.
+  /// After the adjoint of step n: adds the losses at its first state, which is `state`.
   void add_losses(int n, const StateBuffer& state);
 
  private:
   struct Block {
     Wavefront step, adjoint;
-    std::vector<size_t> results_of;  // of each swap of the adjoint: the state
+    std::vector<size_t> results_of;  // of each swap of the adjoint: index of the state
     std::vector<void*> results;
-    std::vector<double*> totals;  // of the sought fields, in the intervals of the leg
+    std::vector<double*> totals;  // sums of the sought fields, in the intervals of the leg
   };
   std::optional<Block> make_block(int steps, bool chooses) const;
   bool plan_marks(int steps);

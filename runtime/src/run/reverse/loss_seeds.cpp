@@ -20,7 +20,7 @@ void LossSeeds::add(int k, const StateBuffer& state) {
   for (const LossEvent& event : losses_.at(k)) run(event, k, state);
 }
 
-/// What depends on parameters alone goes to the gradient at once.
+/// Contributions of parameters alone are added to the gradient here.
 void LossSeeds::seed_averages() {
   losses_.derive_averages([&](std::span<const double> sums, const BoundLossAdjoint& adjoint) {
     sums_.add_params(sums, adjoint.params, losses_.last());
@@ -29,7 +29,7 @@ void LossSeeds::seed_averages() {
   losses_.weigh_averages();
 }
 
-/// The first at the end writes the seeds.
+/// At the last state the first loss writes the seeds, others add to them.
 void LossSeeds::run(const LossEvent& event, int k, const StateBuffer& state) {
   if (!losses_.terms()[event.term].adjoint) return;
   BoundLossAdjoint& adjoint = *losses_.terms()[event.term].adjoint;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the adjoints of the losses at a state say: seeds of its adjoint, and shares of the sums. Inside the runtime
-// only.
+// Adjoints of the losses at a state: seeds of its adjoint, and contributions to the sums. Inside the runtime only.
 #pragma once
 
 #include <vector>
@@ -17,7 +16,7 @@ class LossSeeds {
   LossSeeds(const StepInputs& inputs, Losses& losses, GradientSums& sums, AdjointStates& bars)
       : inputs_(inputs), losses_(losses), sums_(sums), bars_(bars), is_seeded_(bars.count(), 0) {}
 
-  /// Sets the seeds: the losses of the last step that has some, at `state`, which is the state k.
+  /// Sets the seeds from the losses at the last step with a loss: `state` is state k.
   void set(int k, const StateBuffer& state);
   /// Adds the derivative of the losses at state k to the seeds.
   void add(int k, const StateBuffer& state);

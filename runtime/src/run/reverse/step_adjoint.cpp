@@ -86,7 +86,7 @@ void StepAdjoint::reverse(int n, const StateBuffer& state, bool new_seeds) {
     reverse_part(n, stepper_.part_at(n, part, parts), state, new_seeds && part + 1 == parts);
 }
 
-/// The states between the parts of a step are computed again, by a checkpoint plan of their own.
+/// Recomputes the states between the substeps of a step, by a separate checkpoint plan.
 void StepAdjoint::reverse_parts(int n, int parts, const StateBuffer& state, bool new_seeds) {
   if (planned_parts_ != parts) {
     part_reversal_ = Reversal(parts, std::min(parts, part_slots_));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goes back through a step: its adjoint, part by part, and what it adds to the sums. Inside the runtime only.
+// The adjoint of a step, substep by substep, and its contributions to the sums. Inside the runtime only.
 #pragma once
 
 #include <optional>
@@ -15,22 +15,22 @@
 
 namespace dpde {
 
-/// In single precision an adjoint adds to sought fields as such over a few steps, in which that is as good as the
-/// values are, and then they are added up as doubles.
+/// In single precision an adjoint adds to sought fields in floats over a few steps, for which that is accurate enough;
+/// these sums are then added in doubles.
 class SingleTotals {
  public:
   void allocate(const dpde_layout& layout, const std::vector<FieldBar>& totals, RunMemory& memory);
   bool is_used() const { return count_ > 0; }
   void begin();
   void* base(size_t number) const { return pool_.base(static_cast<int64_t>(number)); }
-  /// After step n.
+  /// Called after step n.
   void flush(const BoundAdjoint& adjoint, GradientSums& sums, int n);
 
  private:
   const dpde_layout* layout_ = nullptr;
   FieldPool pool_;
   int64_t count_ = 0;
-  int steps_ = 0;  // that have added to them
+  int steps_ = 0;  // steps that have been added
 };
 
 class StepAdjoint {
@@ -39,32 +39,32 @@ class StepAdjoint {
               AdjointStates& bars, Binder& binder);
 
   // Preparation
-  /// Another one takes its place; the memory of both is not held at a time.
+  /// Replaces the adjoint's program; only one of them holds memory at a time.
   void replace(const dpde_program& program, Binder& binder, RunMemory& memory);
   void replace_by_kept(int steps, Binder& binder, RunMemory& memory);
   void allocate(RunMemory& memory);
-  /// So many states between the parts of a step may be stored.
+  /// Largest number of stored states between the substeps of a step.
   void set_part_slots(int slots) { part_slots_ = slots; }
 
   BoundProgram& program() { return bound_->program; }
   const BoundAdjoint& bound() const { return *bound_; }
-  /// Null: the step keeps nothing.
+  /// Null: the step stores no intermediate fields.
   KeptSteps* kept() { return kept_ ? &*kept_ : nullptr; }
   int64_t kept_fields() const { return kept_ ? kept_->fields() : 0; }
 
-  /// Of a gradient that goes back from the end of step `last`.
+  /// Starts a gradient that runs backwards from the end of step `last`.
   void begin(int last);
-  /// Of step n, which begins with `state`; `new_seeds`: the losses have written or changed them.
+  /// Reverses step n, which starts from `state`; `new_seeds`: the losses have changed the seeds.
   void reverse(int n, const StateBuffer& state, bool new_seeds);
-  /// The halos of seeds that the losses have written or changed.
+  /// Fills the halos of seeds that the losses have changed.
   void prepare_seeds();
-  /// The states and their adjoints. For frames: with results and seeds exchanged.
+  /// Binds the states and their adjoints. `is_exchanged`, for frames: results and seeds are swapped.
   void bind(const StateBuffer& state, bool is_exchanged = false);
-  /// What the adjoint of step n adds to.
+  /// Binds the sums to which the adjoint of step n adds.
   void bind_totals(int n);
-  /// What its last run, that of step n, has found.
+  /// Adds the results of its last run, that of step n, to the sums.
   void take(int n);
-  /// Whether it adds to the gradient: its sums and fields here, those of weights in the program.
+  /// Whether it adds to the gradient: its sums and fields, and the weights' adjoints in the program.
   void add_to_gradient(bool adds);
 
  private:
@@ -77,14 +77,14 @@ class StepAdjoint {
   GradientSums& sums_;
   AdjointStates& bars_;
   std::optional<BoundAdjoint> bound_;
-  std::optional<KeptSteps> kept_;  // `bound_` reads what it keeps
+  std::optional<KeptSteps> kept_;  // `bound_` reads the fields that it stores
   SingleTotals singles_;
   bool adds_ = true;
   Reversal part_reversal_;
-  int part_slots_ = 1, planned_parts_ = 0;  // how many may be stored; for how many parts the plan is
+  int part_slots_ = 1, planned_parts_ = 0;  // how many may be stored; number of substeps in the plan
 };
 
-/// While it lives the adjoint of a step is a product alone: nothing is added to the gradient.
+/// While it exists the adjoint of a step only computes a product: nothing is added to the gradient.
 class WithoutSums {
  public:
   explicit WithoutSums(StepAdjoint& adjoint) : adjoint_(adjoint) { adjoint_.add_to_gradient(false); }

@@ -10,12 +10,12 @@
 namespace dpde {
 namespace {
 
-// In the shared cache tapes always pay. From memory they take longer than 64 products a byte: a convolution of 12
-// channels and extent 3 has 27 (32 steps on 128 x 128 took 1.15 times as long with tapes), one of 32 channels 72 and,
-// of extent 5, 200 (0.75).
+// In the shared cache tapes are always faster. From memory, reading a byte takes as long as 64 products. Convolutions
+// of extent 3 have 27 products a byte with 12 channels (32 steps on 128 x 128 took 1.15 times as long with tapes) and
+// 72 with 32 channels; with extent 5, 200 (0.75 times as long).
 constexpr int64_t most_bytes = int64_t{256} << 20, most_bytes_in_cache = int64_t{8} << 20, least_products_per_byte = 64;
 
-/// A network of a pair, or its solves.
+/// A network of a pair of programs, or its solves.
 struct StoredPair {
   int64_t runs, bytes;
   bool pays_in_memory;
@@ -40,7 +40,7 @@ void add_networks(const ResolvedSetup& setup, const ProgramPair& of, std::vector
   }
 }
 
-/// Solves of an adjoint whose unknown is one of the program's make it again. All of them share their tapes.
+/// Adds the solves of an adjoint that repeat a solve of the program: same unknown. All of them share their tapes.
 void add_solves(const ResolvedSetup& setup, const ProgramPair& of, std::vector<StoredPair>& pairs) {
   const auto unknown = [&](const Executor& executor, const FieldSolve* solve) {
     return setup.ids(executor.program()).fields[static_cast<size_t>(solve->unknown())];

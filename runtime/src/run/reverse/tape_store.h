@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What networks and linear solves computed in the steps and losses of a gradient is kept for their adjoints, as far as
-// memory goes: of the last runs, which the way back needs first. Steps that are made again fill tapes that are free by
-// then. Inside the runtime only.
+// Stores intermediate results of networks and linear solves in the steps and losses of a gradient for their adjoints,
+// as far as memory allows: of the last runs, which the adjoints need first. Recomputed steps reuse tapes that are free
+// by then. Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace dpde {
 
-/// A program whose adjoint would compute again what it computes, and how often the gradient runs both.
+/// A program whose adjoint would repeat its computations, and how often the gradient runs both.
 struct ProgramPair {
   Executor& program;
   Executor& adjoint;
@@ -24,14 +24,14 @@ struct ProgramPair {
 
 class TapeStore {
  public:
-  /// States come first, since steps cost more than networks and solves: `left` bytes of the budget are there. All pairs
+  /// States have priority, since steps cost more than networks and solves: `left` bytes of the budget remain. All pairs
   /// get the same share of their runs, at most `most_share`.
   void plan(const ResolvedSetup& setup, std::span<const ProgramPair> pairs, int64_t left, double most_share,
             bool is_plan);
   int64_t bytes() const { return bytes_; }
-  /// Begins to record, or ends that.
+  /// Starts or stops recording.
   void record(bool on);
-  /// Runs since it began that adjoints did not make again.
+  /// Number of runs since the start of recording that adjoints did not repeat.
   int64_t used() const { return used_; }
 
  private:
@@ -39,7 +39,7 @@ class TapeStore {
   int64_t bytes_ = 0, used_ = 0;
 };
 
-/// While it lives tapes record; not any more where a step has no solution.
+/// Records tapes during its lifetime; also ended by the exception of a failed solve.
 class Recording {
  public:
   explicit Recording(TapeStore& tapes) : tapes_(tapes) { tapes_.record(true); }

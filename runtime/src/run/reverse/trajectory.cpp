@@ -9,7 +9,7 @@
 
 namespace dpde {
 
-/// Which states the reverse pass reads of any step but the last, with this adjoint of a step.
+/// Which states the reverse pass reads, apart from those of the last step, with this adjoint of a step.
 std::vector<char> Trajectory::states_read(const dpde_program& adjoint, const BoundProgram* rate) const {
   std::vector<char> read(states_.now.size(), 0);
   for (size_t s = 0; s < read.size(); ++s) read[s] = setup_.ids(adjoint).field(states_.now[s]) >= 0 ? 1 : 0;
@@ -24,13 +24,13 @@ std::vector<char> Trajectory::states_read(const dpde_program& adjoint, const Bou
   return read;
 }
 
-/// By the plan, and those inside of blocks.
+/// Steps recomputed by the plan and inside blocks.
 int64_t Trajectory::count_recomputed(const Legs& legs) const {
   const int last = losses_.last();
   if (last == 0) return 0;
-  if (legs.block_steps() == 1)  // no need to go through legs that are steps
+  if (legs.block_steps() == 1)  // closed form if legs are single steps
     return 1 + checkpoint::advanced_steps(last, slots_) - last;
-  int64_t made = legs.steps_of(legs.count() - 1);  // the last leg, for the losses at its end
+  int64_t made = legs.steps_of(legs.count() - 1);  // steps of the last leg, for the losses at its end
   checkpoint::Schedule schedule(legs.count(), slots_);
   while (const std::optional<checkpoint::Action> action = schedule.next()) {
     if (action->kind == checkpoint::ActionKind::advance) made += legs.mark(action->to) - legs.mark(action->from);
@@ -38,8 +38,8 @@ int64_t Trajectory::count_recomputed(const Legs& legs) const {
   return made - last + (last - legs.count());
 }
 
-/// For so many stored states, the initial one among them, and two to work in. Where all are stored no step is made
-/// again: of states that nothing reads on the way back three are enough.
+/// Buffers for `slots` stored states, the initial one included, and two work buffers. If all states are stored no step
+/// is recomputed: three buffers suffice for states that the adjoints do not read.
 void Trajectory::plan_buffers(int slots, const std::vector<char>& read, const Legs* legs) {
   buffers_.count = std::max(slots + 1, 3);
   buffers_.of_state.assign(states_.now.size(), buffers_.count);
@@ -49,12 +49,12 @@ void Trajectory::plan_buffers(int slots, const std::vector<char>& read, const Le
   }
 }
 
-/// With the seeds, which take a buffer more.
+/// Including the seeds, which need one more buffer.
 int64_t Trajectory::bytes_of_states(int64_t kept_fields) const {
   return (buffers_.fields() + count() + kept_fields) * FieldPool::stride_of(setup_.layout);
 }
 
-/// As many as there are where memory allows; those of setup.slots where it says so.
+/// Number of stored states: setup.slots if given, else as many as fit.
 int Trajectory::plan_slots(const std::vector<char>& read, const Legs& legs) {
   const int all = std::max(legs.count() - 1, 1);
   if (setup_.slots > 0) return std::min(setup_.slots, all);
@@ -63,13 +63,13 @@ int Trajectory::plan_slots(const std::vector<char>& read, const Legs& legs) {
   return checkpoint::slots_for(setup_.checkpoint_bytes, count() * FieldPool::stride_of(setup_.layout), legs.count());
 }
 
-/// Subgrids differ in size; what is made again is made by all ranks.
+/// Subgrids differ in size, but all ranks must recompute the same steps.
 int Trajectory::least_of_ranks(int64_t slots) const {
   return static_cast<int>(-largest_of(setup_.ranks, -static_cast<double>(slots)));
 }
 
-/// Whether what the step may keep takes the place of as many of the states that are stored, within the budget: of
-/// states that are not, three are worked in.
+/// Whether storing intermediate fields replaces at least as many stored states, within the budget. States that are not
+/// stored need three work buffers.
 bool Trajectory::keeps_less_than(const std::vector<char>& read, const BoundProgram* rate, const Legs& legs) const {
   if (setup_.keeping_step == nullptr || setup_.kept_adjoint == nullptr || legs.block_steps() > 1 || has_parts(setup_) ||
       setup_.ranks != nullptr || !setup_.checkpoint_folder.empty())
@@ -84,8 +84,8 @@ bool Trajectory::keeps_less_than(const std::vector<char>& read, const BoundProgr
 }
 
 void Trajectory::plan_tapes(Executor& step, Executor& adjoint, Losses& losses, int64_t left, bool is_plan) {
-  if (!setup_.checkpoint_folder.empty()) return;          // whose budget is that of a file
-  if (setup_.trial != nullptr || setup_.follows) return;  // how many runs there will be nobody knows
+  if (!setup_.checkpoint_folder.empty()) return;          // the budget is for a file
+  if (setup_.trial != nullptr || setup_.follows) return;  // the number of runs is not known
   std::vector<ProgramPair> pairs{{step, adjoint, losses.last()}};
   for (size_t i = 0; i < losses.terms().size(); ++i) {
     BoundTerm& term = losses.terms()[i];
@@ -97,13 +97,13 @@ void Trajectory::plan_tapes(Executor& step, Executor& adjoint, Losses& losses, i
   tapes_.plan(setup_, pairs, left, most_share, is_plan);
 }
 
-/// The legs and the adjoint of steps with which the way back stores least.
+/// Chooses the legs and the adjoint of steps that store least.
 void Trajectory::plan_way_back(const BoundProgram* rate, WayBack& back, std::vector<char>& read, Binder& binder,
                                RunMemory& memory) {
   read = states_read(*setup_.adjoint, rate);
   is_stored_ = std::ranges::find(read, char{1}) != read.end();
   back.legs.plan(is_stored_);
-  // Blocks of steps add rows to totals while they are in the first cache.
+  // Blocks of steps add rows to sums while these are in the first-level cache.
   if (setup_.total_adjoint != nullptr && back.legs.block_steps() == 1)
     back.adjoint.replace(*setup_.total_adjoint, binder, memory);
   if (!is_stored_) return;
@@ -125,8 +125,8 @@ void Trajectory::plan(Stepper& stepper, Losses& losses, WayBack* back, Binder& b
   buffers_.over = kept != nullptr ? kept->may_be_over() : stepper.may_be_over();
   if (back == nullptr) return;
   bytes_ = bytes_of_states(back->adjoint.kept_fields());
-  // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two
-  // more are worked in.
+  // The budget left by states between steps is for tapes and for states between substeps, which need two more work
+  // buffers.
   const int64_t unused = std::max<int64_t>(setup_.checkpoint_bytes - bytes_, 0);
   if (goes_back)
     plan_tapes(stepper.program().executor, back->adjoint.program().executor, losses,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many states and tapes a gradient stores, and when it makes the others again. Inside the runtime only.
+// Plans how many states and tapes a gradient stores, and when it recomputes the others. Inside the runtime only.
 #pragma once
 
 #include <vector>
@@ -16,17 +16,17 @@ class Trajectory {
   Trajectory(const ResolvedSetup& setup, const StateIds& states, const Losses& losses)
       : setup_(setup), states_(states), losses_(losses) {}
 
-  /// Once all programs are bound; chooses the legs and the adjoint too. `back` is null where no gradient is asked for.
+  /// Call once all programs are bound; also chooses the legs and the adjoint. `back` is null if no gradient is wanted.
   void plan(Stepper& stepper, Losses& losses, WayBack* back, Binder& binder, RunMemory& memory);
 
-  /// False: the way back reads no state but the last.
+  /// False: the adjoints read only the last state.
   bool is_stored() const { return is_stored_; }
   const BufferPlan& buffers() const { return buffers_; }
-  /// Beside the initial one.
+  /// In addition to the initial state.
   int stored_states() const { return slots_ - 1; }
-  /// Beyond the first pass.
+  /// Forward steps beyond the first pass.
   int64_t recomputed_steps() const { return recomputed_; }
-  /// Of checkpoints, without those between the parts of steps.
+  /// Bytes of checkpoints, without those between substeps.
   int64_t bytes() const { return bytes_; }
   Reversal& reversal() { return reversal_; }
   TapeStore& tapes() { return tapes_; }

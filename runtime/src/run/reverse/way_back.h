@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that goes back through a run. Inside the runtime only.
+// All parts of the reverse pass. Inside the runtime only.
 #pragma once
 
 #include "run/reverse/legs.h"
