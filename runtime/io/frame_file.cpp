@@ -52,9 +52,9 @@ void FrameFile::open_file() {
   const fs::path folder = checkpoint_.has_parent_path() ? checkpoint_.parent_path() : ".";
   file_.number = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
   std::error_code error;
-  if (file_.number >= 0 && fs::exists(descriptor_name(), error)) return;  // or it could get no name
+  if (file_.number >= 0 && fs::exists(descriptor_name(), error)) return;  // otherwise it could not be named later
   if (file_.number >= 0) close(file_.number);
-  file_.number = ::open(path().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // some systems know none without a name
+  file_.number = ::open(path().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // for systems without unnamed files
   if (file_.number < 0) fail(path());
   file_.unmeant = path();
   file_.has_name = true;

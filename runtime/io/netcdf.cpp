@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that knows the NetCDF C library.
+// The only file that includes the NetCDF C library.
 #include "dpde/runtime/netcdf.h"
 
 #include <fmt/format.h>
@@ -25,8 +25,8 @@
 namespace dpde {
 namespace {
 
-/// The library is for one thread at a time, whichever files they are of (NetCDF-C's FAQ); HDF5 below it tells each new
-/// thread on standard error what NetCDF looks for in vain.
+/// The library is not thread-safe, even for different files (NetCDF-C's FAQ). HDF5 would print to standard error of
+/// each new thread whenever NetCDF looks for something that does not exist.
 class Turn {
  public:
   Turn() : lock_(of_library()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
@@ -43,17 +43,17 @@ void must(int status) {
   if (status != NC_NOERR) throw Error(ErrorKind::machine, fmt::format("NetCDF: {}", nc_strerror(status)));
 }
 
-/// Longer texts do not fit into the header of an object and are stored beside it.
+/// Longer texts do not fit into the header of an object and are stored separately.
 constexpr std::size_t longest_in_header = 60000;
 
-/// Names in other programs are words: u.x is u_x there, and the attribute has the name proper.
+/// Names in other programs are words: u.x is stored as u_x, with the original name as an attribute.
 constexpr const char* name_attribute = "dpde_name";
 
-/// Smaller variables are stored as they are; of others about so many values are compressed at once.
+/// Smaller variables are not compressed; of others about so many values are compressed in one piece.
 constexpr std::size_t least_compressed = 4096;
 constexpr auto values_of_chunk = static_cast<std::size_t>(NetcdfContent::values_at_once);
 
-/// The library rounds up: what lies behind the end that the file itself names is no part of it.
+/// The library rounds up: bytes after the end stated in the file are not part of it.
 std::size_t used_bytes(const char* bytes, std::size_t size) {
   constexpr std::size_t version_at = 8, end_at[] = {40, 40, 28, 28};  // of the superblock's versions 0 to 3
   const unsigned version = size > 64 ? static_cast<unsigned char>(bytes[version_at]) : 4;
@@ -63,15 +63,15 @@ std::size_t used_bytes(const char* bytes, std::size_t size) {
   return end > 64 && end < size ? end : size;
 }
 
-/// Behind the end of a file that dpde wrote, where NetCDF does not look: mark and checksum. The library takes damage
-/// inside a file for anything from wrong numbers to a loop without end, so that it must not see any.
+/// After the end of a file that dpde wrote, where NetCDF does not look: mark and checksum. Damage inside a file can
+/// give the library wrong numbers or an endless loop, so damaged files must never reach it.
 constexpr std::string_view checksum_mark = "dpdesum1";
 
 std::string checksum_of(std::uint64_t hash) {
   return std::string(checksum_mark) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
 }
 
-/// False when the file has a checksum and it is that of other bytes.
+/// False if the file has a checksum of other bytes.
 bool is_as_written(std::string_view bytes) {
   const std::size_t size = checksum_mark.size() + sizeof(std::uint64_t);
   if (bytes.size() < size) return true;
@@ -79,12 +79,12 @@ bool is_as_written(std::string_view bytes) {
   return !end.starts_with(checksum_mark) || end == checksum_of(hash_bytes(content.data(), content.size()));
 }
 
-/// By the library's numbers.
+/// Ids of the library.
 struct Place {
   int group, variable;
 };
 
-/// A file that is being made, in memory or under a name; thrown away unless it is finished.
+/// A file under construction, in memory or under a name; discarded unless it is finished.
 class Composer {
  public:
   Composer() : Composer(nullptr) {
@@ -92,7 +92,7 @@ class Composer {
     must(nc_create_mem("memory.nc", NC_NETCDF4, first_bytes, &id_));
     begin();
   }
-  /// The library breaks down where it cannot write: no byte is given to it for which there is no room.
+  /// The library crashes if it cannot write: space for all bytes is reserved before.
   explicit Composer(AtomicFile& file) : Composer(&file) {
     const std::string name = file.name();
     file.reserve(room_of_headers);
@@ -139,7 +139,7 @@ class Composer {
     return place;
   }
   void begin_data() { must(nc_enddef(id_)); }
-  /// In parts, those that are compressed at once, so that the same bytes come of it.
+  /// In the same pieces as compression, so that the bytes are identical.
   void put(const Place& place, NetcdfVariable& variable) const {
     const std::vector<double> values = std::exchange(variable.values, {});
     if (!variable.part) {
@@ -157,7 +157,7 @@ class Composer {
     }
   }
   void close() { must(nc_close(std::exchange(id_, -1))); }
-  /// The bytes and their checksum.
+  /// Returns the bytes and their checksum.
   std::string finish() {
     NC_memio memory{};
     must(nc_close_memio(std::exchange(id_, -1), &memory));
@@ -172,7 +172,7 @@ class Composer {
   }
 
  private:
-  /// What those above throw behind it closes what they have opened.
+  /// Delegated to, so that an exception of the other constructors runs the destructor, which closes the file.
   explicit Composer(AtomicFile* file) : file_(file) {}
   void begin() const {
     int old = 0;
@@ -200,14 +200,14 @@ class Composer {
     for (const int dimension : dimensions) count *= length_of(dimension);
     return count;
   }
-  /// Of the first dimension: a chunk's, or all.
+  /// Number of indices of the first dimension in one piece: those of a chunk, or all.
   static std::size_t indices_at_once(const Place& place, const std::vector<std::size_t>& lengths) {
     int storage = NC_CONTIGUOUS;
     std::vector<std::size_t> chunk(lengths.size());
     must(nc_inq_var_chunking(place.group, place.variable, &storage, chunk.data()));
     return storage == NC_CHUNKED ? chunk[0] : lengths[0];
   }
-  /// Without loss. Chunks are whole along the last axes, so that a state is read without those before it.
+  /// Lossless. Chunks span the last axes, so that a state can be read without those before it.
   void compress(const Place& place, const std::vector<int>& dimensions) const {
     constexpr int with_shuffle = 1, with_deflate = 1, fastest = 1;
     std::vector<std::size_t> chunk(dimensions.size(), 1);
@@ -220,7 +220,7 @@ class Composer {
     must(nc_def_var_deflate(place.group, place.variable, with_shuffle, with_deflate, fastest));
   }
 
-  /// Made where it is not there yet.
+  /// Creates the group if it does not exist.
   int id_of(const std::string& group) const {
     int id = id_;
     if (!group.empty() && nc_inq_grp_ncid(id_, group.c_str(), &id) != NC_NOERR)
@@ -228,12 +228,12 @@ class Composer {
     return id;
   }
 
-  static constexpr std::int64_t room_of_headers = 1 << 20;  // of the file, and of what finds its chunks
+  static constexpr std::int64_t room_of_headers = 1 << 20;  // of the file, and of the index of its chunks
   int id_ = -1;
-  AtomicFile* file_;  // none: in memory
+  AtomicFile* file_;  // null: in memory
 };
 
-/// What the variables are called in the file: without dots, each differently.
+/// Names of the variables in the file: without dots, all different.
 std::vector<std::string> stored_names(const std::vector<NetcdfVariable>& variables) {
   std::set<std::string> taken;
   for (const NetcdfVariable& variable : variables) taken.insert(variable.name);
@@ -269,7 +269,7 @@ void write_content(Composer& file, NetcdfContent& content) {
   for (std::size_t i = 0; i < places.size(); ++i) file.put(places[i], content.variables[i]);
 }
 
-/// Cuts what lies behind the end of the file proper, and appends the checksum.
+/// Truncates the file at the end of the NetCDF data and appends the checksum.
 void append_checksum(AtomicFile& file) {
   std::vector<char> buffer(std::size_t{1} << 16);
   std::error_code error;
@@ -395,7 +395,7 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
     start.at(0) = static_cast<std::size_t>(*index);
     length.at(0) = 1;
   }
-  // A damaged header may promise more than there can be; compression makes a small file of many equal numbers.
+  // A damaged header may state more values than possible. Upper bound of the compression of many equal numbers.
   constexpr std::size_t most_compression = 1100;
   std::size_t count = 1;
   for (const std::size_t n : length) {

@@ -36,7 +36,7 @@ std::string name_at_centres(std::string field) {
   return field + "_centre";
 }
 
-/// Of values at centres, or on faces along some axes.
+/// Dimensions of values at centres, or on faces along some axes.
 std::vector<std::string> dimensions_of(const AxisNames& axes, const std::string& time,
                                        const std::array<bool, 3>& on_faces) {
   std::vector<std::string> dimensions{time};
@@ -44,7 +44,7 @@ std::vector<std::string> dimensions_of(const AxisNames& axes, const std::string&
   return dimensions;
 }
 
-/// Copies at the centres of the series' fields on faces.
+/// Adds copies, interpolated to centres, of the series' fields on faces.
 void add_centres(NetcdfContent& content, const RunDescription& run, const AxisNames& axes, const RunRecord& record,
                  const Series& series, const std::string& time, NetcdfNames& names) {
   for (const std::string& name : series.fields) {
@@ -77,7 +77,7 @@ void add_series(NetcdfContent& content, const RunDescription& run, const AxisNam
   }
 }
 
-/// With times of their own, as programs see of a group nothing else.
+/// With a separate copy of the times, since programs that read the group see nothing else.
 void add_observables(NetcdfContent& content, const RunDescription& run, const Series& series, const std::string& time) {
   if (run.observables.empty()) return;
   content.variables.push_back(time_variable(time, run.time_unit, series.times));
@@ -91,7 +91,7 @@ void add_observables(NetcdfContent& content, const RunDescription& run, const Se
   }
 }
 
-/// Names of the times of each series.
+/// Names of the time variables of the series.
 using TimeNames = std::vector<std::string>;
 
 NetcdfContent content_of(const RunDescription& run, const RunRecord& record, AxisNames& axes, TimeNames& times) {
@@ -109,7 +109,7 @@ NetcdfContent content_of(const RunDescription& run, const RunRecord& record, Axi
   return content;
 }
 
-/// What lies at centres of a content.
+/// The fields at cell centres.
 XdmfSeries xdmf_series(const NetcdfContent& content, const AxisNames& axes, const std::string& time) {
   XdmfSeries series;
   const std::vector<std::string> dimensions = dimensions_of(axes, time, {});
@@ -120,7 +120,7 @@ XdmfSeries xdmf_series(const NetcdfContent& content, const AxisNames& axes, cons
   return series;
 }
 
-/// z, y, x, of the axes that there are.
+/// z, y, x, without absent axes.
 std::vector<std::int64_t> shape_of_states(const RunDescription& run) {
   std::vector<std::int64_t> shape;
   for (const RunAxis& axis : run.axes)
@@ -128,7 +128,7 @@ std::vector<std::int64_t> shape_of_states(const RunDescription& run) {
   return shape;
 }
 
-/// A sign of what is not a number is no message.
+/// The sign of a NaN is meaningless.
 double as_told(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
 
 }  // namespace
@@ -140,7 +140,7 @@ std::string NetcdfNames::free(std::string name) {
 
 NetcdfAttributes described(const std::string& what, const std::string& unit) {
   NetcdfAttributes attributes{{"long_name", what}};
-  if (!unit.empty()) attributes.emplace_back("units", unit);  // "1" would be a pure number
+  if (!unit.empty()) attributes.emplace_back("units", unit);  // "1" would mean a pure number
   return attributes;
 }
 

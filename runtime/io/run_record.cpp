@@ -36,11 +36,11 @@ std::string RunRecord::plan() const {
 
 bool RunRecord::is_due(std::size_t index, int step, bool is_last) const {
   const Series& series = series_[index];
-  if (!series.steps.empty() && series.steps.back() >= step) return false;  // of before a restart
+  if (!series.steps.empty() && series.steps.back() >= step) return false;  // recorded before a restart
   return step == 0 || is_last || (series.every > 0 && step % series.every == 0);
 }
 
-/// A disk that is full does not end the run: states are missing then.
+/// A full disk does not end the run: its states are then missing.
 void RunRecord::keep(std::size_t index, std::size_t instant, std::span<const double> frame) {
   std::vector<std::int64_t>& places = series_[index].places;
   try {
@@ -144,8 +144,8 @@ bool RunRecord::restore_series(Series& series, ByteReader& in) const {
   return true;
 }
 
-/// In the order of the entries, each with all fields of its series; those of dropped instants are passed over. The
-/// numbers of all.
+/// Assigns positions in the order of the entries, each with all fields of its series; entries of dropped instants are
+/// skipped. Returns the total count of numbers.
 std::int64_t RunRecord::restore_places() {
   std::int64_t place = 0;
   for (const Entry& entry : entries_) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// XDMF 3 (www.xdmf.org): a rectilinear mesh by the faces of the cells, each state a part of a variable of the file,
-// which as NetCDF-4 is one of HDF5.
+// XDMF 3 (www.xdmf.org): a rectilinear mesh from the faces of the cells; each state is a slice of a variable of the
+// NetCDF-4 file, which is an HDF5 file.
 #include "xdmf.h"
 
 #include <fmt/format.h>

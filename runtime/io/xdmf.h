@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A description of a NetCDF file on three axes for ParaView and VisIt, which takes the values from there.
+// Describes a NetCDF file on three axes for ParaView and VisIt, which read the values from it.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace dpde {
 /// Fields at cell centres that are recorded at the same times.
 struct XdmfSeries {
   std::vector<double> times;
-  std::vector<std::string> fields;  // as the file calls them
+  std::vector<std::string> fields;  // names in the file
 };
 
-/// `faces`: of the cells along x, y, z, one more than cells.
+/// `faces`: of the cells along x, y, z; one more than cells.
 std::string xdmf_text(const std::string& file, const std::array<std::vector<double>, 3>& faces, bool is_single,
                       const std::vector<XdmfSeries>& all);
 
