@@ -40,10 +40,8 @@ struct Step {
   // If the only reader of a convolution's result adds it to an earlier value, the convolution starts its sums with that
   // value (`base`). If an activation is then the only reader, the convolution applies it too (`activation`, a step).
   int32_t base = -1, activation = -1;
-  int32_t merged =
-      -1;  // sum: the operand, such a convolution, whose rates and adjoints lie in the memory of the result's
-  bool done =
-      false;  // by the convolution before it, unless what derivatives need is to be kept; `done_kept`: even then
+  int32_t merged = -1;  // sum: its operand that is such a convolution and shares the memory of rates and adjoints
+  bool done = false;    // done by the convolution, unless derivatives need its input; `done_kept`: even then
   bool done_kept = false;
   Convolution convolution;
 };

@@ -15,9 +15,10 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-/// What the rings of a tile may take, measured on Zen 5 (1 MiB of second-level cache a core, 32 MiB of third): strips
-/// do best in the core's own cache, or a little beyond it rather than one more of them, planes of 3-D grids with many
-/// steps in the shared one (256^3: 1.2 times the plain sweep, 0.9 else).
+/// Memory for the rings of a tile, measured on Zen 5 (1 MiB of second-level cache a core, 32 MiB of third). 2-D strips
+/// are fastest if they fit the core's own cache; slightly exceeding it is better than one more strip. Planes of 3-D
+/// grids with many steps are fastest in the shared cache (256^3: 1.2 times the speed of the plain sweep, otherwise
+/// 0.9).
 constexpr int64_t strip_bytes = 1040 * 1024, tile_bytes = 6 * 1024 * 1024;
 constexpr int64_t least_strip = 128, least_rows = 8;
 
@@ -67,13 +68,13 @@ int64_t Wavefront::Impl::slots() const {
   return total;
 }
 
-/// 2-D: strips along x that keep the rings near the core, a part of y for each thread. 3-D: tiles along y that do.
+/// 2-D: strips along x whose rings fit the core's cache, a part of y for each thread. 3-D: tiles along y.
 void Wavefront::Impl::make_tiles(int threads) {
   const int64_t fitting =
       (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * width);  // cells of a slot
   const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
   const int64_t most_parts = std::max<int64_t>(ny / std::max<int64_t>(layout.halo[1], 1),
-                                               1);  // images of rows beyond a wall are of its own tile
+                                               1);  // mirror rows of rows beyond a wall belong to the same tile
   int64_t parts = std::min<int64_t>(threads, most_parts);
   if (last == 1) {
     const int64_t strip = std::max(fitting - 2 * strip_margin(), least_strip);
@@ -105,7 +106,7 @@ void Wavefront::Impl::make_tiles(int threads) {
 void Wavefront::Impl::allocate(Rings& rings) const {
   int64_t count = slots();
   for (const WavefrontCopy& copy : plan.copies) count += splits_x ? copy.slots : 0;
-  const int64_t apart = 5 * line;  // rings start at distinct places modulo 4 KiB
+  const int64_t apart = 5 * line;  // so that rings start at different positions modulo 4 KiB
   rings.memory =
       Buffer((count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart) * width);
   char* next = rings.memory.data();
@@ -129,22 +130,22 @@ void Wavefront::Impl::allocate(Rings& rings) const {
   rings.slabs.assign(most, nullptr);
 }
 
-/// Cell x = 0 of a row in a ring.
+/// Pointer to cell x = 0 of a row in a ring.
 char* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, const Place& place) const {
   const int64_t slot = place[last] & (slots - 1);
   const int64_t row = last == 2 ? place[1] - rings.first[1] : 0;
   return rings.base[ring] + (slot * slot_size + row * extent[0] - rings.first[0]) * width;
 }
 
-/// Cell x = 0 of a row of an output.
+/// Pointer to cell x = 0 of a row of an output.
 char* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, const Place& place) const {
   const auto index = static_cast<size_t>(output.index);
   if (output.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, place);
   return moved(results[index], place[1] * layout.stride[1] + place[2] * layout.stride[2], width);
 }
 
-/// The cells a level computes for a tile. Strips of levels that only others read begin and end on cache lines: what
-/// they compute beyond the cells that are needed is never used.
+/// The cells that a level computes for a tile. For levels that only other levels read, strips begin and end on cache
+/// lines; the extra cells are not used.
 Tile Wavefront::Impl::region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above,
                                 const Tile& tile) const {
   Tile region = tile;
@@ -157,7 +158,7 @@ Tile Wavefront::Impl::region_of(const std::array<int64_t, 3>& below, const std::
   return region;
 }
 
-/// `first`: place along x of the first cell of the level's rows.
+/// `first`: x of the first cell of the level's rows.
 Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& rings, int64_t first) const {
   const auto index = static_cast<size_t>(stream.index);
   const int64_t slab_offset = stream.offset[last], row_offset = last == 2 ? stream.offset[1] : 0;
@@ -187,7 +188,7 @@ Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& ri
           row_offset};
 }
 
-/// The slab of each stream of a level.
+/// Sets the slab of each stream of a level.
 void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) const {
   const std::vector<Access>& accesses = rings.accesses[number];
   for (size_t s = 0; s < accesses.size(); ++s) {
@@ -200,7 +201,7 @@ void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) cons
   }
 }
 
-/// Pointers to the row of a plane; in 2-D the slabs are the rows.
+/// Sets the pointers to a row of a plane; in 2-D slabs are rows.
 void Wavefront::Impl::enter_row(size_t number, Rings& rings, int64_t y) const {
   const std::vector<Access>& accesses = rings.accesses[number];
   for (size_t s = 0; s < accesses.size(); ++s) {
@@ -231,7 +232,7 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, con
   keep_outputs(level, rings, tile, place);
 }
 
-/// The halo of a row: at its ends, and of 3-D grids at walls along y.
+/// Fills the halo of a row: at its ends, and on 3-D grids at walls along y.
 void Wavefront::Impl::end_row(size_t number, Rings& rings, const Range& x, const Place& place) {
   const WavefrontLevel& level = plan.levels[number];
   for (size_t o = 0; o < level.outputs.size(); ++o) {
@@ -249,8 +250,7 @@ void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, in
   if (last == 1) {
     run_row(number, rings, tile, {0, slab, 0});
     end_row(number, rings, region[0], {0, slab, 0});
-  } else {  // a row is read when the next one is done: to read what was just stored stalls until all before it is in
-            // the cache
+  } else {  // a row's halo is filled after the next row: reading what was just stored stalls until it is in the cache
     for (int64_t y = region[1].from; y <= region[1].to; ++y) {
       if (y < region[1].to) run_row(number, rings, tile, {0, y, slab});
       if (y > region[1].from) end_row(number, rings, region[0], {0, y - 1, slab});
@@ -259,7 +259,7 @@ void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, in
   image_slab(number, rings, region, slab);
 }
 
-/// A row of an input as a strip sees it that goes on beyond the ends of a periodic axis.
+/// Copies a row of an input, continued beyond the ends of a periodic axis, for a strip.
 void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const {
   const Range y = is_bounded(1) ? Range{-layout.halo[1], layout.cells[1] + layout.halo[1]}
                                 : Range{tile[1].from - copy.below[1], tile[1].to + copy.above[1]};
@@ -280,7 +280,7 @@ void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, c
   put(std::max(begin, n), end, -n);
 }
 
-/// A strip that reaches beyond the ends of a periodic axis reads inputs through copies.
+/// Whether a strip extends beyond the ends of a periodic axis: it then reads inputs through copies.
 bool Wavefront::Impl::needs_copies(const Tile& tile) const {
   if (!splits_x || is_bounded(0)) return false;
   const int64_t margin = strip_margin() + layout.halo[0];
@@ -317,7 +317,8 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
     to = std::max(to, regions[number][last].to + plan.levels[number].lag);
   }
   for (const WavefrontCopy& copy : plan.copies) {
-    if (rings.copies) from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // its lowest row
+    if (rings.copies)
+      from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // the lowest row of its copies
   }
   for (int64_t place = from; place < to; place += plan.rows_at_once) {
     for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) {

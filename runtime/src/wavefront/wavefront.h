@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Temporal blocking: several steps of a program in one pass over memory, as a wavefront. Level s (one sweep of one
-// step) runs along the last axis behind the levels it reads from; what lies between the first and the last step is kept
-// in rings of few rows (planes in 3-D) that stay in the core's cache. Tiles (strips along x in 2-D, along y in 3-D; a
-// part for each thread) compute the cells they need of their neighbours' again, so they never wait. Every value is
-// computed by the same row function from the same values as in the plain schedule: results are bit-identical.
+// step) runs along the last axis, some rows behind the levels it reads. Intermediate values between the first and the
+// last step are in rings of few rows (planes in 3-D) that stay in the core's cache. Tiles (strips along x in 2-D, along
+// y in 3-D; a part for each thread) recompute the cells they need of their neighbours, so they never wait. Every value
+// is computed by the same row function from the same values as in the plain schedule: results are bit-identical.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace dpde {
 
-/// How the rows that one sweep reads or writes are found.
+/// Location of the rows that a sweep reads or writes.
 struct WavefrontStream {
   enum class Kind { input, result, ring } kind = Kind::input;
   int index = 0;    // field of the program (input), swap (result) or ring
@@ -29,25 +29,25 @@ struct WavefrontStream {
 
 struct WavefrontLevel {
   dpde_row_fn row = nullptr;
-  int own = 0;  // first of its own uniforms
+  int own = 0;  // index of the first of its own uniforms
   int pass = 0;
-  int uniforms = 0;  // of the plan
+  int uniforms = 0;  // index in the plan
   std::vector<WavefrontStream> streams;
   struct Output {
     WavefrontStream stream;  // offset 0
     int field = 0;
     std::optional<dpde_fill> fill;  // of its halo
-    int added = -1;                 // number of the total that the values are added to
-    int copied = -1;                // result (a swap) that the tile's own cells are copied to
+    int added = -1;                 // index of the sum over steps to which the values are added
+    int copied = -1;                // result (a swap) to which the tile's own cells are copied
   };
   std::vector<Output> outputs;
   std::vector<int> sums;                    // of the program
-  std::vector<size_t> leading;              // 3-D: of each input, the stream that is first to touch new memory
-  int64_t lag = 0;                          // along the last axis
-  std::array<int64_t, 3> below{}, above{};  // cells needed beyond the tile's, an axis
+  std::vector<size_t> leading;              // 3-D: for each input, the stream that is the first to reach new memory
+  int64_t lag = 0;                          // in rows along the last axis
+  std::array<int64_t, 3> below{}, above{};  // cells computed beyond the tile's, along each axis
 };
 
-/// An input, for tiles that reach beyond the ends of a periodic x axis: its rows are copied into a ring.
+/// An input for tiles that extend beyond the ends of a periodic x axis: its rows are copied to a ring.
 struct WavefrontCopy {
   int program = 0, field = 0;
   int64_t ahead = 0, slots = 1;
@@ -59,7 +59,7 @@ struct WavefrontPass {
   int program = 0, step = 0;
 };
 
-/// Those of a pass, where its repeats count so far: counters and their numbers.
+/// The uniforms of a pass with given values of its counters.
 struct WavefrontUniforms {
   int pass = 0;
   std::vector<std::pair<size_t, double>> counted;
@@ -73,20 +73,20 @@ struct WavefrontPlan {
   std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
   std::vector<WavefrontCopy> copies;
   std::array<bool, 3> periodic{true, true, true};
-  /// Rows (planes in 3-D) that a level computes in one go: what it reads of them stays in the first-level cache.
+  /// Rows (planes in 3-D) that a level computes in one go, so that what it reads stays in the first-level cache.
   int64_t rows_at_once = 1;
-  /// Cells beyond a tile's along an axis, of all levels.
+  /// Largest number of cells beyond a tile along an axis, of all levels.
   int64_t reach(size_t axis) const;
 };
 
-/// nullopt when the program is not one that can be blocked: only sweeps over the interior, no sums, scatters or
-/// explicit fills, every field written once, and axes longer than what the levels reach.
+/// nullopt if the program cannot be blocked. Required: only sweeps over the interior, no sums, scatters or explicit
+/// fills, every field written once, and axes longer than the levels' reach.
 std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps);
 
 /// Fields of the adjoint of a step.
 struct AdjointFields {
-  std::vector<int> states;                 // of each state of the step; -1 where it is not read
-  std::vector<std::pair<int, int>> added;  // results that are added up over steps, and the number of their total
+  std::vector<int> states;                 // field of each state of the step; -1: not read
+  std::vector<std::pair<int, int>> added;  // results summed over steps, and the index of each sum
 };
 
 /// The same for the adjoints of `steps` steps; those may have sums.
@@ -97,7 +97,7 @@ class Wavefront {
  public:
   /// `executor` is the plain schedule of the program: its bindings, fills and uniforms are used. nullopt: see above.
   static std::optional<Wavefront> make(const Executor& executor, int steps, const Team& team);
-  /// Adjoints of steps, the last one first. What the adjoint reads of states need not be bound in `adjoint`.
+  /// Adjoints of steps, the last one first. States that the adjoint reads need not be bound in `adjoint`.
   static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint,
                                                const AdjointFields& fields, int steps, const Team& team);
   ~Wavefront();
@@ -106,16 +106,17 @@ class Wavefront {
 
   int steps() const;
   const std::vector<WavefrontPass>& passes() const;
-  /// Cells computed, over those of the plain schedule.
+  /// Number of cells computed, relative to the plain schedule.
   double work() const;
-  /// Uniforms of a pass, from its program's parameters as they are now.
+  /// Sets the uniforms of a pass from the present parameters of its program.
   void set_uniforms(size_t pass, std::span<const double> uniforms);
-  /// Where results that are added up go: base pointers of fields of doubles, by their numbers.
+  /// Destinations of results that are summed over steps: base pointers of fields of doubles, by index.
   void set_totals(std::span<double* const> totals);
-  /// From the bound inputs, halos filled, to results[s] (base pointers, one a swap of the last pass's program, not
-  /// among the inputs): the states after steps() steps, or adjoints before them, with their halos.
+  /// Reads the bound inputs, whose halos must be filled, and writes results[s] (base pointers, one for each swap of the
+  /// last pass's program, none of the inputs): the states after steps() steps, or adjoints before them, with their
+  /// halos.
   void run(std::span<void* const> results);
-  /// Of the last run(): the sums of the program of a pass.
+  /// The sums of the program of a pass, from the last run().
   std::span<const double> sums(size_t pass) const;
 
  private:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Halos in a wavefront: ends of rows, images of rows and planes beyond walls, and at last those of the results.
+// Halos in a wavefront: ends of rows, rows and planes beyond walls, and finally those of the results.
 #include "wavefront/wavefront_impl.h"
 
 namespace dpde {
 
-/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their
+/// Fills the halo at the ends of a row. For a strip only at walls, since periodic strips compute the cells beyond their
 /// ends.
 void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, const Range& x,
                                 const Place& place) const {
@@ -20,7 +20,7 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
   }
 }
 
-/// Row `from`, complete with its ends, as its image at place `to` along an axis.
+/// Computes the halo row at position `to` along an axis from its mirror row `from`, whose ends must be filled.
 void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from,
                                 int64_t to) const {
   const WavefrontLevel& level = plan.levels[number];
@@ -39,8 +39,8 @@ void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, siz
   }
 }
 
-/// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are
-/// there.
+/// Fills the rows (planes) beyond the walls of the last axis: those below together with their mirror row, those above
+/// once all rows exist.
 void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const {
   if (!is_bounded(last)) return;
   const int64_t n = layout.cells[last];
@@ -56,7 +56,7 @@ void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64
   for (int64_t k = 0; slab == n - 1 && k < layout.halo[last]; ++k) image(n - 1 - k, n + k);
 }
 
-/// The halos of the results that need rows or ends of other tiles.
+/// Fills the halos of the results that need rows or ends of other tiles.
 void Wavefront::Impl::finish() const {
   for (size_t number = 0; number < plan.levels.size(); ++number) {
     const double* values = uniforms[static_cast<size_t>(plan.levels[number].uniforms)].data();

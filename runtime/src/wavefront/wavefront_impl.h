@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inside of Wavefront: tiles, rings, and where rows are. Inside the runtime only.
+// Implementation of Wavefront: tiles, rings, and positions of rows. Inside the runtime only.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@
 
 namespace dpde::wavefront {
 
-/// Ranges and places go by reference: g++ puts the halves of a value together on the stack and reads them back as one
+/// Ranges and places are passed by reference: by value, g++ writes their halves to the stack and reads them back as one
 /// vector, which waits until the row stored before is in the cache (a fifth of the time of 3-D blocks).
 struct Range {
   int64_t from = 0, to = 1;
   int64_t count() const { return to - from; }
 };
-/// Cells of the results one thread computes in one go; along the last axis the wavefront moves.
+/// The result cells of one thread in one go; the wavefront moves along the last axis.
 using Tile = std::array<Range, 3>;
-using Place = std::array<int64_t, 3>;  // of a row; x is not looked at
+using Place = std::array<int64_t, 3>;  // of a row; x is ignored
 
 inline bool contains(const Range& range, int64_t place) { return place >= range.from && place < range.to; }
 
-/// Into 0 .. cells - 1 from at most one period away.
+/// Wraps a position at most one period away to 0 .. cells - 1.
 inline int64_t wrapped(int64_t place, int64_t cells) {
   return place < 0 ? place + cells : place >= cells ? place - cells : place;
 }
 
-/// Where a level finds the rows of one stream in the tile that runs.
+/// Location of the rows of one stream in the current tile.
 struct Access {
   char* base;    // first cell of the first row (of ring slot 0, or of the field) at the stream's offset along x
   int64_t mask;  // of ring slots; -1: no ring
@@ -43,15 +43,15 @@ struct Access {
 /// Rings and pointers of one thread.
 struct Rings {
   Buffer memory;
-  std::vector<char*> base;                    // of each ring, then of each copy: the first element of slot 0
-  std::vector<void*> pointers;                // of the streams of a level: at the row
-  std::vector<void*> pieces;                  // at a piece of it
-  std::vector<double> unused_sums;            // of pieces beyond the tile
-  std::vector<void*> slabs;                   // and of its slab
-  std::vector<dpde_row> rows;                 // what a level calls; y, z are those of the last call
+  std::vector<char*> base;                    // of each ring, then of each copy: first element of slot 0
+  std::vector<void*> pointers;                // of the streams of a level, at the row
+  std::vector<void*> pieces;                  // at a piece of the row
+  std::vector<double> unused_sums;            // sums of pieces beyond the tile
+  std::vector<void*> slabs;                   // pointers at the slab
+  std::vector<dpde_row> rows;                 // arguments of a level's calls; y, z are those of the last call
   std::vector<std::vector<Access>> accesses;  // of each level's streams
   std::vector<Tile> regions;                  // of each level
-  std::array<int64_t, 3> first{};             // place of the first element of a slot
+  std::array<int64_t, 3> first{};             // position of the first element of a slot
   bool copies = false;                        // the tile reads inputs through copies
 };
 
@@ -104,16 +104,16 @@ struct Wavefront::Impl {
   int64_t width;                              // bytes of a value
   int64_t line;                               // values of a cache line
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
-  std::vector<std::vector<double>> uniforms;  // as the plan has them
-  std::vector<double> params;                 // of a program, with the numbers of its passes
+  std::vector<std::vector<double>> uniforms;  // in the order of the plan
+  std::vector<double> params;                 // of a program, with the values of its counters
   std::vector<std::vector<double>> sums;      // of each pass
-  std::vector<int64_t> first_row_sum;         // of each level: where its sums begin in row_sums
-  std::vector<double> row_sums;               // of each level, strip, plane, row and sum
+  std::vector<int64_t> first_row_sum;         // of each level: begin of its sums in row_sums
+  std::vector<double> row_sums;               // by level, strip, plane, row and sum
   std::vector<double*> totals;
   std::vector<Tile> tiles;
   bool splits_x = false;
   int64_t strips = 1;                                // along x
-  std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first, and in all
+  std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first one, and total
   int64_t slot_size = 0;
   std::vector<Rings> rings_of_threads;
   std::span<void* const> results;

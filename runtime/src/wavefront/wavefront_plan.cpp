@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which level reads what, how far it runs behind, and how many rows must be kept.
+// Plans the levels: their inputs, their lag, and the number of rows to store.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -14,12 +14,12 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-/// In 2-D where a step is one sweep (4096^2: 0.87 times as long). Stages of a step are read by several others, and the
-/// rows that more at once would have to be kept of them cost more than they save (RK4: 1.07 times as long).
+/// For 2-D programs whose step is one sweep (4096^2: 0.87 times the time). Stages of a step are read by several others,
+/// and storing the additional rows costs more than it saves (RK4: 1.07 times the time).
 constexpr int64_t rows_at_once = 4;
 
-/// Takes note of what axes are, periodic or bounded; false when two fills disagree, or where rows are no images of
-/// others: values that vary along a wall come from a field, for which there is no ring.
+/// Records whether axes are periodic or bounded. Returns false if two fills disagree, or if ghost rows need more than
+/// mirror rows: boundary values that vary along a wall come from a field, which has no ring.
 bool note_axes(const dpde_fill& fill, int rank, std::array<int, 3>& kinds) {
   for (int axis = 0; axis < rank; ++axis) {
     const dpde_boundary& side = fill.axes[axis];
@@ -38,7 +38,7 @@ bool is_plain_sweep(const dpde_program& program, const dpde_operation& operation
   return kernel.grid_count == 0 && (may_sum || kernel.sum_count == 0);
 }
 
-/// Sweeps of a step, those of all passes of its repeats: blocks of more need more rings than pay.
+/// Limit on the sweeps of a step, passes of repeats included: larger blocks need too many rings.
 constexpr int64_t most_sweeps = 64;
 
 int64_t sweeps_in(const dpde_operation* operations, int32_t count) {
@@ -69,7 +69,7 @@ bool note_operations(const dpde_program& program, const dpde_operation* operatio
   return true;
 }
 
-/// Takes note of the axes of all that a program fills; false when it cannot be blocked.
+/// Records the axes of all fills of a program; returns false if it cannot be blocked.
 bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>& kinds) {
   for (int i = 0; i < program.prepare_count; ++i) {
     if (!note_axes(program.prepare[i], program.rank, kinds)) return false;
@@ -78,7 +78,7 @@ bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>&
          note_operations(program, program.operations, program.operation_count, may_sum, kinds);
 }
 
-/// Builds the levels of all passes, one after the other.
+/// Builds the levels of all passes, in order.
 class Planner {
  public:
   explicit Planner(const dpde_program& step) : programs_{&step, nullptr} {}
@@ -96,7 +96,7 @@ class Planner {
   std::optional<WavefrontPlan> reverse(int steps) {
     const std::span swaps(programs_[0]->swaps, static_cast<size_t>(programs_[0]->swap_count));
     const bool reads_states = std::ranges::any_of(adjoint_.states, [](int field) { return field >= 0; });
-    std::vector<Sources> before{inputs(0)};  // each step
+    std::vector<Sources> before{inputs(0)};  // one for each step
     for (int step = 0; reads_states && step < steps - 1; ++step) {
       before.push_back(before.back());
       if (!add_pass({0, step}, before.back(), false)) return std::nullopt;
@@ -112,13 +112,13 @@ class Planner {
   }
 
  private:
-  /// Where the present value of a field is, and which level writes it (-1: none).
+  /// Location of the present value of a field, and the level that writes it (-1: none).
   struct Source {
     WavefrontStream stream;
     int level = -1;
-    int field = -1;  // as that level calls it
+    int field = -1;  // its field in that level's program
   };
-  using Sources = std::map<int, Source>;  // by the fields of a program
+  using Sources = std::map<int, Source>;  // keys: fields of a program
   struct Read {
     int from, to;  // levels; from -1: an input
     WavefrontStream stream;
@@ -131,7 +131,7 @@ class Planner {
     return sources;
   }
 
-  /// `now`: fields before the pass, and then after it.
+  /// `now`: sources of fields before the pass; updated to those after it.
   bool add_pass(WavefrontPass pass, Sources& now, bool is_last) {
     const dpde_program& program = *programs_[static_cast<size_t>(pass.program)];
     plan_.passes.push_back(pass);
@@ -152,7 +152,7 @@ class Planner {
     return true;
   }
 
-  /// Pass by pass: what a level reads is a value, whatever the field is called there.
+  /// Pass by pass: a level reads values, whatever name the field has in the repeat.
   bool add_repeat(const dpde_program& program, const dpde_repeat& repeat, Sources& now, bool is_last) {
     const std::span carries(repeat.carries, static_cast<size_t>(repeat.carry_count));
     const Sources before = now;
@@ -219,7 +219,7 @@ class Planner {
     return true;
   }
 
-  /// Inputs come from memory, rings from the core's cache.
+  /// The row variant with prefetching: inputs come from memory, rings from the core's cache.
   static dpde_row_fn row_for_memory(const dpde_kernel& kernel) {
     const std::span variants(kernel.variants, static_cast<size_t>(kernel.variant_count));
     const auto ahead = std::ranges::find_if(
@@ -227,7 +227,7 @@ class Planner {
     return ahead == variants.end() ? kernel.row : ahead->row;
   }
 
-  /// A result of the same pass that a later level adds to, in its place: nobody may read it in between.
+  /// A result of the same pass to which a later level adds in place; no level may read it in between.
   std::optional<Source> add_to(const Source& source, int number, WavefrontLevel& level) {
     const auto is_read = [&](const Read& read) {
       return read.from == source.level && read.stream.kind == source.stream.kind &&
@@ -266,7 +266,7 @@ class Planner {
 
   size_t last() const { return static_cast<size_t>(programs_[0]->rank) - 1; }
 
-  /// Rows by which a reader must be behind: row +k has to be there, and of a wall the row that row -k is the image of.
+  /// Number of rows by which a reader must lag: row +k must exist, and at a wall the mirror row of row -k.
   int64_t delay(const WavefrontStream& stream) const {
     const int64_t offset = stream.offset[last()];
     return std::max(offset, -offset - 1);
@@ -300,7 +300,7 @@ class Planner {
     return found != outputs.end() && found->fill;
   }
 
-  /// Makes `from` reach as far as `to` reads of it.
+  /// Extends `from` to the cells that `to` reads of it.
   template <class From>
   static void reach_for(From& from, const Read& read, const WavefrontLevel& to) {
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -310,7 +310,7 @@ class Planner {
   }
 
   void find_extents() {
-    std::map<std::pair<int, int>, WavefrontCopy> copies;  // by program and field
+    std::map<std::pair<int, int>, WavefrontCopy> copies;  // keys: program and field
     for (auto read = reads_.rbegin(); read != reads_.rend(); ++read) {
       const WavefrontLevel& to = plan_.levels[static_cast<size_t>(read->to)];
       if (read->from >= 0) {
@@ -327,8 +327,8 @@ class Planner {
     }
   }
 
-  /// Results hold the cells of all tiles: a level that computes those of neighbours again, for other fields of its own,
-  /// must not write there. Its results lie in rings and are copied.
+  /// Results hold the cells of all tiles: a level that recomputes cells of neighbours, for its other outputs, must not
+  /// write there. Its results are in rings and are copied.
   void keep_to_tile(const WavefrontLevel& level) {
     if (level.below == std::array<int64_t, 3>{} && level.above == std::array<int64_t, 3>{}) return;
     for (const WavefrontLevel::Output& output : level.outputs) {
@@ -374,8 +374,8 @@ class Planner {
     }
   }
 
-  /// A ring holds the rows from the lowest its slowest reader still needs to those written last, and the images of rows
-  /// beyond a wall.
+  /// A ring holds the rows from the lowest that its slowest reader needs to the last written, and the rows beyond
+  /// walls.
   void find_rings() {
     std::vector<int64_t> rows(static_cast<size_t>(rings_), 1),
         first_lag(rows.size(), std::numeric_limits<int64_t>::max());
@@ -413,8 +413,8 @@ class Planner {
   AdjointFields adjoint_;
   WavefrontPlan plan_;
   std::vector<Read> reads_;
-  std::map<int, int> results_;                      // what a field of a pass is outside of its repeat; -1: nothing
-  std::vector<std::pair<size_t, double>> counted_;  // of the repeats that are under way
+  std::map<int, int> results_;                      // the field outside of the repeat for a field of a pass; -1: none
+  std::vector<std::pair<size_t, double>> counted_;  // of the active repeats
   int rings_ = 0;
 };
 
@@ -432,7 +432,7 @@ bool is_known(const dpde_program& program) {
   return program.rank >= 2 && program.interpret == nullptr && program.swap_count > 0;
 }
 
-/// nullopt where an axis is too short.
+/// nullopt if an axis is too short.
 std::optional<WavefrontPlan> on_grid(std::optional<WavefrontPlan> plan, const std::array<int, 3>& kinds,
                                      const dpde_layout& layout) {
   if (!plan) return std::nullopt;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What adjoints in a wavefront add up: sums over all cells, and results over the steps. Tiles compute cells of their
-// neighbours again, which must not count twice.
+// Sums of adjoints in a wavefront: over all cells, and of results over the steps. Tiles recompute cells of their
+// neighbours, which must not count twice.
 #include <algorithm>
 #include <cstring>
 
@@ -10,7 +10,7 @@ namespace dpde {
 
 using wavefront::contains;
 
-/// Strips are the same for every number of threads, and so is the order in which the sums of their rows are added up.
+/// Strips do not depend on the number of threads, and so neither does the order in which sums of rows are added.
 void Wavefront::Impl::make_sums() {
   int64_t count = 0;
   for (const WavefrontLevel& level : plan.levels) {
@@ -20,7 +20,7 @@ void Wavefront::Impl::make_sums() {
   row_sums.assign(static_cast<size_t>(count), 0.0);
 }
 
-/// Only the cells of the tile itself count, so a row that goes on beyond them is called in pieces.
+/// Only the tile's own cells count, so a row that extends beyond them is called in pieces.
 void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row row, const Tile& tile,
                                      const Place& place) {
   const bool is_own = contains(tile[1], place[1]) && contains(tile[2], place[2]);
@@ -48,7 +48,7 @@ void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, 
   piece(own_to, end, rings.unused_sums.data());
 }
 
-/// Results that are added up over the steps, or copied out of rings; each cell belongs to one tile.
+/// Adds results to sums over the steps, or copies them out of rings; each cell belongs to one tile.
 void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile,
                                    const Place& place) const {
   if (!contains(tile[1], place[1]) || !contains(tile[2], place[2])) return;
