@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real series of all lines of a grid along one axis, in blocks of lines that stay in the cache, by a team. Blocks are
-// the same by any number of threads.
+// Real Fourier transforms of all lines of a grid along one axis, in blocks of lines that stay in the cache, by a team.
+// Blocks do not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace dpde {
 
-/// The lines along an axis, x fastest; waves of a line are one behind the other. They lie at one distance from each
-/// other unless the axis lies between two others.
+/// The lines along an axis, x fastest; the modes of a line are contiguous. Lines have a constant distance, except for
+/// the middle one of three axes.
 inline RealLines lines_along(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
   std::int64_t before = 1, behind = 1;
   for (std::size_t other = 0; other < 3; ++other) {
@@ -48,7 +48,7 @@ class FftBlocks {
   const Team& team() const { return team_; }
   std::int64_t block() const { return block_; }
 
-  /// f(transform, first line, lines, thread) of each block.
+  /// Calls f(transform, first line, number of lines, thread) for each block.
   template <class F>
   void for_each(const F& f) {
     team_.run((lines_.lines + block_ - 1) / block_, [&](std::int64_t number, int thread) {
@@ -61,7 +61,7 @@ class FftBlocks {
  private:
   struct OfThread {
     RealFft block;
-    std::optional<RealFft> fewer;  // of the lines behind whole blocks
+    std::optional<RealFft> fewer;  // for the lines after the last whole block
   };
 
   Team team_;

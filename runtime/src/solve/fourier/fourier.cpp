@@ -32,7 +32,7 @@ FourierSolver::Turns FourierSolver::all_turns() const {
   return result;
 }
 
-/// What the operator multiplies a wave by.
+/// The operator's multiplier of a Fourier mode.
 FourierSolver::Complex FourierSolver::symbol_of(const std::array<std::int64_t, 3>& turns, const Turns& factors) const {
   Complex symbol = 0;
   for (std::size_t k = 0; k < rows_.row().size(); ++k) {
@@ -48,7 +48,7 @@ FourierSolver::Complex FourierSolver::symbol_of(const std::array<std::int64_t, 3
   return symbol;
 }
 
-/// Makes the solver take the wave out of right sides.
+/// Marks the mode as one that the solver removes from right sides.
 void FourierSolver::drop(std::size_t number) {
   if (dropped_.empty()) {
     dropped_.assign(inverse_symbol_.size(), 0.0);
@@ -63,9 +63,9 @@ FourierSolver::FourierSolver(const ConstantRows& rows, bool is_singular, const T
   find_inverse(waves_, inverse_symbol_);
 }
 
-/// Rounding of a fast transform of n numbers is at most log2(n) times that of its values (W. M. Gentleman, G. Sande,
-/// AFIPS Conf. Proc. 29, 1966, 563), which x has anyway where it is stored. Tried with a right side that has all waves,
-/// the same for each operator: what a run solves first says nothing about what follows.
+/// The rounding error of a fast transform of n numbers is at most log2(n) times that of its values (W. M. Gentleman, G.
+/// Sande, AFIPS Conf. Proc. 29, 1966, 563), which the stored x has anyway. Tested with a right side that contains all
+/// modes and is the same for every operator, so that the decision does not depend on the first solve of a run.
 void FourierSolver::try_floats(const GridOperator& a) {
   if (drops_waves()) return;
   const auto size = static_cast<std::size_t>(rows_.size());
@@ -96,7 +96,7 @@ void FourierSolver::try_floats(const GridOperator& a) {
 
 template <class Real>
 void FourierSolver::find_inverse(const GridWavesOf<Real>& waves, std::vector<Real>& inverse_symbol) {
-  const double zero = 64 * 0x1p-52 * rows_.row_size();  // what is less is rounding of this sum, but for the mean
+  const double zero = 64 * 0x1p-52 * rows_.row_size();  // smaller values are rounding of this sum, except for the mean
   inverse_symbol.assign(static_cast<std::size_t>(waves.size() * (have_phases_ ? 2 : 1)), Real(0));
   const Turns factors = all_turns();
   waves.for_each([&](std::size_t number, const std::array<std::int64_t, 3>& turns) {
@@ -115,7 +115,7 @@ bool FourierSolver::has_walls() const {
   return std::ranges::any_of(rows_.sides(), [](Sides sides) { return sides != Sides::periodic; });
 }
 
-/// Takes the waves that the operator makes 0 of out of b.
+/// Removes modes in the null space of the operator from b.
 double FourierSolver::drop_waves(std::span<double> b) {
   waves_.multiply(b, dropped_.data(), have_phases_, taken_);
   const double whole = sums_of(b, team_).squares, dropped = sums_of(taken_, team_).squares;

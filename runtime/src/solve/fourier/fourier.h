@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators with the same row in all cells, by Fourier series: each wave is divided by the operator's symbol. Along
-// bounded axes waves are cosines or sines.
+// Operators with the same row in all cells, by Fourier series: each mode is divided by the operator's symbol. Along
+// bounded axes modes are cosines or sines.
 #pragma once
 
 #include <array>
@@ -19,33 +19,33 @@ namespace dpde {
 
 class FourierSolver {
  public:
-  /// Nothing where the rows are not constant. `is_singular`: of a constant it makes 0.
+  /// Empty if the rows are not constant. `is_singular`: constants are in the null space.
   static std::optional<FourierSolver> of(const StencilMatrix& matrix, double rounding, bool is_singular,
                                          const Team& team = 1);
   FourierSolver(const ConstantRows& rows, bool is_singular, const Team& team = 1);
 
-  /// Waves of the null space are taken out of `b` and are 0 in `x`; |what is taken|/|b|, without the mean. Nothing is
-  /// allocated; both are aligned as `new` aligns them.
+  /// Removes modes of the null space from `b`; they are 0 in `x`. Returns |removed part|/|b|, without the mean.
+  /// Allocates nothing; both need the alignment of `new`.
   double solve(std::span<double> b, std::span<double> x);
   bool drops_waves() const { return !dropped_.empty(); }
-  /// Where it drops no waves: the same, and b stays.
+  /// The same without changing b, for an operator that drops no modes.
   void divide(std::span<const double> b, std::span<double> x);
   /// The same from field to field (GridWaves::multiply_rows).
   std::optional<PassedRows> divide_rows(const ReadRowsOf<double>& b, const WriteRowsOf<double>& x) {
     return waves_.multiply_rows(b, inverse_symbol_.data(), have_phases_, x);
   }
-  /// In floats, where these will do.
+  /// In floats, if has_floats().
   std::optional<PassedRows> divide_rows(const ReadRowsOf<float>& b, const WriteRowsOf<float>& x) {
     return floats_->multiply_rows(b, inverse_of_floats_.data(), have_phases_, x);
   }
-  /// Whether floats will do for the operator, which has the same rows: memory is taken for it once.
+  /// Tests whether floats are accurate enough for the operator, which has the same rows; allocates their memory once.
   void try_floats(const GridOperator& a);
   bool has_floats() const { return floats_.has_value(); }
   bool has_walls() const;
 
  private:
   using Complex = std::complex<double>;
-  /// e^(2*pi*i*j/period) of each axis, or their real parts where it is bounded.
+  /// e^(2*pi*i*j/period) of each axis; real parts only for a bounded one.
   using Turns = std::array<std::vector<Complex>, 3>;
   Turns all_turns() const;
   Complex symbol_of(const std::array<std::int64_t, 3>& turns, const Turns& factors) const;
@@ -58,9 +58,9 @@ class FourierSolver {
   Team team_;
   GridWaves waves_;
   bool is_singular_, have_phases_;
-  std::vector<double> inverse_symbol_;  // factors of waves
-  std::vector<double> dropped_;         // likewise, of what is in the null space besides the mean; empty: nothing
-  std::vector<double> taken_;           // from b
+  std::vector<double> inverse_symbol_;  // multipliers of modes
+  std::vector<double> dropped_;         // 1 for modes of the null space besides the mean; empty: none
+  std::vector<double> taken_;           // removed from b
   std::optional<GridWavesOf<float>> floats_;
   std::vector<float> inverse_of_floats_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells of a grid by their places along the axes.
+// Cells of a grid by their indices along the axes.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@ void for_each_cell(const std::array<std::int64_t, 3>& cells, const F& f) {
   }
 }
 
-/// So many cells along x are multiplied at once: they stay in the first cache between entries.
+/// Cells along x that are multiplied in one go: they stay in the first-level cache between matrix entries.
 inline constexpr std::int64_t cells_of_block = 256;
 
-/// `f`(number of the first, its place, how many) on blocks of cells along x.
+/// Calls `f`(index of the first cell, its indices along the axes, count) for blocks of cells along x.
 template <class F>
 void for_each_block(const std::array<std::int64_t, 3>& cells, const F& f) {
   std::size_t number = 0;
@@ -38,7 +38,7 @@ void for_each_block(const std::array<std::int64_t, 3>& cells, const F& f) {
   }
 }
 
-/// The same on the rows `begin` to `end` along x, which are numbered y + cells[1]*z.
+/// The same for the rows `begin` to `end` along x, with row index y + cells[1]*z.
 template <class F>
 void for_each_block_of(const std::array<std::int64_t, 3>& cells, std::size_t begin, std::size_t end, const F& f) {
   const auto rows = static_cast<std::size_t>(cells[1]);
@@ -54,7 +54,7 @@ inline std::size_t number_of(const std::array<std::int64_t, 3>& cells, const Gri
   return static_cast<std::size_t>(cell[0] + cells[0] * (cell[1] + cells[1] * cell[2]));
 }
 
-/// Of the neighbour at +-1 along an axis; -1 beyond a wall.
+/// Index of the neighbour at +-1 along an axis; -1 beyond a wall.
 inline std::int64_t neighbour(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
                               GridPlace cell, std::size_t axis, int step) {
   cell[axis] += step;

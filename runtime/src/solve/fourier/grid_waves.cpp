@@ -12,8 +12,8 @@ namespace {
 constexpr std::int64_t long_row = 2048 * sizeof(double);  // bytes
 constexpr std::int64_t cells_at_once = 4096;
 
-/// Whole blocks, and an odd number of them: the values of a column of so many cells then fall into all places of the
-/// first cache (512^2 cells: 1.10 times the bare transforms, with an even number 1.4). Columns of more do not fit it,
+/// Rounds up to an odd number of blocks: the values of a column are then spread over all sets of the first-level cache
+/// (512^2 cells: 1.10 times the time of the bare transforms; with an even number 1.4). Longer columns do not fit it,
 /// and pairs of blocks are faster.
 template <class Real>
 std::int64_t with_gap(std::int64_t numbers) {
@@ -24,7 +24,7 @@ std::int64_t with_gap(std::int64_t numbers) {
   return 2 * width * (pairs % 4 == 0 ? pairs + 1 : pairs);
 }
 
-/// The same for planes, all of whose rows are used.
+/// The same for planes, in which all rows are used.
 template <class Real>
 std::int64_t plane_with_gap(std::int64_t numbers) {
   constexpr std::int64_t width = LineWavesOf<Real>::width;
@@ -50,7 +50,8 @@ GridWavesOf<Real>::GridWavesOf(const std::array<std::int64_t, 3>& cells, const s
   if (axes.empty()) axes.push_back(0);
   if (axes.size() > 1) lines_.count = cells[axes[1]];
   if (axes.size() > 2) lines_.planes = cells[axes[2]];
-  const Sides first = cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // of one cell: its mean
+  const Sides first =
+      cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // an axis of one cell: only the mean
   make_first(axes.front(), cells[axes.front()], first);
   for (std::size_t i = 1; i < axes.size(); ++i)
     make_stage(axes[i], cells[axes[i]], sides[axes[i]], i + 1 == axes.size());
@@ -65,7 +66,7 @@ void GridWavesOf<Real>::make_first(std::size_t axis, std::int64_t cells, Sides s
   lines_.plane = plane_with_gap<Real>(row_ * lines_.count);
   first_ = AlignedValuesOf<Real>(lines_.plane * lines_.planes);
   if (lines_.plane == row_ * lines_.count)
-    lines_.count *= std::exchange(lines_.planes, 1);  // which also keeps lines of odd lengths aligned
+    lines_.count *= std::exchange(lines_.planes, 1);  // this also keeps lines of odd lengths aligned
   size_ = row_;
   lines_.block =
       std::min(lines_.count, LineWavesOf<Real>::width *
@@ -84,7 +85,7 @@ void GridWavesOf<Real>::make_first(std::size_t axis, std::int64_t cells, Sides s
   scale_ *= are_complex_ ? static_cast<double>(cells) : firsts_.front().images->scale();
   if (!are_complex_) {
     lines_.block = std::min(lines_.count, LineWavesOf<Real>::width);
-    if (lines_.count == 1) size_ = cells * LineWavesOf<Real>::width;  // as a column
+    if (lines_.count == 1) size_ = cells * LineWavesOf<Real>::width;  // treated as a column
   }
   for (FirstLines& own : firsts_) own.values = AlignedValuesOf<Real>(lines_.block * cells);
   extents_.resize(static_cast<std::size_t>(lines_.planes * ((lines_.count + lines_.block - 1) / lines_.block)));
@@ -128,7 +129,7 @@ std::int64_t GridWavesOf<Real>::period(std::size_t axis) const {
   return 1;
 }
 
-/// In the order in which the blocks of the last axis are multiplied.
+/// Index of a factor, in the order in which the blocks of the last axis are multiplied.
 template <class Real>
 std::size_t GridWavesOf<Real>::number_of(std::int64_t row, std::int64_t along) const {
   if (stages_.empty()) return static_cast<std::size_t>(has_images() ? along * LineWavesOf<Real>::width : along);
@@ -151,7 +152,7 @@ void GridWavesOf<Real>::for_each(
   }
 }
 
-/// f(number, transforms, first cell in a field, first wave, lines) of each block of lines along the first axis.
+/// Calls f(index, transforms, first cell in a field, first mode, lines) for each block of lines along the first axis.
 template <class Real>
 template <class F>
 void GridWavesOf<Real>::for_each_block_of_first(const F& f) {
@@ -191,7 +192,7 @@ void GridWavesOf<Real>::write(const Stage& stage, const LineWavesOf<Real>& lines
   if (!lines.are_in_place()) lines.write(to, stage.inner, 1, LineWavesOf<Real>::width);
 }
 
-/// f(lines, number of the block, its first number of `inner`, which of `outer`)
+/// Calls f(lines, index of the block, its first index of `inner`, index of `outer`).
 template <class Real>
 template <class F>
 void GridWavesOf<Real>::for_each_block(Stage& stage, const F& f) const {
@@ -239,7 +240,7 @@ void GridWavesOf<Real>::multiply_last(Stage& stage, const Real* factors, bool ha
   });
 }
 
-/// On a grid of one axis.
+/// On a grid with one axis.
 template <class Real>
 void GridWavesOf<Real>::multiply_line(const Real* field, const Real* factors, bool have_phases, Real* product) {
   FirstLines& own = firsts_.front();
@@ -278,7 +279,7 @@ void GridWavesOf<Real>::multiply(std::span<const Real> field, const Real* factor
   });
 }
 
-/// In the order of the blocks.
+/// Combined in the order of the blocks.
 template <class Real>
 Extent GridWavesOf<Real>::extent() const {
   Extent all;

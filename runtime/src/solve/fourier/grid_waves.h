@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multiplies the waves of a field on a grid: axis after axis there and back, the last one in blocks of columns that
-// stay in the cache between there and back. Blocks are the same by any number of threads, and so are results.
+// Multiplies the Fourier modes of a field on a grid: forward and backward transforms, axis after axis. Along the last
+// axis blocks of columns stay in the cache in between. Blocks, and so results, do not depend on the number of threads.
 #pragma once
 
 #include <array>
@@ -16,13 +16,13 @@
 
 namespace dpde {
 
-/// Values of cells that follow one another, from the cell `first` on: whole rows along x. By several threads at once.
+/// Contiguous values of cells from cell `first` on: whole rows along x. Called by several threads in parallel.
 template <class Real>
 using ReadRowsOf = std::function<void(std::int64_t first, std::span<Real> values)>;
 template <class Real>
 using WriteRowsOf = std::function<void(std::int64_t first, std::span<const Real> values)>;
 
-/// What multiply_rows has read, and whether what it has written is finite.
+/// Sums of the values read, and whether the values written are finite.
 struct PassedRows {
   Sums read;
   bool is_finite;
@@ -33,21 +33,20 @@ class GridWavesOf {
  public:
   GridWavesOf(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides, const Team& team = 1);
 
-  /// How many factors there are, of which some are of no wave. Two waves of periodic axes are one, the other being its
-  /// conjugate.
+  /// Number of factors, including unused ones. On periodic axes a mode and its complex conjugate share one.
   std::int64_t size() const { return are_complex_ ? size_ / 2 : size_; }
   bool are_complex() const { return are_complex_; }
-  /// What there and back multiplies by.
+  /// Factor by which forward and backward transforms together multiply.
   double scale() const { return scale_; }
-  /// `f`(number of its factor, by which angle a wave turns from cell to cell along each axis, in turns of
+  /// Calls `f`(index of the factor, phase shift of the mode from cell to cell along each axis, in units of
   /// 2*pi/period).
   void for_each(const std::function<void(std::size_t number, const std::array<std::int64_t, 3>& turns)>& f) const;
   std::int64_t period(std::size_t axis) const;
 
-  /// Nothing is allocated. `have_phases`: the factors are complex. Arrays are aligned as `new` aligns them.
+  /// Allocates nothing. `have_phases`: the factors are complex. Arrays need the alignment of `new`.
   void multiply(std::span<const Real> field, const Real* factors, bool have_phases, std::span<Real> product);
-  /// The same between fields of any form, rows of which are read and written as they are transformed. Nothing where
-  /// squares of what is read may be no numbers, before anything is written.
+  /// The same between fields of any layout, whose rows are read and written during the transforms. Returns nothing, and
+  /// writes nothing, if squares of the input may overflow.
   std::optional<PassedRows> multiply_rows(const ReadRowsOf<Real>& read, const Real* factors, bool have_phases,
                                           const WriteRowsOf<Real>& write);
 
@@ -55,23 +54,23 @@ class GridWavesOf {
   /// Lines along the first axis.
   struct FirstShape {
     std::size_t axis = 0;
-    std::int64_t count = 1, planes = 1;  // in each of so many planes
-    std::int64_t row = 0, plane = 0;     // numbers of a row and of a plane of its waves, with gaps
-    std::int64_t block = 1;              // lines that are transformed at once
+    std::int64_t count = 1, planes = 1;  // lines in each plane, number of planes
+    std::int64_t row = 0, plane = 0;     // numbers in a row and in a plane of its modes, with gaps
+    std::int64_t block = 1;              // lines transformed in one go
   };
-  /// Transforms of a block of lines along the first axis, and of fewer lines, the last ones. Of one thread.
+  /// Transforms of a block of lines along the first axis, and of the last, smaller block. For one thread.
   struct FirstLines {
-    std::optional<RealFftOf<Real>> ring, fewer;  // it is periodic
-    std::optional<LineWavesOf<Real>> images;     // or bounded
+    std::optional<RealFftOf<Real>> ring, fewer;  // for a periodic axis
+    std::optional<LineWavesOf<Real>> images;     // for a bounded axis
     AlignedValuesOf<Real> values;                // of a block
   };
-  /// An axis behind the first, of arrays with rows of `inner` numbers side by side.
+  /// An axis after the first, of arrays with rows of `inner` adjacent numbers.
   struct Stage {
     std::size_t axis;
     std::vector<LineWavesOf<Real>> of_threads;
     std::int64_t outer, inner;
     Real *from = nullptr, *to = nullptr;
-    std::int64_t from_plane = 0, to_plane = 0;  // numbers from one of `outer` to the next
+    std::int64_t from_plane = 0, to_plane = 0;  // numbers from one index of `outer` to the next
     const LineWavesOf<Real>& lines() const { return of_threads.front(); }
   };
 
@@ -100,11 +99,11 @@ class GridWavesOf {
   std::vector<FirstLines> firsts_;  // one a thread
   std::vector<Extent> extents_;     // of blocks
   std::vector<Stage> stages_;
-  std::int64_t row_ = 0, size_ = 0;  // numbers of a row of all waves; of all waves
+  std::int64_t row_ = 0, size_ = 0;  // numbers in a row of all modes; of all modes
   bool are_complex_ = false;
   double scale_ = 1;
   AlignedValuesOf<Real> first_,
-      second_;  // waves along the first axis; those behind an axis where real ones become complex
+      second_;  // modes along the first axis; later ones, after an axis where real modes become complex
 };
 using GridWaves = GridWavesOf<double>;
 

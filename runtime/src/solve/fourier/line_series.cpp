@@ -11,7 +11,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Whether lines along the axis are coupled and lie at one distance from each other.
+/// Whether lines along the axis are coupled and have a constant distance.
 bool are_lines(std::size_t axis, const std::array<std::int64_t, 3>& cells) {
   std::int64_t before = 1, behind = 1;
   for (std::size_t other = 0; other < 3; ++other) {
@@ -30,7 +30,7 @@ bool couples_along(const StencilMatrix& matrix, std::size_t axis) {
   return true;
 }
 
-/// A line of the matrix: entries of its first row and their offsets along it.
+/// A line of the matrix: entries of its first row and their offsets along the line.
 class Line {
  public:
   Line(const StencilMatrix& matrix, std::size_t axis, std::int64_t first, std::int64_t step)

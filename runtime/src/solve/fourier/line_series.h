@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators that couple cells along one periodic axis only, with rows that are the same along it and differ from line
-// to line, as filters around the poles of a sphere: Fourier series of each line, divided by a symbol of its own.
+// Operators that couple cells along one periodic axis only, with rows that are constant along it and differ from line
+// to line, such as filters around the poles of a sphere: Fourier series of each line, divided by the line's own symbol.
 #pragma once
 
 #include <complex>
@@ -17,10 +17,10 @@ namespace dpde {
 
 class LineSeries {
  public:
-  /// Nothing where the operator is none of these, makes 0 of a wave, or the axis lies between two others.
+  /// Empty if the operator has another form or a zero symbol, or if the axis lies between two others.
   static std::optional<LineSeries> of(const StencilMatrix& matrix, const Team& team = 1);
 
-  /// Nothing is allocated; both are aligned as `new` aligns them.
+  /// Allocates nothing; both need the alignment of `new`.
   void divide(std::span<const double> b, std::span<double> x);
 
  private:
@@ -28,7 +28,7 @@ class LineSeries {
 
   FftBlocks blocks_;
   std::vector<std::complex<double>> factors_;
-  /// One a thread: a block of lines goes there, is divided and goes back while it is in the cache.
+  /// One for each thread: a block of lines is transformed, divided and transformed back while it is in the cache.
   std::vector<std::vector<std::complex<double>>> waves_;
 };
 

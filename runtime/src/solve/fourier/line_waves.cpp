@@ -26,7 +26,7 @@ Complex<Real> turned(std::int64_t numerator, std::int64_t denominator) {
       std::polar(1.0, std::numbers::pi * static_cast<double>(numerator) / static_cast<double>(denominator)));
 }
 
-/// Of the complex values of two rows p = w*a and q = conj(w)*b: a = p + q, b = sign*i*(p - q).
+/// For complex rows p = w*a and q = conj(w)*b: a = p + q, b = sign*i*(p - q).
 template <class Real>
 void join(Real* a, Real* b, Complex<Real> w, int sign) {
   const Real c = w.real(), s = w.imag();
@@ -40,7 +40,7 @@ void join(Real* a, Real* b, Complex<Real> w, int sign) {
   }
 }
 
-/// a = conj(w)*(a - i*b), b = w*(a + i*b): half of what join makes of these is a and b again.
+/// a = conj(w)*(a - i*b), b = w*(a + i*b): the inverse of join, up to a factor of 2.
 template <class Real>
 void split(Real* a, Real* b, Complex<Real> w) {
   const Real c = w.real(), s = w.imag();
@@ -215,7 +215,7 @@ void LineWavesOf<Real>::multiply(const Real* factors, bool have_phases) {
   }
 }
 
-/// Waves k and n - k of the complex lines are cosines and sines of both.
+/// Modes k and n - k of the complex lines combine to the cosines and sines of both real lines.
 template <class Real>
 void LineWavesOf<Real>::join_all() {
   Real* const rows = values_.get();
@@ -241,7 +241,7 @@ void LineWavesOf<Real>::join_halves() {
     join(rows + width * k, rows + width * (half + k), std::conj(after_[static_cast<std::size_t>(k)]), -1);
 }
 
-/// Of type IV: two transforms, one of them backward, of all cells, of which each makes one half of the waves.
+/// Type IV: a forward and a backward transform of all cells, each of which gives one half of the modes.
 template <class Real>
 void LineWavesOf<Real>::cosines_of_any_length() {
   Real *const values = values_.get(), *const first = other_.get(), *const second = first + width * cells_;
@@ -285,7 +285,7 @@ void LineWavesOf<Real>::forward() {
 template <class Real>
 void LineWavesOf<Real>::backward() {
   if (real_) return real_->backward(complex(other_.get()), values_.get());
-  if (is_mixed()) return forward();  // of type IV: its own inverse
+  if (is_mixed()) return forward();  // type IV is its own inverse
   if (sides_ != Sides::periodic) {
     Real* const rows = values_.get();
     for (std::int64_t k = 1; 2 * k < cells_; ++k)

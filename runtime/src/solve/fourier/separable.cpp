@@ -15,7 +15,7 @@ constexpr std::int64_t modes_of_block = 32;
 
 bool vanishes(double value) { return value == 0; }
 
-/// Sizes of the rows, and whether each is the same along an axis.
+/// Magnitudes of the rows, and whether rows are constant along an axis.
 class Rows {
  public:
   explicit Rows(const StencilMatrix& matrix) : matrix_(matrix), sizes_(static_cast<std::size_t>(matrix.size()), 0.0) {
@@ -48,7 +48,7 @@ class Rows {
   std::vector<double> sizes_;
 };
 
-/// Nothing where there is no axis for lines, or more than one.
+/// Empty if no axis, or more than one, remains for the lines.
 std::optional<SeparableSolver::Axes> axes_of(const StencilMatrix& matrix) {
   const Rows rows(matrix);
   std::vector<std::size_t> waves, lines;
@@ -59,7 +59,7 @@ std::optional<SeparableSolver::Axes> axes_of(const StencilMatrix& matrix) {
   if (waves.empty() || lines.size() != 1 || matrix.periodic[lines.front()]) return std::nullopt;
   if (!rows.couple_neighbours_along(lines.front())) return std::nullopt;
   if (waves.size() == 1) return SeparableSolver::Axes{waves.front(), lines.front(), std::nullopt};
-  // Lines of the first axis are to lie at one distance from each other: it is the innermost one or the outermost.
+  // Lines of the first axis must have a constant distance: it is the innermost or the outermost axis.
   if (waves.front() == 0) return SeparableSolver::Axes{0, lines.front(), waves.back()};
   return SeparableSolver::Axes{waves.back(), lines.front(), waves.front()};
 }
@@ -72,7 +72,7 @@ std::vector<std::complex<double>> turns_of(std::int64_t n) {
   return turns;
 }
 
-/// The rows of one place along the lines: what they multiply a wave by, of the cell before, the cell and the next one.
+/// The rows at one position along the lines: multipliers of a mode, for the previous cell, the cell and the next one.
 class Symbols {
  public:
   Symbols(const StencilMatrix& matrix, const SeparableSolver::Axes& axes)
@@ -83,7 +83,7 @@ class Symbols {
 
   struct Row {
     std::array<double, 3> entries{};
-    bool is_even = true;  // the same for the mirror image of the wave
+    bool is_even = true;  // a mode and its mirror image have the same multipliers
   };
   Row at(std::int64_t place, std::int64_t first, std::int64_t second) const {
     std::array<std::complex<double>, 3> sums{};
@@ -135,7 +135,7 @@ SeparableSolver::SeparableSolver(const Axes& axes, const std::array<std::int64_t
                                  const Team& team)
     : firsts_(lines_along(axes.first, cells), team), is_singular_(is_singular) {
   shape_.modes = firsts_.lines().length / 2 + 1;
-  std::int64_t rows = 1;  // before an axis, of those that are not transformed first
+  std::int64_t rows = 1;  // stride of an axis in rows, counting only axes not transformed first
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis == axes.first) continue;
     if (axis == axes.along) shape_.length = cells[axis], shape_.length_step = rows;
@@ -147,7 +147,7 @@ SeparableSolver::SeparableSolver(const Axes& axes, const std::array<std::int64_t
     seconds_.emplace_back(lines_in_place(shape_.second, shape_.modes, shape_.second_step * shape_.modes, 1));
 }
 
-/// What there and back multiplies by is divided out with the pivots.
+/// The pivots also contain the factor of forward and backward transforms.
 bool SeparableSolver::factor(const StencilMatrix& matrix, const Axes& axes) {
   constexpr double dominance = 0.999999;  // as in TridiagonalSolver
   const Symbols symbols(matrix, axes);
@@ -156,13 +156,13 @@ bool SeparableSolver::factor(const StencilMatrix& matrix, const Axes& axes) {
   for (std::int64_t second = 0; second < shape_.second; ++second) {
     for (std::int64_t mode = 0; mode < shape_.modes; ++mode) {
       const bool is_mean = is_singular_ && mode == 0 && second == 0;
-      double pivot = 0, upper = 0;  // of the place before
+      double pivot = 0, upper = 0;  // of the previous position
       for (std::int64_t i = 0; i < shape_.length; ++i) {
         const Symbols::Row row = symbols.at(i, mode, second);
         auto [lower, diagonal, next] = row.entries;
         if (!row.is_even || diagonal == 0 || std::abs(diagonal) < dominance * (std::abs(lower) + std::abs(next)))
           return false;
-        if (is_mean && i == 0) next = 0;  // the first cell is held, and counts no more for the next one
+        if (is_mean && i == 0) next = 0;  // the first cell is fixed to 0, so the next row does not use it
         if (i == 0 || (is_mean && i == 1)) lower = 0;
         const double left = diagonal - lower * pivot * upper;
         if (std::abs(left) <= 1e-13 * std::abs(diagonal)) return false;
@@ -186,7 +186,7 @@ void SeparableSolver::transform_second(bool back) {
   });
 }
 
-/// Of the wave that is the same everywhere.
+/// Subtracts the mean from the constant mode.
 void SeparableSolver::take_mean_away() {
   Complex sum = 0;
   for (std::int64_t i = 0; i < shape_.length; ++i) sum += waves_[static_cast<std::size_t>(row_of(0, i))];
@@ -194,7 +194,7 @@ void SeparableSolver::take_mean_away() {
   for (std::int64_t i = 0; i < shape_.length; ++i) waves_[static_cast<std::size_t>(row_of(0, i))] -= mean;
 }
 
-/// The modes from `begin` on along the first axis: of all of them at once, place by place.
+/// Eliminates modes `begin` to `end` along the first axis, all of them together, position by position.
 void SeparableSolver::eliminate(std::int64_t second, std::int64_t begin, std::int64_t end) {
   for (std::int64_t i = 1; i < shape_.length; ++i) {
     const std::int64_t here = row_of(second, i), before = row_of(second, i - 1);
@@ -219,7 +219,7 @@ void SeparableSolver::divide(std::span<const double> b, std::span<double> x) {
   transform_second(false);
   if (is_singular_) {
     take_mean_away();
-    waves_[0] = 0;  // the cell that is held
+    waves_[0] = 0;  // the fixed cell
   }
   const std::int64_t blocks = (shape_.modes + modes_of_block - 1) / modes_of_block;
   firsts_.team().run(shape_.second * blocks, [&](std::int64_t number, int) {

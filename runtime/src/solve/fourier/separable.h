@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators whose rows are the same along periodic axes and which couple neighbours along the one other axis, as
-// Poisson's equation in a channel with a stretched axis, on a disc and on a sphere: each wave along the periodic axes
-// is a tridiagonal system along the other one (R. W. Hockney, J. ACM 12, 1965, 95).
+// Operators whose rows are constant along periodic axes and which couple neighbours along the one other axis, such as
+// Poisson's equation in a channel with a stretched axis, on a disc and on a sphere. Each Fourier mode along the
+// periodic axes is a tridiagonal system along the other one (R. W. Hockney, J. ACM 12, 1965, 95).
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ namespace dpde {
 
 class SeparableSolver {
  public:
-  /// Nothing where the operator is none of these, tells a wave from its mirror image, or has a wave whose diagonal does
-  /// not dominate: elimination takes no pivots.
+  /// Empty if the operator has another form, if a mode and its mirror image have different multipliers, or if a mode's
+  /// system is not diagonally dominant: elimination does not pivot.
   static std::optional<SeparableSolver> of(const StencilMatrix& matrix, const NullSpace& null_space,
                                            const Team& team = 1);
 
-  /// Where constants make 0 the mean of `b` is left out and that of `x` is 0. Nothing is allocated; both are aligned as
-  /// `new` aligns them.
+  /// If constants are in the null space the mean of `b` is ignored and that of `x` is 0. Allocates nothing; both need
+  /// the alignment of `new`.
   void divide(std::span<const double> b, std::span<double> x);
 
-  /// Which axis is transformed first, by real series, which one then, and along which lines are eliminated.
+  /// The axis transformed first, by real series, the second one, if any, and the axis of elimination.
   struct Axes {
     std::size_t first = 0, along = 0;
     std::optional<std::size_t> second;
@@ -38,12 +38,12 @@ class SeparableSolver {
 
  private:
   using Complex = std::complex<double>;
-  /// Waves lie one behind the other in rows; how far it is from one number of an axis to the next is said in rows.
+  /// The modes are contiguous in rows; steps between indices of an axis are in rows.
   struct Shape {
     std::int64_t modes = 1, second = 1, length = 1;  // along the first axis, the second one, the lines
     std::int64_t second_step = 0, length_step = 0;
   };
-  /// Of a wave: x[i] = y[i]*pivot - upper*x[i + 1] with y[i] = b[i] - lower*y[i - 1].
+  /// For one mode: x[i] = y[i]*pivot - upper*x[i + 1] with y[i] = b[i] - lower*y[i - 1].
   struct Factors {
     std::vector<double> lower, pivot, upper;
   };
@@ -62,7 +62,7 @@ class SeparableSolver {
   bool is_singular_;
   Factors factors_;
   std::vector<Complex> waves_;
-  std::vector<ComplexFft> seconds_;  // one a thread; none: there is no second axis
+  std::vector<ComplexFft> seconds_;  // one for each thread; none without a second axis
 };
 
 }  // namespace dpde
