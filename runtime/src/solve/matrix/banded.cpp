@@ -19,7 +19,7 @@ void BandedMatrix::set_zero() { std::ranges::fill(values_, 0.0); }
 std::int64_t BandedMatrix::rows_below(std::int64_t column) const { return std::min(width_, size_ - 1 - column); }
 
 bool BandedMatrix::factor() {
-  std::int64_t last = 0;  // column that a row used so far may reach
+  std::int64_t last = 0;  // last column with an entry in the rows used so far
   for (std::int64_t k = 0; k < size_; ++k) {
     const std::int64_t below = rows_below(k);
     double* const column = &entry(k, k);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrices whose entries lie near the diagonal, eliminated with exchanges of rows (Golub and Van Loan, 4.3.3).
+// Banded matrices, eliminated with partial pivoting (Golub and Van Loan, 4.3.3).
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@ namespace dpde {
 class BandedMatrix {
  public:
   BandedMatrix() = default;
-  /// Of entries at most `width` beside the diagonal.
+  /// `width`: largest distance of an entry from the diagonal.
   BandedMatrix(std::int64_t size, std::int64_t width);
 
   void set_zero();
   double& entry(std::int64_t row, std::int64_t column) { return values_[place(row, column)]; }
-  /// In place; false where it is singular.
+  /// Factorises in place; returns false if the matrix is singular.
   bool factor();
-  /// Behind `factor`; `x` is the right side before.
+  /// After factor(). On entry `x` is the right side.
   void solve(std::span<double> x) const;
-  /// Of memory.
+  /// Memory use.
   std::int64_t bytes() const { return static_cast<std::int64_t>(8 * (values_.size() + pivots_.size())); }
 
  private:
-  /// Columns one behind the other, with room above for what exchanges bring.
+  /// Column by column, with space above for row exchanges.
   std::size_t place(std::int64_t row, std::int64_t column) const {
     return static_cast<std::size_t>(column * stride_ + row - column + 2 * width_);
   }

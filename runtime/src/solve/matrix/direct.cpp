@@ -50,7 +50,7 @@ bool DirectSolver::holds_as_before(const NullSpace& null_space) const {
          std::ranges::all_of(null_space.parts(), [&](const auto& part) { return places_[part.front()] < 0; });
 }
 
-/// Of equations that are not held, the entries that are not 0, which decide the order of columns.
+/// Number of nonzero entries in equations that are not fixed; these decide the order of columns.
 std::int64_t DirectSolver::entries_of(const StencilMatrix& matrix) const {
   std::int64_t count = 0;
   for_each_entry(matrix, [&](std::size_t row, std::size_t column, double) {
@@ -78,8 +78,8 @@ void DirectSolver::solve_by_factors() {
   factors_->solve({right_.data(), free_.size()}, {solution_.data(), free_.size()});
 }
 
-/// The inverse makes, of what it has made of anything, about 1/(the smallest singular value) as much: more than what
-/// rounding of the entries leaves room for.
+/// Applied twice to any vector, the inverse of a singular matrix grows it by about 1/(smallest singular value), more
+/// than rounding of the entries allows.
 bool DirectSolver::is_singular(double size) {
   constexpr double most = 3e14;
   for (Eigen::Index i = 0; i < right_.size(); ++i) right_[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse factors, by Eigen. Of each singular part one cell is held at 0. Where rows sum to 0 and columns do not, or the
-// other way round, the small system is inverted as a whole.
+// Sparse LU factors, by Eigen. In each singular part one cell is fixed to 0. If rows sum to 0 and columns do not, or
+// vice versa, the system must be small and is inverted as a dense matrix.
 #pragma once
 
 #include <Eigen/QR>
@@ -17,28 +17,28 @@ namespace dpde {
 
 class DirectSolver {
  public:
-  /// \throws dpde::Error where the operator is singular in another way, or lopsided and large.
+  /// \throws dpde::Error if the operator is singular in another way, or lopsided and large.
   DirectSolver(const StencilMatrix& matrix, const NullSpace& null_space, double rounding);
 
-  /// Of another matrix of the same grid with the same entries that are not 0, which decide the order of columns:
-  /// whether there are factors. Eigen takes memory for them anew.
+  /// Refactorises for another matrix of the same grid with the same nonzero entries, which decide the order of columns.
+  /// Returns whether there are factors. Eigen allocates their memory again.
   bool renew(const StencilMatrix& matrix, const NullSpace& null_space);
   bool is_dense() const { return is_dense_; }
-  /// `b` is compatible, but for the dense inverse; of `x` the null space is still to be removed.
+  /// `b` must be compatible, except for the dense inverse; the null space must still be removed from `x`.
   void solve(std::span<const double> b, std::span<double> x);
 
  private:
-  /// `size`: of the largest column.
+  /// `size`: norm of the largest column.
   bool is_singular(double size);
   bool holds_as_before(const NullSpace& null_space) const;
   std::int64_t entries_of(const StencilMatrix& matrix) const;
   void solve_by_factors();
 
-  std::optional<SparseFactors> factors_;  // none where all cells are held
+  std::optional<SparseFactors> factors_;  // empty if all cells are fixed
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse_;
   bool is_dense_ = false;
-  std::vector<std::uint32_t> free_;   // cells that are not held
-  std::vector<std::int64_t> places_;  // of cells among these; -1: held
+  std::vector<std::uint32_t> free_;   // cells that are not fixed
+  std::vector<std::int64_t> places_;  // index of each cell among these; -1: fixed
   std::int64_t entries_ = 0;
   Eigen::VectorXd right_, solution_;
 };

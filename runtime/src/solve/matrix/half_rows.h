@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows along x in two halves, the cells of even x first. A sweep over one colour of a chequered grid is then a loop
-// without gaps. Before the second half and behind both is room for the cell around the ring; between bounded ends it
-// stays 0. Halves of vectors lie apart (solve/row_kernels.h), of coefficients one behind the other.
+// Rows along x in two halves, the cells of even x first, so that a sweep over one colour of a red-black grid is a loop
+// without gaps. Before the second half and after both there is space for the periodic neighbour; with bounded ends it
+// stays 0. Halves of vectors are separate (solve/row_kernels.h), those of coefficients contiguous.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace dpde {
 
-/// In a line of the cache.
+/// In a cache line.
 template <class Real>
 inline constexpr std::int64_t numbers_of_line = 64 / sizeof(Real);
 
 class HalfRows {
  public:
   HalfRows() = default;
-  /// `line`: numbers in a line of the cache.
+  /// `line`: numbers in a cache line.
   HalfRows(std::int64_t cells, bool is_ring, std::int64_t line = 8);
 
   std::int64_t cells() const { return cells_; }
@@ -34,7 +34,7 @@ class HalfRows {
   void close_ring(Real* even, Real* odd) const {
     for (const int half : {0, 1}) close_ring(even, odd, half);
   }
-  /// What follows from the cells of one half; others are not touched.
+  /// Updates only the periodic neighbours that are cells of one half.
   template <class Real>
   void close_ring(Real* even, Real* odd, int half) const {
     if (!is_ring_) return;
@@ -43,12 +43,12 @@ class HalfRows {
     if (is_last_odd && half == 0) even[count(0)] = even[0];
     if (!is_last_odd && half == 0) odd[-1] = even[count(0) - 1], odd[count(1)] = even[0];
   }
-  /// What close_ring() sets becomes 0.
+  /// Sets to 0 what close_ring() sets.
   template <class Real>
   void open_ring(Real* even, Real* odd) const {
     if (is_ring_) odd[-1] = odd[count(1)] = even[count(0)] = 0;
   }
-  /// row = factor*cells; the rooms stay as they are.
+  /// row = factor*cells; the extra spaces are not changed.
   template <class From, class To>
   void pack(const From* cells, std::type_identity_t<From> factor, To* row) const {
     pack(cells, factor, row, row + odd_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An operator whose solutions are fixed up to its null space: of each singular part one cell is held at 0.
+// Makes an operator nonsingular that is singular up to its null space: in each singular part one cell is fixed to 0.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -12,7 +12,7 @@
 namespace dpde {
 
 struct FreeCells {
-  std::vector<std::uint32_t> cells;  // that are not held, in order: the rows and columns of the matrix
+  std::vector<std::uint32_t> cells;  // not fixed, in order: the rows and columns of the matrix
   Eigen::SparseMatrix<double> matrix;
 };
 FreeCells without_held_cells(const StencilMatrix& matrix, const NullSpace& null_space);

@@ -10,16 +10,16 @@ namespace dpde {
 
 class IncompleteFactors {
  public:
-  /// Of each row its columns in ascending order, the diagonal among them.
+  /// `columns`: those of each row in ascending order, the diagonal included.
   explicit IncompleteFactors(const std::vector<std::vector<std::int64_t>>& columns);
 
   void set_zero();
   void set(std::int64_t row, std::int64_t column, double value);
-  /// False where a pivot is 0 or not finite.
+  /// Returns false if a pivot is 0 or not finite.
   bool factor();
   void multiply(std::span<const double> x, std::span<double> result) const;
   void precondition(std::span<const double> right, std::span<double> x) const;
-  /// Of memory.
+  /// Memory use.
   std::int64_t bytes() const { return static_cast<std::int64_t>(24 * values_.size() + 24 * diagonal_.size()); }
 
  private:

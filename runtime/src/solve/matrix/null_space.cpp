@@ -13,7 +13,7 @@
 namespace dpde {
 namespace {
 
-/// Cells that are joined by entries, each set named by one of them.
+/// Union-find: sets of cells joined by entries, each named by one of its cells.
 class Joined {
  public:
   Joined(std::size_t cells, std::vector<std::uint32_t>& parents) : parent_(parents) {
@@ -35,13 +35,13 @@ class Joined {
 
 constexpr std::uint32_t no_number = std::numeric_limits<std::uint32_t>::max();
 
-/// Whether what a column sums to may be rounding of its entries.
+/// Whether the sum of a column may be rounding of its entries.
 bool may_be_zero(const StencilMatrix& matrix, const GridPlace& cell, double rounding) {
   double sum = 0, size = 0, largest = 0;
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     std::array<int, 3> back = matrix.offsets[k];
     for (int& along : back) along = -along;
-    const std::int64_t row = column_of(matrix, cell, back);  // whose entry k is in the column of this cell
+    const std::int64_t row = column_of(matrix, cell, back);  // entry k of that row is in the column of this cell
     if (row < 0) continue;
     const double value = matrix.values[k][static_cast<std::size_t>(row)];
     sum += value;
@@ -51,8 +51,8 @@ bool may_be_zero(const StencilMatrix& matrix, const GridPlace& cell, double roun
   return std::abs(sum) <= std::max(8 * rounding * largest, 64 * 0x1p-52 * size);
 }
 
-/// Of parts whose columns may sum to 0 and rows do not: the sums of rows, which are more exact, say what all entries
-/// sum to, columns too.
+/// For parts whose columns may sum to 0 and whose rows do not. The sums of rows are more accurate; their total is that
+/// of all entries, so also that of the columns.
 void drop_parts_that_sum(Joined& joined, std::span<const double> sums, double zero, NullSpaceMemory& memory) {
   std::vector<std::uint32_t>& number = memory.numbers;
   number.assign(sums.size(), no_number);
@@ -75,7 +75,7 @@ void drop_parts_that_sum(Joined& joined, std::span<const double> sums, double ze
   }
 }
 
-/// The cells of those parts whose `is_singular`(root) is true.
+/// The cells of the parts for which `is_singular`(root) is true.
 template <class F>
 void find_singular_parts(Joined& joined, std::size_t cells, std::vector<std::uint32_t>& number, const F& is_singular,
                          std::vector<std::vector<std::uint32_t>>& parts) {
@@ -123,7 +123,7 @@ void NullSpace::find(const StencilMatrix& matrix, std::span<const double> sums, 
   find_singular_parts(joined, cells, memory.numbers, is_singular_part, parts_);
 }
 
-/// Parts are alike: all are singular, or none is. Where each cell is coupled with the next ones there is one.
+/// All parts are alike: all singular, or none. If each cell is coupled with the next ones there is only one.
 NullSpace::NullSpace(const ConstantRows& rows) {
   if (!rows.take_constants_to_zero()) return;
   const auto cells = static_cast<std::size_t>(rows.size());

@@ -42,7 +42,7 @@ std::optional<PatternColours> PatternColours::of(std::vector<Offset> offsets, co
   return best;
 }
 
-/// From `axis` on. The first of the axes along which the stencil reaches has the factor 1.
+/// Search from `axis` on. The first axis along which the stencil extends has the factor 1.
 bool PatternColours::find_factors(std::size_t axis, bool has_first) {
   if (axis == 3) return are_different();
   if (reach_[axis] == 0) return find_factors(axis + 1, has_first);

@@ -45,7 +45,7 @@ bool SparseFactors::factor() {
 }
 
 std::int64_t SparseFactors::bytes() const {
-  constexpr double entry = 12;  // a number and its place
+  constexpr double entry = 12;  // bytes: a number and its index
   const auto rows = static_cast<double>(matrix_.rows());
   const double filled = 2 * 7.75 * rows * std::log2(std::max(rows, 2.0));
   return static_cast<std::int64_t>(entry * (static_cast<double>(matrix_.nonZeros()) + filled));

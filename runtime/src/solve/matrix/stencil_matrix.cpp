@@ -19,7 +19,7 @@ std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> 
 
 namespace {
 
-/// `f`(begin, end, shift) on those of the places first <= x < end along x whose entry is in the place x + shift.
+/// Calls `f`(begin, end, shift) for the runs in first <= x < end along x whose entry is in column x + shift.
 template <class F>
 void for_each_run(const StencilMatrix& matrix, std::int64_t offset, std::int64_t first, std::int64_t end, const F& f) {
   const std::int64_t n = matrix.cells[0];
@@ -33,7 +33,7 @@ void for_each_run(const StencilMatrix& matrix, std::int64_t offset, std::int64_t
   run(n - shift, n, shift - n);
 }
 
-/// Those of the offsets that are one column with the one given, or with the one opposite to it.
+/// The offsets that give the same column as offset `of`, or as its opposite.
 std::vector<std::size_t> same_column(const StencilMatrix& matrix, std::size_t of, int sign) {
   std::vector<std::size_t> found;
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
@@ -55,7 +55,7 @@ double sum_of(const StencilMatrix& matrix, const std::vector<std::size_t>& offse
 
 }  // namespace
 
-/// Where all columns lie beside their cells the products are one loop; the ends are done column by column.
+/// If all columns are at their regular offsets the products are one loop; ends are done column by column.
 void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
                     double* result) {
   const auto line = static_cast<std::int64_t>(number_of(matrix.cells, {0, first[1], first[2]}));
@@ -105,7 +105,7 @@ void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x,
 
 namespace {
 
-/// On all but small rings each offset is a column of its own.
+/// On all but small periodic axes each offset is a separate column.
 bool is_column_each(const StencilMatrix& matrix) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (const std::array<int, 3>& offset : matrix.offsets) {

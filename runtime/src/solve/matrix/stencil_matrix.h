@@ -14,8 +14,8 @@
 namespace dpde {
 
 /// Cells are numbered x + cells[0]*(y + cells[1]*z). Row i has the entry values[k][i] in the column of the cell at
-/// offsets[k] from it, each offset once. Columns wrap along periodic axes, where on small grids several offsets may be
-/// the same column: they add up. Beyond bounded axes entries are 0.
+/// offset offsets[k]; offsets are distinct. Columns wrap along periodic axes; on small grids several offsets may then
+/// be the same column and add up. Beyond bounded axes entries are 0.
 struct StencilMatrix {
   std::array<std::int64_t, 3> cells{1, 1, 1};
   std::array<bool, 3> periodic{};
@@ -26,9 +26,9 @@ struct StencilMatrix {
   bool operator==(const StencilMatrix&) const = default;
 };
 
-/// By how much entries of rows that are the same may differ, over the size of a row. Of f32, too: entries are what
-/// cells make of ones, products with which are exact, so that cells that are alike make the same numbers; 64 roundings
-/// of f32 would hide a k of 60 in lap(p) - k*p on 1024^2 cells.
+/// Largest difference of entries in equal rows, relative to the row's size. Also for f32: entries are images of unit
+/// vectors, whose products are exact, so that equal cells give equal numbers. 64 roundings of f32 would hide a k of 60
+/// in lap(p) - k*p on 1024^2 cells.
 constexpr double difference_of_same_rows = 64 * 0x1p-52;
 
 /// The cell at `offset` from cell (x, y, z); -1 beyond a bounded axis.
@@ -37,26 +37,26 @@ std::int64_t column_of(const StencilMatrix& matrix, std::array<std::int64_t, 3> 
 /// result = matrix*x
 void multiply(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result);
 void multiply_transposed(const StencilMatrix& matrix, std::span<const double> x, std::span<double> result);
-/// What the rows of `count` cells along x, from `first` on, make of x.
+/// Applies the rows of `count` cells along x, from `first` on, to x.
 void multiply_cells(const StencilMatrix& matrix, const GridPlace& first, std::int64_t count, std::span<const double> x,
                     double* result);
 
-/// Whether two entries are the same but for `rounding` of either.
+/// Whether two entries are equal up to `rounding`.
 inline bool are_same(double a, double b, double rounding) {
   return std::abs(a - b) <= 8 * rounding * std::max(std::abs(a), std::abs(b));
 }
-/// Whether each entry and the one opposite to it are. More is a part of its own, as that of advection, however small:
-/// it is the cells' length times smaller than diffusion in entries, and no smaller in what is solved for.
+/// Whether each entry equals its transpose. A larger difference is an antisymmetric part, such as advection, however
+/// small: its entries are smaller than those of diffusion by the cell size, but its effect on the solution is not.
 bool is_symmetric(const StencilMatrix& matrix, double rounding);
 
-/// The place i along the axis, which may lie beyond its ends; -1 beyond a bounded one.
+/// Wraps position i along a periodic axis; -1 beyond the ends of a bounded one.
 inline std::int64_t place_along(const StencilMatrix& matrix, std::size_t axis, std::int64_t i) {
   const std::int64_t n = matrix.cells[axis];
   if (i >= 0 && i < n) return i;
   return matrix.periodic[axis] ? (i % n + n) % n : -1;
 }
 
-/// `f`(row, column, value) on each entry that is not 0.
+/// Calls `f`(row, column, value) for each nonzero entry.
 template <class F>
 void for_each_entry(const StencilMatrix& matrix, const F& f) {
   const std::int64_t length = matrix.cells[0];

@@ -18,8 +18,8 @@ bool SymmetricFactors::find(std::span<const double> sums) {
   return is_found;
 }
 
-/// By Gauss and Jordan in place, without exchanges of rows, as it is definite where no cell is held. The rows and
-/// columns of those that are stay 0.
+/// In-place Gauss-Jordan without pivoting, since the matrix is definite apart from fixed cells. Their rows and columns
+/// stay 0.
 bool SymmetricFactors::invert() {
   const auto n = static_cast<std::size_t>(matrix_.size());
   std::array<bool, few> is_held{};
@@ -43,7 +43,7 @@ bool SymmetricFactors::invert() {
       for (std::size_t j = 0; j < n; ++j) row[j] -= factor * pivot_row[j];
     }
   }
-  for (std::size_t i = 0; i < n; ++i) {  // rounding has left it a little off
+  for (std::size_t i = 0; i < n; ++i) {  // restores symmetry, which rounding has disturbed
     for (std::size_t j = 0; j < i; ++j)
       inverse_[i * n + j] = inverse_[j * n + i] = (inverse_[i * n + j] + inverse_[j * n + i]) / 2;
   }

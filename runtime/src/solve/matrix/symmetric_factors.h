@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pseudo-inverse of a symmetric operator: of each singular part one cell is held. Of few cells it is a matrix,
-// which is multiplied by; of more sparse factors L*D*L^T, by Eigen. A solve allocates nothing, nor does another
-// operator of few cells of the same grid.
+// The pseudo-inverse of a symmetric operator: in each singular part one cell is fixed. For few cells a dense inverse,
+// for more sparse factors L*D*L^T by Eigen. Solves allocate nothing, and for few cells neither do other operators of
+// the same grid.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -18,13 +18,14 @@ class SymmetricFactors {
  public:
   static constexpr std::size_t few = 64;  // cells: 32 KiB
 
-  /// `write`(matrix) in the memory of one of before. `sums`: of its rows. False where it is singular in another way.
+  /// `write`(matrix) writes to the memory of the previous matrix. `sums`: of its rows. False if it is singular in
+  /// another way.
   template <class Write>
   bool set(const Write& write, std::span<const double> sums) {
     write(matrix_);
     return find(sums);
   }
-  /// `b` is made compatible.
+  /// Makes `b` compatible.
   void solve(std::span<double> b, std::span<double> x);
 
  private:
@@ -36,7 +37,7 @@ class SymmetricFactors {
   StencilMatrix matrix_;
   NullSpace null_space_;
   NullSpaceMemory memory_;
-  std::vector<double> inverse_;        // of few cells, row by row; else 1/D
+  std::vector<double> inverse_;        // for few cells: the inverse, row by row; else 1/D
   Eigen::SparseMatrix<double> lower_;  // L; its diagonal is 1
   std::vector<std::uint32_t> cells_;   // the cell of each row of L
   std::vector<double> values_;

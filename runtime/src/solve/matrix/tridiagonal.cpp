@@ -32,7 +32,7 @@ bool TridiagonalSolver::set(const StencilMatrix& matrix, const NullSpace& null_s
       fits = false;
     }
   });
-  if (!null_space.is_empty()) {  // the first cell is held at 0
+  if (!null_space.is_empty()) {  // the first cell is fixed to 0
     upper[n - 1] = lower[0] = upper[0] = lower[1] = 0;
     diagonal[0] = diagonal[n / 2] == 0 ? 1 : diagonal[n / 2];
   }

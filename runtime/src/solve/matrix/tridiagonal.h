@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Three entries a row in 1-D, eliminated from one end to the other; around a ring by a change of rank one (Sherman and
-// Morrison 1950). Rows are dominated by their diagonals, so that nothing is exchanged.
+// Tridiagonal systems in 1-D by elimination; periodic ones by a rank-one update (Sherman and Morrison 1950). Rows must
+// be diagonally dominant, since there is no pivoting.
 #pragma once
 
 #include <optional>
@@ -14,20 +14,20 @@ namespace dpde {
 
 class TridiagonalSolver {
  public:
-  /// Nothing where the operator has another form.
+  /// Empty if the operator has another form.
   static std::optional<TridiagonalSolver> of(const StencilMatrix& matrix, const NullSpace& null_space);
-  /// The same in place of what it was; false: it is of no use then.
+  /// The same in place; false: the object is then unusable.
   bool set(const StencilMatrix& matrix, const NullSpace& null_space);
 
-  /// `b` is compatible; of `x` the null space is still to be removed.
+  /// `b` must be compatible; the null space must still be removed from `x`.
   void solve(std::span<const double> b, std::span<double> x) const;
 
  private:
   void eliminate(std::span<double> x) const;
 
   std::vector<double> lower_, diagonal_, pivot_, upper_;  // pivot: 1/diagonal after elimination
-  std::vector<double> ring_;                              // A^-1 of the column of the change
-  double ring_first_ = 0, ring_last_ = 0;                 // the row of the change
+  std::vector<double> ring_;                              // A^-1 applied to the column vector of the update
+  double ring_first_ = 0, ring_last_ = 0;                 // the row vector of the update
   double ring_scale_ = 0;
   bool is_ring_ = false, holds_first_ = false;
 };
