@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours of the cells along one axis: those of one colour are more than twice the reach apart, around the end of a
-// periodic axis too, so that an image looks at one of them at most (Curtis, Powell and Reid 1974).
+// Colours of the cells along one axis. Cells of one colour are more than twice the stencil radius apart, also across a
+// periodic end, so that a row of the operator reads at most one of them (Curtis, Powell and Reid 1974).
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace dpde {
 struct AxisColours {
   static constexpr int none = std::numeric_limits<int>::min();
 
-  /// `reach`: how far from a cell its image looks, -1: anywhere.
+  /// `reach`: stencil radius; -1: the whole axis.
   AxisColours(std::int64_t cells, bool periodic, std::int64_t reach);
-  /// To the cell of that colour that the image in cell i may depend on.
+  /// Offset from cell i to the cell of that colour within its stencil.
   int offset(std::int64_t i, std::int64_t of_colour) const {
     return offsets[static_cast<std::size_t>(i * count + of_colour)];
   }

@@ -11,14 +11,14 @@
 namespace dpde {
 namespace {
 
-/// Memory is taken where there is too little.
+/// Allocates memory if the size differs.
 template <class Real>
 void copy_into(std::span<const double> values, NumbersOf<Real>& to) {
   if (to.size() != values.size()) to = NumbersOf<Real>(values.size());
   std::ranges::transform(values, to.data(), [](double value) { return static_cast<Real>(value); });
 }
 
-/// The same of even or odd places.
+/// The same for even or odd indices.
 template <class Real>
 void copy_every_second(std::span<const double> values, std::size_t half, NumbersOf<Real>& to) {
   const std::size_t size = (values.size() + 1 - half) / 2;
@@ -26,7 +26,7 @@ void copy_every_second(std::span<const double> values, std::size_t half, Numbers
   for (std::size_t i = 0; i < size; ++i) to[i] = static_cast<Real>(values[2 * i + half]);
 }
 
-/// Sums of differences that go on beyond the ends along x, where x is 0, have w*x too much there.
+/// Sums of differences beyond the ends along x, where x is 0, contain an extra w*x there.
 void take_ends_away(MultigridLevel& level, double w) {
   const auto length = static_cast<std::size_t>(level.cells[0]);
   for (std::size_t first = 0; first < level.size(); first += length) {
@@ -66,7 +66,7 @@ CycleLevel<Real>::CycleLevel(const MultigridLevel& level, SmootherKind smoother,
   level_ = level_rows(level.periodic);
   residual_ = NumbersOf<Real>(size());
   if (static_cast<std::int64_t>(cell_count()) >= least_cells_of_team) team_ = team;
-  for (int thread = 0; thread < team.threads(); ++thread) {  // of a finer level's threads too
+  for (int thread = 0; thread < team.threads(); ++thread) {  // also for threads that work on a finer level
     Scratch& own = scratch_.emplace_back();
     own.cells = Numbers(static_cast<std::size_t>(rows_.cells()));
     own.halves = NumbersOf<Real>(static_cast<std::size_t>(rows_.stride()));
@@ -149,7 +149,7 @@ void CycleLevel<Real>::unpack(const Real* vector, double factor, bool is_added, 
   });
 }
 
-/// Without coefficients, whose memory stays where it is when a level is moved.
+/// Without coefficients, whose memory does not move with the level.
 template <class Real>
 LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic) const {
   LevelRows<Real> rows{};
@@ -158,8 +158,8 @@ LevelRows<Real> CycleLevel<Real>::level_rows(const std::array<bool, 3>& periodic
     rows.is_ring[axis] = periodic[axis];
   }
   rows.odd = rows_.begin(1);
-  rows.stride = rows_.begin(1);              // the even cells are as many, or one more
-  constexpr std::int64_t apart = 17 * room;  // where both colours of a row fall into one place of a page, a load waits
+  rows.stride = rows_.begin(1);              // there are as many even cells, or one more
+  constexpr std::int64_t apart = 17 * room;  // a load waits if both colours of a row have the same address modulo 4 KiB
   rows.black = rows.stride * count_of_rows() + apart;
   return rows;
 }
@@ -170,7 +170,7 @@ void CycleLevel<Real>::smooth_row(const Row& row, int colour, const Real* b, Rea
   close_ring(x, row, half_of(row, colour));
 }
 
-/// Red cells, where all others are 0.
+/// For red cells, if all others are 0.
 template <class Real>
 void CycleLevel<Real>::scale_row(const Row& row, const Real* b, Real* x) const {
   kernels_.scale(level_, row, half_of(row, red), 1, b, x);
@@ -340,7 +340,7 @@ void CycleLevel<Real>::gather(const Row& coarse, int which, RowSum<Real>& sum) c
   });
 }
 
-/// By the threads of this level: the coarse one has fewer cells.
+/// Uses the threads of this level: the coarse one has fewer cells.
 template <class Real>
 void CycleLevel<Real>::restrict_to(CycleLevel& coarse) {
   const std::int64_t rows = coarse.count_of_rows(), parts = std::min<std::int64_t>(rows, 4 * team_.threads());
@@ -371,12 +371,12 @@ void CycleLevel<Real>::restrict_row(const Row& row_of_coarse, int thread, CycleL
   coarse.rows_.pack(made, 1, to[0], to[1]);
 }
 
-/// Of the level above: interpolated across the outer axis to plane z, in order along x where that is halved. Fine rows
-/// that follow one another take the same ones.
+/// The coarse level interpolated across the outer axis to plane z; in plain x order if x is halved. Adjacent fine rows
+/// use the same line.
 template <class Real>
 const Real* CycleLevel<Real>::coarse_line(std::uint32_t y, std::int64_t z, CycleLevel& coarse,
                                           Scratch& of_coarse) const {
-  // around a ring the last one stands beside the first
+  // on a periodic axis the last one is next to the first
   const std::size_t slot = y + 1 == coarse.cells_[1] ? 4 : y % 4;
   Real* const line = of_coarse.lines.data() + static_cast<std::int64_t>(slot) * coarse.line_stride() + room;
   const std::int64_t number = y + coarse.cells_[1] * z;
@@ -407,7 +407,8 @@ const Real* CycleLevel<Real>::coarse_line(std::uint32_t y, std::int64_t z, Cycle
   return line;
 }
 
-/// Where no neighbours are of one colour the other cells are smoothed next, and forget what they are.
+/// If the level is chequered only one colour is corrected: the other is smoothed next, which does not use its old
+/// values.
 template <class Real>
 void CycleLevel<Real>::add_correction(const Row& row, int thread, int colour, CycleLevel& coarse, Real* x) const {
   Scratch& of_coarse = coarse.scratch(thread);
@@ -418,7 +419,7 @@ void CycleLevel<Real>::add_correction(const Row& row, int thread, int colour, Cy
   for (const int which : {0, 1}) {
     if (is_chequered_ && which != half_of(row, colour)) continue;
     const auto h = static_cast<std::size_t>(which);
-    const bool is_halved = from_[0].is_halved;  // else each cell has one of its own above it, of weight 1
+    const bool is_halved = from_[0].is_halved;  // otherwise the coarse cell is the same one, with weight 1
     const std::int64_t begin = is_halved ? 0 : rows_.begin(which);
     kernels_.add_interpolated(
         {.count = rows_.count(which),

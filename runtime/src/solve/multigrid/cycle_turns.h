@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In which order CycleLevel goes over its rows.
+// The order in which CycleLevel processes its rows.
 #pragma once
 
 #include <algorithm>
@@ -29,18 +29,18 @@ void CycleLevel<Real>::share_rows(const F& f) const {
   });
 }
 
-/// Each slab of rows takes the stages as far as its neighbours' rows are not needed; then the rows beside the seams are
-/// done, stage by stage. Around an outer ring there is a seam before its first row.
+/// Each slab of rows runs the stages as far as no rows of its neighbours are needed; then the rows at the interfaces
+/// are done, stage by stage. On a periodic outer axis there is an interface before the first row.
 template <class Real>
 template <class... Stages>
 void CycleLevel<Real>::in_turns(const Stages&... stages) const {
   constexpr std::int64_t count = sizeof...(Stages);
   const std::int64_t outer = axes_ == 0 ? 1 : cells_[axes_];
-  const std::int64_t away = count_of_rows() / outer;  // from a row to the next one along the last axis
+  const std::int64_t away = count_of_rows() / outer;  // distance of neighbouring rows along the last axis
   const std::int64_t slabs = std::clamp<std::int64_t>(outer / (2 * count + 2), 1, team_.threads());
   const auto is_seam = [&](std::int64_t slab) { return is_outer_ring_ || (slab != 0 && slab != slabs); };
   const auto begin_of = [&](std::int64_t slab) { return outer * slab / slabs * away; };
-  // around a ring of fewer planes than stages the first rows of a stage are all of them
+  // on a periodic axis with fewer planes than stages all rows of a stage may be first rows
   const auto first_of = [&](std::int64_t slab, std::int64_t stage) {
     return std::min(begin_of(slab) + (is_seam(slab) ? stage * away : 0), begin_of(slab + 1));
   };
@@ -50,7 +50,7 @@ void CycleLevel<Real>::in_turns(const Stages&... stages) const {
   team_.run(slabs, [&](std::int64_t slab, int thread) {
     struct Turn {
       Row next;
-      std::int64_t end, behind;  // rows that it waits for
+      std::int64_t end, behind;  // rows of delay
     };
     std::array<Turn, count> turns;
     for (std::int64_t stage = 0; stage < count; ++stage)

@@ -9,15 +9,15 @@
 namespace dpde {
 namespace {
 
-/// Corrections that leave more than a tenth, as one cycle in doubles does, before cycles in floats are given up: the
-/// first may leave more than there was (float_cycles.h), and the second, of that, something of the waves that it could
-/// not show.
+/// Corrections that reduce the residual by less than a factor of 10, the usual one for a cycle in doubles, before
+/// cycles in floats are given up. The first may even increase it (float_cycles.h), and the second may leave some of the
+/// modes that it could not represent.
 constexpr int most_misses = 3;
 constexpr double usual_part = 0.1;
-/// Of what is allowed to be left a part that cycles leave, so that what they do not see in floats has room beside it.
+/// Cycles aim at this part of the tolerance, which leaves room for errors not visible in floats.
 constexpr double part_of_cycles = 0.8;
 
-/// The power of two below 1/size.
+/// The largest power of two below 1/size.
 double factor_of(double size) { return std::isnormal(size) ? std::ldexp(1.0, -std::ilogb(size) - 1) : 1; }
 
 }  // namespace

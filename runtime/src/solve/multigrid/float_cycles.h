@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multigrid whose levels are floats, for operators and vectors of doubles: half the memory, and half of what a cycle
-// reads. Alone it is iterative refinement (Wilkinson 1963; of multigrid: Goeddeke, Strzodka and Turek 2007): cycles of
-// A*e = b - A*x in floats as far as these come, then x += e and b - A*x by the operator itself, in doubles. So x comes
-// as near as cycles in doubles take it.
+// Multigrid with float levels, for operators and vectors of doubles: half the memory and half the traffic. Used alone
+// it is iterative refinement (Wilkinson 1963; for multigrid: Goeddeke, Strzodka and Turek 2007): cycles solve A*e = b -
+// A*x in floats, then x += e, and the new residual is computed by the operator itself in doubles. So x becomes as
+// accurate as with cycles in doubles.
 //
-// What floats leave of b - A*x is rounding of e, about 2^-24*|A|*|e|: of long waves in large grids, or where
-// coefficients jump, that may be more than b - A*x was. It is of the shortest waves then, in cells with large
-// coefficients, and the next correction takes it away: of the error's energy (e, A*e) each leaves 2^-24*sqrt(cond(A)).
+// After a correction the residual contains rounding of e, about 2^-24*|A|*|e|. For long waves on large grids, or for
+// coefficients with jumps, this may exceed the previous residual. It then consists of the shortest waves, in cells with
+// large coefficients, and the next correction removes it: each one leaves a part 2^-24*sqrt(cond(A)) of the energy norm
+// (e, A*e).
 #pragma once
 
 #include <optional>
@@ -20,8 +21,8 @@ namespace dpde {
 
 class FloatCycles {
  public:
-  /// As Multigrid::of, or of_symmetric_part where `is_part`. Nothing where the operator has another form, has numbers
-  /// that floats have not, or is so small that there is one level: `why`.
+  /// As Multigrid::of, or of_symmetric_part if `is_part`. Empty, with the reason in `why`, if the operator has another
+  /// form, has numbers outside of the range of floats, or is so small that there is only one level.
   static std::optional<FloatCycles> of(const GridOperator& a, bool is_part, const MultigridOptions& options,
                                        std::string& why);
   /// As Multigrid::renew.
@@ -30,12 +31,12 @@ class FloatCycles {
   }
   SmootherKind smoother() const { return cycles_.smoother(); }
 
-  /// One cycle: z is about A^-1*r. Nothing is allocated, here and below. begin(): before those of a solve, whose
-  /// residuals are to be less than |b| times some powers of ten.
+  /// One cycle: z is about A^-1*r. Nothing is allocated, here and below. Call begin() before the cycles of a solve,
+  /// whose residuals must stay below |b| times some powers of ten.
   void begin(std::span<const double> b);
   void precondition(std::span<const double> r, std::span<double> z);
-  /// Until |b - A*x|, in doubles, is at most the tolerance times |b|, or `rounding` times |x|; given up where three
-  /// corrections, one behind the other, leave more than a tenth. `most`: cycles.
+  /// Iterates until |b - A*x|, in doubles, is at most tolerance*|b|, or `rounding`*|x|; gives up after three successive
+  /// corrections that reduce it by less than a factor of 10. `most`: cycles.
   IterationReport solve(const GridOperator& a, std::span<const double> b, std::span<double> x, double tolerance,
                         double rounding, int most);
 
@@ -44,7 +45,7 @@ class FloatCycles {
 
   MultigridOf<float> cycles_;
   Team team_;
-  double factor_ = 1;  // of right sides
+  double factor_ = 1;  // scale of right sides
   NumbersOf<float> right_, made_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators whose rows differ along some axes and are the same along others, by Fourier series along these.
+// Operators whose rows vary along some axes and are constant along others, by Fourier series along the latter.
 #pragma once
 
 #include <optional>

@@ -10,7 +10,7 @@
 namespace dpde {
 namespace {
 
-constexpr double usual_rate = 0.01;  // of |b - A*x|^2 in one cycle, before one is made
+constexpr double usual_rate = 0.01;  // assumed factor of |b - A*x|^2 for a cycle, until one was made
 
 template <class Real>
 double size_of(std::span<const Real> values, const Team& team) {
@@ -77,7 +77,7 @@ template <class Real>
 void MultigridOf<Real>::multiply(std::span<const Real> x, std::span<Real> y) const {
   levels_.front().multiply(x.data(), y.data());
   if (singular_cells_ > 0) {
-    const double sum = sum_of<Real>(y, team_);  // the rooms of images are 0
+    const double sum = sum_of<Real>(y, team_);  // the extra spaces of images are 0
     levels_.front().subtract(static_cast<Real>(sum / static_cast<double>(singular_cells_)), y.data());
   }
   for (const std::vector<std::uint32_t>& part : singular_parts_) remove_mean(team_, y, part);
@@ -90,7 +90,7 @@ void MultigridOf<Real>::know_null_space(const NullSpace& null_space) {
   singular_parts_.clear();
   for (const std::vector<std::uint32_t>& part : null_space.parts()) {
     if (part.size() == finest.cell_count()) singular_cells_ = part.size();
-    if (part.size() == finest.cell_count() || part.size() == 1) continue;  // the image of a cell alone is 0
+    if (part.size() == finest.cell_count() || part.size() == 1) continue;  // the image of an isolated cell is 0
     singular_parts_.push_back(finest.places_of(part));
   }
 }
@@ -113,8 +113,8 @@ IterationReport MultigridOf<Real>::iterate_from_zero(std::span<const Real> b, do
   return go_on(b, x, {tolerance, 0, size, size * size, most, true});
 }
 
-/// Of doubles `rounding` is that of images over |x|: while much is left |x| need not be known. Cycles in floats end
-/// where one takes less than a third away: what is left is rounding, or these cycles are of no use.
+/// Doubles: `rounding` is that of images relative to |x|; |x| is computed only once the residual is small. Floats:
+/// stops if a cycle reduces the residual by less than a third: it is then rounding, or the cycles do not work.
 template <class Real>
 bool MultigridOf<Real>::is_at_end(std::span<const Real> x, const Goal& goal, double left, double before) const {
   if constexpr (has_differences<Real>) {
@@ -125,7 +125,7 @@ bool MultigridOf<Real>::is_at_end(std::span<const Real> x, const Goal& goal, dou
   }
 }
 
-/// Where another cycle is sure to follow, as far as the one before tells, the finest level goes up and down at once.
+/// If the previous reduction implies that another cycle follows, the finest level ascends and descends in one pass.
 template <class Real>
 IterationReport MultigridOf<Real>::go_on(std::span<const Real> b, std::span<Real> x, const Goal& goal) {
   CycleLevel<Real>& finest = levels_.front();

@@ -9,11 +9,11 @@
 namespace dpde {
 namespace {
 
-constexpr double least_coupling = 0.25;  // of the strongest axis
-constexpr double least_even = 0.5;       // the same
-constexpr double largest_change = 10;    // between couplings that follow one another
+constexpr double least_coupling = 0.25;  // relative to the strongest axis
+constexpr double least_even = 0.5;       // likewise
+constexpr double largest_change = 10;    // factor between successive couplings
 
-/// Walls with a value leave more of the rows beside them than of those farther inside.
+/// Finds walls with a value: rows next to them sum to more than rows farther inside.
 void find_walls(MultigridLevel& level) {
   std::array<std::array<double, 2>, 3> more{}, couplings{};
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
@@ -32,7 +32,7 @@ void find_walls(MultigridLevel& level) {
   }
 }
 
-/// The mean of the couplings along each axis.
+/// The mean coupling along each axis.
 std::array<double, 3> strengths(const MultigridLevel& level) {
   std::array<double, 3> strength{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -43,7 +43,7 @@ std::array<double, 3> strengths(const MultigridLevel& level) {
   return strength;
 }
 
-/// Which axes become coarser.
+/// The axes to coarsen.
 std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
   const std::array<double, 3> strength = strengths(fine);
   const double strongest = *std::ranges::max_element(strength);
@@ -55,7 +55,7 @@ std::array<bool, 3> halved_axes(const MultigridLevel& fine) {
   return halved;
 }
 
-/// Whether couplings change from one cell to the next by more than a straight line between coarse cells can follow.
+/// Whether couplings vary from cell to cell by more than linear interpolation between coarse cells can follow.
 bool has_jumps(const MultigridLevel& level) {
   bool found = false;
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
@@ -70,9 +70,9 @@ bool has_jumps(const MultigridLevel& level) {
   return found;
 }
 
-/// The fine cell is t beside the centre of the coarse one it belongs to. Where there is no second cell on that side the
-/// image of the first takes its part: that of a wall with a value has the other sign. What is not linear is what the
-/// cell it belongs to has.
+/// The fine cell lies t away from the centre of its coarse cell. If there is no second coarse cell on that side, the
+/// mirror image of the first replaces it, with the opposite sign at a wall with a value. Without `is_linear` a fine
+/// cell gets the value of its coarse cell.
 void interpolate(MultigridLevel& fine, const MultigridLevel& coarse, std::size_t axis, bool is_symmetric,
                  bool is_linear) {
   AxisInterpolation& result = fine.from[axis];
@@ -120,13 +120,13 @@ void do_not_interpolate(AxisInterpolation& result, std::int64_t cells) {
   result.far_weight.assign(result.near.size(), 0.0);
 }
 
-/// Adds a fine cell's couplings and rest to those of the coarse one it becomes part of.
+/// Adds a fine cell's couplings and rest to those of its coarse cell.
 void add_cell(const MultigridLevel& fine, MultigridLevel& coarse, const std::array<bool, 3>& halved, std::size_t number,
               const GridPlace& cell) {
   GridPlace parent = cell;
   for (std::size_t axis = 0; axis < 3; ++axis) parent[axis] = halved[axis] ? cell[axis] / 2 : cell[axis];
   const std::size_t to = number_of(coarse.cells, parent);
-  double inner = fine.rest[number], nearer = 1;  // what a cell away from walls has; how much nearer walls are
+  double inner = fine.rest[number], nearer = 1;  // rest of a cell away from walls; factor by which walls are nearer
   bool is_at_wall = false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t next = neighbour(fine.cells, fine.periodic, cell, axis, 1),
@@ -162,8 +162,8 @@ void AxisInterpolation::clear() {
   for (auto& one : weights) one.clear();
 }
 
-/// Coarse cells without an equation, inside obstacles, have no correction: it is that of the others alone. Nor do fine
-/// ones take any, so that what is restricted of them, the transpose, is nothing too.
+/// Coarse cells without an equation, inside obstacles, have no correction: the others' weights are scaled up. Fine
+/// cells without an equation take none, so their transpose, restriction, is 0 too.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse) {
   fine.share.assign(fine.size(), 1.0);
   const auto has_equation = [](double diagonal) { return diagonal > 0; };

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The equations of one level of multigrid, and how those of the next one are made of them.
+// The equations of one level of multigrid, and the construction of those of the next one.
 //
-// A level holds couplings w >= 0 between neighbours and what is left of each row, e >= 0:
-// (A*x)_i = e_i*x_i + sum_j w_ij*(x_i - x_j). Levels are made of each other: two cells along an axis become one, whose
-// equation is the sum of theirs, and the last one of an odd number stays by itself, around a ring too; a coupling
-// between coarse cells is the sum of those that cross, over how much longer the way is (half of it, mostly).
-// What is interpolated is linear between coarse cells. The transpose of that, as symmetric cycles take it, carries
-// residuals over jumps of the coefficient to where they are large beside all that is there: with conjugate gradients
-// 763 cycles to 1e-6 around a disc of 1e6. Where couplings jump it is constant then, and 13 cycles are enough
-// (Wesseling 1988 has piecewise constant ones for such coefficients). Axes along which cells are coupled less than a
-// quarter as strongly as along the strongest are not made coarser.
+// A level has couplings w >= 0 between neighbours and a rest e >= 0 of each row: (A*x)_i = e_i*x_i + sum_j w_ij*(x_i -
+// x_j). Along a coarsened axis two cells become one, whose equation is the sum of theirs; the last cell of an odd
+// number is not merged, on a periodic axis neither. A coupling between coarse cells is the sum of the couplings that
+// cross the face, divided by the ratio of the distances (mostly 2). Interpolation is linear between coarse cells. Its
+// transpose, the restriction of symmetric cycles, carries residuals across jumps of the coefficient to cells where they
+// are large compared with the rest: conjugate gradients then need 763 cycles to 1e-6 around a disc of 1e6. If couplings
+// jump interpolation is therefore piecewise constant, and 13 cycles suffice (as in Wesseling 1988 for such
+// coefficients). Axes with couplings below a quarter of the strongest axis are not coarsened.
 #pragma once
 
 #include <array>
@@ -21,15 +20,15 @@
 
 namespace dpde {
 
-/// Interpolation along one axis: of each fine cell the two coarse ones it is made of.
+/// Interpolation along one axis: for each fine cell two coarse cells and their weights.
 struct AxisInterpolation {
   bool is_halved = false;
   std::vector<std::uint32_t> near, far;
   std::vector<double> near_weight, far_weight;
-  // Where halved: coarse cell i takes so much of the residuals of the fine cells 2i-1 to 2i+2, around rings too.
+  // If halved: weights of the residuals of the fine cells 2i-1 to 2i+2 in coarse cell i, also across a periodic end.
   std::array<std::vector<double>, 4> weights;
 
-  /// Memory stays.
+  /// Keeps the memory.
   void clear();
 };
 
@@ -38,28 +37,28 @@ struct MultigridLevel {
   std::array<bool, 3> periodic{};
   std::array<std::vector<double>, 3> width;        // of cells along each axis; 1 on the finest level
   std::array<std::vector<double>, 3> coupling;     // of each cell with the next one along the axis
-  std::vector<double> rest, diagonal;              // e, and with the couplings
-  std::array<std::array<bool, 2>, 3> has_value{};  // walls at the low and the high side
-  std::array<AxisInterpolation, 3> from;           // the next level; empty on the coarsest
-  std::vector<double> share;  // of what is interpolated: more where some of the coarse cells have no equation
+  std::vector<double> rest, diagonal;              // e; e plus the couplings
+  std::array<std::array<bool, 2>, 3> has_value{};  // walls with a value, at the low and the high side
+  std::array<AxisInterpolation, 3> from;           // from the next level; empty on the coarsest
+  std::vector<double> share;  // factor of the interpolated value: above 1 if some of the coarse cells have no equation
 
   std::size_t size() const { return static_cast<std::size_t>(cells[0] * cells[1] * cells[2]); }
 };
 
-/// What the level lacks: its diagonal and walls.
+/// Computes the diagonal and finds the walls.
 void complete(MultigridLevel& level);
-/// Whether a coarser level was made, with the interpolation from it, in the memory of what `coarse` was. Restriction is
+/// Makes a coarser level, if possible, and the interpolation from it, reusing the memory of `coarse`. Restriction is
 /// the transpose, or the plain sum.
 bool make_coarser(MultigridLevel& fine, MultigridLevel& coarse, bool is_symmetric);
-/// `share` of the fine level, of a coarse one that is complete.
+/// Computes `share` of the fine level; the coarse one must be complete.
 void find_shares(MultigridLevel& fine, const MultigridLevel& coarse);
-/// The least share that an axis which became coarser has of what cells are coupled with, on the whole.
+/// The smallest share of a coarsened axis in the total couplings of a cell, on average.
 double least_share(const MultigridLevel& level);
-/// What all cells are coupled with along each axis, but for those at its bounded end; nothing where they differ.
+/// The coupling along each axis, if it is the same in all cells except at bounded ends; else empty.
 std::optional<std::array<double, 3>> even_couplings(const MultigridLevel& level);
 /// Whether cells are coupled along one axis less than half as strongly as along another.
 bool is_uneven(const MultigridLevel& level);
-/// In the memory of what `matrix` was.
+/// Writes to the memory of `matrix`.
 void write_matrix(const MultigridLevel& level, StencilMatrix& matrix);
 
 }  // namespace dpde

@@ -12,13 +12,13 @@ namespace dpde {
 namespace {
 
 constexpr std::size_t most_of_coarsest = 64, most_factored = 20000;
-/// Behind red cells and black ones the sum of residuals leaves corrections too small: on 512^2 cells cycles come to
-/// 0.16 of what is left, with this factor to 0.10; on 128^3 to 0.21 and 0.18. On the finest level alone, as waves that
-/// all levels see would be made too large by its power (over-correction: Mika and Vanek 1992, Braess 1995). Around
-/// discs with jumps in long cells it loses: 32 cycles become 48, 62 become 77.
+/// After red-black smoothing, corrections from the sum of residuals are too small: cycles on 512^2 cells reduce the
+/// residual to 0.16, with this factor to 0.10; on 128^3 to 0.21 and 0.18. Only on the finest level, since modes that
+/// all levels represent would be amplified by its power (over-correction: Mika and Vanek 1992, Braess 1995). It is
+/// worse around discs with jumps in elongated cells: 48 cycles in place of 32, 77 in place of 62.
 constexpr double over_correction = 1.08;
 
-/// Along which axis, and which way; nothing for what is no neighbour.
+/// Axis and direction of an offset; empty if it is not a neighbour's.
 std::optional<std::pair<std::size_t, int>> axis_of(const std::array<int, 3>& offset) {
   std::optional<std::pair<std::size_t, int>> found;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -40,7 +40,7 @@ double largest_of(const StencilMatrix& matrix) {
 constexpr const char* not_symmetric = "the operator is not symmetric";
 constexpr const char* not_neighbours = "cells are coupled with others than their neighbours along the axes";
 
-/// In the memory of what `level` was.
+/// Reuses the memory of `level`.
 void clear(MultigridLevel& level, const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic) {
   level.cells = cells;
   level.periodic = periodic;
@@ -56,7 +56,7 @@ void clear(MultigridLevel& level, const std::array<std::int64_t, 3>& cells, cons
   }
 }
 
-/// Couplings of the symmetric part; `rest` has the diagonal.
+/// Reads the couplings of the symmetric part; `rest` gets the diagonal.
 void read_level(const StencilMatrix& matrix, MultigridLevel& level) {
   clear(level, matrix.cells, matrix.periodic);
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
@@ -77,7 +77,7 @@ void read_level(const StencilMatrix& matrix, MultigridLevel& level) {
   }
 }
 
-/// The same of rows that are alike: what is beyond a wall is the cell beside it again, or the other way round.
+/// The same for constant rows: beyond a wall the adjacent cell is mirrored, evenly or oddly.
 void read_level(const ConstantRows& rows, MultigridLevel& level) {
   clear(level, rows.cells(), rows.periodic());
   for (std::size_t k = 0; k < rows.row().size(); ++k) {
@@ -107,7 +107,8 @@ double largest_of(const ConstantRows& rows) {
   return largest;
 }
 
-/// Makes `rest` what rows sum to, which the sums of couplings and of diagonals have to the last digit of those only.
+/// Sets `rest` to the accurate sums of rows; computed from couplings and diagonals they would only have the latter's
+/// accuracy.
 void take_sums(MultigridLevel& level, const StencilMatrix& matrix) {
   for (std::size_t cell = 0; cell < level.size(); ++cell) {
     double sum = 0;
@@ -116,7 +117,7 @@ void take_sums(MultigridLevel& level, const StencilMatrix& matrix) {
   }
 }
 
-/// What is beyond a wall with a value is the cell beside it with the other sign.
+/// Beyond a wall with a value is the adjacent cell with the opposite sign.
 void take_sums(MultigridLevel& level, const ConstantRows& rows) {
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
     double sum = rows.sum();
@@ -128,7 +129,7 @@ void take_sums(MultigridLevel& level, const ConstantRows& rows) {
   });
 }
 
-/// Of the diagonal in `rest` leaves what couplings do not have.
+/// Subtracts the couplings from the diagonal in `rest`.
 void take_couplings_away(MultigridLevel& level) {
   for_each_cell(level.cells, [&](std::size_t number, const GridPlace& cell) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -139,7 +140,7 @@ void take_couplings_away(MultigridLevel& level) {
   });
 }
 
-/// Entries of others than neighbours.
+/// Whether there are entries of other cells than neighbours.
 bool has_others(const StencilMatrix& matrix) {
   for (std::size_t k = 0; k < matrix.offsets.size(); ++k) {
     const bool is_near = matrix.offsets[k] == std::array{0, 0, 0} || axis_of(matrix.offsets[k]);
@@ -153,8 +154,8 @@ bool has_others(const ConstantRows& rows) {
   });
 }
 
-/// Makes the diagonal positive, and 0 those couplings of the other sign that are no larger than `zero`; `sign`: by
-/// which all is multiplied. False where the form is another: `why`.
+/// Makes the diagonal positive by the factor `sign`, and sets couplings of the other sign to 0 if they are at most
+/// `zero`. Returns false if the form is another: `why`.
 bool make_positive(MultigridLevel& level, double zero, double& sign, const char*& why) {
   why = "around a ring of two cells there are two ways to one neighbour";
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -184,8 +185,8 @@ bool make_positive(MultigridLevel& level, double zero, double& sign, const char*
   return is_dominant;
 }
 
-/// A power of two times which the largest diagonal is about 1. False where others are then out of the range of floats,
-/// or their inverses: coefficients of levels, and what cycles make of them, have the same exponents but for few.
+/// Finds a power of two that scales the largest diagonal to about 1. Returns false if other coefficients, or their
+/// inverses, then exceed the range of floats; all levels and cycles have similar exponents.
 bool find_scale(const MultigridLevel& level, double& scale, const char*& why) {
   constexpr int most_between = 60;  // powers of two, of 126
   int largest = std::numeric_limits<int>::min(), least = std::numeric_limits<int>::max();
@@ -205,7 +206,7 @@ SmootherKind smoother_for(const MultigridLevel& finest, SmootherKind asked) {
   return is_uneven(finest) ? SmootherKind::chebyshev : SmootherKind::red_black;
 }
 
-/// The finest of `work`; `why` not. `is_part`: of the symmetric part, with both signs.
+/// Reads the finest level into `work`; false: `why`. `is_part`: the symmetric part, with both signs.
 template <class Rows>
 bool read_finest(const Rows& rows, bool is_part, const NullSpace& null_space, const MultigridOptions& options,
                  MultigridWork& work, const char*& why) {
@@ -220,7 +221,7 @@ bool read_finest(const Rows& rows, bool is_part, const NullSpace& null_space, co
   is_part ? take_couplings_away(work.level) : take_sums(work.level, rows);
   if (!make_positive(work.level, is_part ? 8 * options.rounding * largest_of(rows) : 0, work.sign, why)) return false;
   for (const auto& part : null_space.parts()) {
-    for (const std::uint32_t cell : part) work.level.rest[cell] = 0;  // rounding has left no more
+    for (const std::uint32_t cell : part) work.level.rest[cell] = 0;  // only rounding is left
   }
   complete(work.level);
   return true;
@@ -250,7 +251,7 @@ std::optional<MultigridOf<Real>> MultigridOf<Real>::made_of(const Rows& rows, bo
 template <class Real>
 bool MultigridOf<Real>::renew(const StencilMatrix& matrix, const NullSpace& null_space, bool is_known_symmetric) {
   options_.is_known_symmetric = is_known_symmetric;
-  const char* why = "";  // is not asked for: who makes another finds it again
+  const char* why = "";  // not used: the caller makes another object, which finds it again
   if (work_ == nullptr) work_ = std::make_unique<MultigridWork>();
   if (!read_finest(matrix, is_part_, null_space, options_, *work_, why)) return false;
   if (smoother_for(work_->level, options_.smoother) != smoother_) return false;
@@ -263,8 +264,7 @@ bool MultigridOf<Real>::renew(const StencilMatrix& matrix, const NullSpace& null
   return true;
 }
 
-/// A level of cycles is made of one of equations, which takes ten times the memory where coefficients are the same
-/// everywhere.
+/// Converts a level of equations to one of cycles. The former takes ten times the memory if coefficients are constant.
 template <class Real>
 bool MultigridOf<Real>::set_level(std::size_t number, MultigridLevel& level, bool is_new) {
   if (is_new) {
