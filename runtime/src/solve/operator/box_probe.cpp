@@ -31,7 +31,8 @@ std::vector<std::array<int, 3>> BoxProbe::some_offsets(std::vector<std::array<in
   return std::move(matrix_.offsets);
 }
 
-/// The columns of the cells of one colour, or their offsets alone. Row by row, as axes have their own colours.
+/// Reads the columns of the cells of one colour, or only their offsets. Row by row, since each axis has its own
+/// colours.
 void BoxProbe::take(const GridPlace& colour, bool has_values) {
   const auto n = static_cast<std::size_t>(shape_.cells[0]);
   const GridPlace rows{1, shape_.cells[1], shape_.cells[2]};
@@ -49,7 +50,8 @@ void BoxProbe::take(const GridPlace& colour, bool has_values) {
     for (std::size_t x = 0, number = row * n; x < n; ++x, ++number) {
       if (to_[number] == 0) continue;
       offset[0] = axes_[0].offset(static_cast<std::int64_t>(x), colour[0]);
-      if (offset[0] == AxisColours::none) continue;  // found out by the comparison with arbitrary values
+      if (offset[0] == AxisColours::none)
+        continue;  // an entry there would be found by the comparison with arbitrary values
       const std::size_t k = number_of_offset(offset);
       if (has_values) column(k)[number] = to_[number];
     }
@@ -57,7 +59,7 @@ void BoxProbe::take(const GridPlace& colour, bool has_values) {
 }
 
 std::size_t BoxProbe::number_of_offset(const std::array<int, 3>& offset) {
-  const auto is_it = [&](const std::array<int, 3>& other) {  // looked for in each cell: == calls memcmp
+  const auto is_it = [&](const std::array<int, 3>& other) {  // for each cell: == would call memcmp
     return other[0] == offset[0] && other[1] == offset[1] && other[2] == offset[2];
   };
   const auto known = std::ranges::find_if(matrix_.offsets, is_it);

@@ -12,7 +12,7 @@ namespace dpde {
 
 namespace {
 
-constexpr double most_band_work = 3e8;  // of factors; beyond, iterations
+constexpr double most_band_work = 3e8;  // for factorisation; above, iterations
 constexpr int most_coupled_iterations = 400;
 }  // namespace
 
@@ -37,7 +37,7 @@ CoupledMatrix::CoupledMatrix(const CoupledShape& shape, Method method, double to
   for (auto* values : {&unit_, &image_, &right_, &solution_}) values->assign(static_cast<std::size_t>(size), 0.0);
 }
 
-/// Along periodic axes 0, n-1, 1, n-2, ...: so neighbours around the end are near too.
+/// Numbers cells along periodic axes as 0, n-1, 1, n-2, ..., so that neighbours across the end are near, too.
 void CoupledMatrix::number_cells(const CoupledShape& shape) {
   numbers_.resize(static_cast<std::size_t>(cells_));
   for_each_cell(shape.cells, [&](std::size_t number, const GridPlace& cell) {

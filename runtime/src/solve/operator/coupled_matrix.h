@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The matrix of a linear operator with one or more unknowns a cell, found by running it on unit vectors of each unknown
-// (colours as in operator_probe.h), and what solves with it: factors of a band where the unknowns of a cell and those
-// of its neighbours can be numbered near each other (always along one axis, and where no cell looks at another), else
-// BiCGStab with incomplete factors, or sparse factors where these are wanted. All but those is allocated once.
+// The matrix of a linear operator with one or more unknowns a cell, found by applying it to unit vectors of each
+// unknown (colours as in operator_probe.h), and its solver. Banded factors if the unknowns of a cell and its neighbours
+// can be numbered near each other (always along one axis, and if cells are not coupled); else BiCGStab with incomplete
+// factors, or sparse factors if wanted. Everything except sparse factors is allocated once.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@
 
 namespace dpde {
 
-/// Makes images of interior values, those of the unknowns one behind the other, x fastest.
+/// Applies the operator to interior values of the unknowns, one unknown after the other, x fastest.
 using CoupledImage = std::function<void(std::span<const double> values, std::span<double> images)>;
 
 struct CoupledShape {
   std::array<std::int64_t, 3> cells{1, 1, 1};
   std::array<bool, 3> periodic{};
-  std::array<std::int64_t, 3> reach{};  // how far from a cell its image looks, -1: anywhere
+  std::array<std::int64_t, 3> reach{};  // stencil radius; -1: the whole axis
   int unknowns = 1;
 };
 
@@ -36,13 +36,13 @@ class CoupledMatrix {
   enum class Method { automatic, direct, bicgstab };
   CoupledMatrix(const CoupledShape& shape, Method method, double tolerance);
 
-  /// False where it is singular, or not finite.
+  /// Returns false if the matrix is singular or not finite.
   bool make(const CoupledImage& image);
-  /// False where it does not come near enough.
+  /// Returns false if the tolerance is not reached.
   bool solve(std::span<const double> right, std::span<double> x);
-  /// Of memory; of factors that fill in an estimate.
+  /// Memory use; of factors with fill-in an estimate.
   std::int64_t bytes() const;
-  /// Beside that, while it is constructed.
+  /// Additional memory during construction.
   std::int64_t bytes_of_making() const;
   bool has_factors() const { return band_.has_value() || sparse_ != nullptr; }
 
@@ -51,17 +51,17 @@ class CoupledMatrix {
   std::int64_t widest() const;
   std::vector<std::vector<std::int64_t>> columns_of_rows();
   void set(std::int64_t row, std::int64_t column, double value);
-  /// The number of an unknown in the matrix.
+  /// Index of an unknown in the matrix.
   std::int64_t number(std::int64_t cell, int unknown) const {
     return numbers_[static_cast<std::size_t>(cell)] * unknowns_ + unknown;
   }
 
   int unknowns_ = 1;
-  std::int64_t cells_ = 0, entries_ = 0;  // of the lists of columns, where there were some
+  std::int64_t cells_ = 0, entries_ = 0;  // entries_: in the lists of columns, if these were made
   std::vector<CellColour> colours_;
   std::vector<std::int64_t> numbers_;
   std::optional<BandedMatrix> band_;
-  std::unique_ptr<SparseFactors> sparse_;  // where factors are wanted and the band is wide
+  std::unique_ptr<SparseFactors> sparse_;  // if factors are wanted and the band is wide
   std::unique_ptr<IncompleteFactors> rows_;
   std::optional<Iterations> iterations_;
   std::vector<double> unit_, image_, right_, solution_;

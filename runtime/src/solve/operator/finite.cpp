@@ -11,11 +11,11 @@
 namespace dpde {
 namespace {
 
-/// So many sums beside one another: additions need not wait for each other, and are the same on all machines.
+/// Independent partial sums: additions do not wait for each other, and their order is the same on all machines.
 constexpr std::size_t strands = 16;
 using Strands = std::array<double, strands>;
 
-/// f(strand, value) of all values.
+/// Calls f(strand, value) for all values.
 template <class Real, class F>
 void in_strands(std::span<const Real> values, const F& f) {
   std::size_t i = 0;
@@ -89,7 +89,7 @@ bool Extent::is_in_range<float>() const {
   return is_finite && (largest == 0 || (largest > 0x1p-60 && largest < 0x1p60));
 }
 
-/// The sum of squares of what is not finite is not either.
+/// If a value is not finite, neither is the sum of squares.
 template <class Real>
 Extent extent_of(std::span<const Real> values) {
   Strands sums{}, squares{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes over the cells of right sides and solutions, which take as long as memory does (solves by transforms are so
-// short that it counts).
+// Passes over the cells of right sides and solutions, limited by memory bandwidth (solves by transforms are so fast
+// that it counts).
 #pragma once
 
 #include <span>
@@ -9,14 +9,14 @@
 
 namespace dpde {
 
-/// No NaN, and no infinite one: 0 times that is NaN.
+/// No value is NaN or infinite; tested as 0 times the value, which is then NaN.
 bool are_finite(std::span<const double> values, const Team& team = 1);
-/// The same of a block that one thread has.
+/// The same for a block of one thread.
 template <class Real>
 bool is_finite_block(std::span<const Real> values);
 
-/// A power of two that brings the largest of the values near 1; 1 where products of two of them are in the range of
-/// numbers anyhow. 0 where one is not finite.
+/// A power of two that scales the largest value to about 1; 1 if products of two values cannot overflow or underflow. 0
+/// if a value is not finite.
 double factor_into_range(std::span<const double> values, const Team& team = 1);
 
 void multiply_all(std::span<double> values, double factor, const Team& team = 1);
@@ -25,15 +25,14 @@ struct Sums {
   double sum = 0, squares = 0;
 };
 
-/// What there is to know of some values, found in one pass: `largest` is their largest size.
+/// Properties of some values, found in one pass; `largest` is the largest magnitude.
 struct Extent {
   Sums sums;
   double largest = 0;
-  bool is_finite = true;  // the sum of their squares, too
+  bool is_finite = true;  // includes the sum of squares
 
   void join(const Extent& other);
-  /// So that what is made of squares, or of transforms, is in the range of the numbers; of doubles factor_into_range is
-  /// then 1.
+  /// Whether squares and transforms of the values stay in the range of Real; for doubles factor_into_range is then 1.
   template <class Real>
   bool is_in_range() const;
 };

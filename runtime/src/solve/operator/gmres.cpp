@@ -21,7 +21,7 @@ void Gmres::resize(std::size_t size) {
   for (auto* values : {&cosine_, &sine_, &right_}) values->assign(count, 0.0);
 }
 
-/// Into the first vector; its length.
+/// Computes the residual in the first vector; returns its norm.
 double Gmres::find_residual(std::span<const double> b, std::span<const double> x) {
   Numbers& left = basis_.front();
   multiply_(x, left);
@@ -62,7 +62,7 @@ IterationReport Gmres::solve(std::span<const double> b, std::span<double> x) {
   }
 }
 
-/// From the residual in the first vector, of the length `left`; how many directions were found.
+/// Builds the basis from the residual in the first vector, of norm `left`; returns the number of directions.
 int Gmres::make_basis(double left, double enough, int most) {
   set_each(
       team_, basis_.front(), [left](double value) { return value / left; }, basis_.front());
@@ -79,7 +79,7 @@ int Gmres::make_basis(double left, double enough, int most) {
   return limit;
 }
 
-/// M*v_j. What a flexible M makes is kept; where that is of no use, it is v_j.
+/// Computes M*v_j. Results of a flexible M are stored; if the preconditioner is given up, it is v_j.
 const Numbers& Gmres::search(std::size_t j) {
   Numbers& made = is_flexible_ ? searched_[j] : work_;
   if (!is_plain_) precondition_(basis_[j], made);
@@ -94,7 +94,7 @@ const Numbers& Gmres::search(std::size_t j) {
   return made;
 }
 
-/// A*M*v_j, orthogonal to those before (Gram and Schmidt, modified); whether something new is left of it.
+/// Adds A*M*v_j, orthogonalised by modified Gram-Schmidt; returns whether more than rounding is left.
 bool Gmres::add_direction(std::size_t j) {
   const Numbers& along = search(j);
   Numbers& next = basis_[j + 1];
@@ -113,7 +113,7 @@ bool Gmres::add_direction(std::size_t j) {
   return is_new;
 }
 
-/// Takes the last entry of the new column away, by Givens rotations: |right[j + 1]| is what is left.
+/// Eliminates the last entry of the new column by Givens rotations: |right[j + 1]| is the residual norm.
 void Gmres::rotate(std::size_t j) {
   for (std::size_t i = 0; i < j; ++i) {
     const double above = upper(i, j), below = upper(i + 1, j);
@@ -128,8 +128,8 @@ void Gmres::rotate(std::size_t j) {
   right_[j] *= cosine_[j];
 }
 
-/// x += M*V*y, with y of the triangle (of a flexible M, of what it made of each vector); what a singular operator says
-/// nothing of stays 0.
+/// x += M*V*y, with y from the triangular system (flexible M: with the stored results). Components that a singular
+/// operator does not determine stay 0.
 void Gmres::correct(int count, std::span<double> x) {
   const auto n = static_cast<std::size_t>(count);
   double largest = 0;
@@ -140,7 +140,7 @@ void Gmres::correct(int count, std::span<double> x) {
   }
   for (std::size_t i = 0; is_flexible_ && i < n; ++i) add_multiple(right_[i], searched_[i], x, team_);
   if (is_flexible_) return;
-  Numbers& sum = basis_[n];  // the last one is not read any more
+  Numbers& sum = basis_[n];  // the last one is no longer needed
   set_each(team_, sum, [] { return 0.0; });
   for (std::size_t i = 0; i < n; ++i) add_multiple(right_[i], basis_[i], sum, team_);
   precondition_(sum, work_);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// GMRES (Saad and Schultz 1986): of all x in the space of what has been multiplied so far the one that leaves least.
-// Of any operator; restarted, so that memory is bounded, and preconditioned from the right: what is left is that of A.
-// Flexible (Saad 1993): the preconditioner may be anything, and what it makes is kept.
+// GMRES (Saad and Schultz 1986): minimises the residual over the Krylov space, for any operator. Restarted, so that
+// memory is bounded, and preconditioned from the right, so that the residual is that of A. Flexible variant (Saad
+// 1993): the preconditioner may be any function, and its results are stored.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace dpde {
 
 class Gmres {
  public:
-  /// `restart`: how many vectors are kept. `most`: iterations, each of which multiplies once. `rounding`: relative
-  /// error of what is multiplied by: a direction of which less is left is none.
+  /// `restart`: number of stored vectors. `most`: iterations, one multiplication each. `rounding`: relative error of
+  /// the operator; new directions below it are dropped.
   Gmres(VectorFunction multiply, VectorFunction precondition, double tolerance, int most, int restart,
         double rounding = 0x1p-52, bool is_flexible = false, VectorFunction project = {}, const Team& team = 1)
       : multiply_(std::move(multiply)),
@@ -26,10 +26,10 @@ class Gmres {
         nothing_(4 * rounding),
         team_(team) {}
 
-  /// All the memory it needs.
+  /// Allocates all memory.
   void resize(std::size_t size);
-  /// Begins with what `x` is, and leaves nothing that is further from a solution. It gives up where all the vectors
-  /// between two restarts do not halve what is left; a flexible one then gives its preconditioner up first.
+  /// Starts from `x` and never increases the residual. Gives up if a full cycle between two restarts does not halve the
+  /// residual; the flexible variant then first drops its preconditioner.
   IterationReport solve(std::span<const double> b, std::span<double> x);
   std::size_t vectors() const { return basis_.size(); }
 
@@ -44,17 +44,17 @@ class Gmres {
   void correct(int count, std::span<double> x);
   double& upper(std::size_t i, std::size_t j) { return upper_[j * (basis_.size()) + i]; }
 
-  VectorFunction multiply_, precondition_, project_;  // project: as of Iterations
+  VectorFunction multiply_, precondition_, project_;  // project: see Iterations
   double tolerance_;
   int most_, restart_;
   bool is_flexible_, is_plain_ = false;  // plain: without its preconditioner
   double nothing_;
   Team team_;
-  int unaided_ = 0;                // directions of a flexible preconditioner that were of no use
+  int unaided_ = 0;                // directions of a flexible preconditioner that did not help
   std::vector<Numbers> basis_;     // orthonormal; restart + 1
-  std::vector<Numbers> searched_;  // what a flexible preconditioner makes of each
+  std::vector<Numbers> searched_;  // results of a flexible preconditioner for each
   Numbers work_, before_;
-  std::vector<double> upper_, cosine_, sine_, right_;  // of the least squares, made triangular by rotations
+  std::vector<double> upper_, cosine_, sine_, right_;  // of the least-squares problem, triangular by rotations
 };
 
 }  // namespace dpde

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A linear operator on the cells of a grid and its null space. Where the row is the same in all cells it is that row,
-// which takes no memory; else a row for each cell.
+// A linear operator on the cells of a grid and its null space: constant rows, which take no memory, or a row for each
+// cell.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ namespace dpde {
 class GridOperator {
  public:
   GridOperator() = default;
-  /// `rounding`: relative error of the entries. Diagonals are changed so that rows have their `sums`.
+  /// `rounding`: relative error of the entries. Changes diagonals so that rows have the given `sums`.
   GridOperator(StencilMatrix matrix, std::span<const double> sums, double rounding,
                const OperatorKnowledge& known = {});
-  /// The same in place of what it was, in the memory of its null space. `sums`(matrix).
+  /// The same in place, reusing memory; sums(matrix) returns the row sums.
   template <class F>
   void set(StencilMatrix matrix, const F& sums, double rounding, const OperatorKnowledge& known,
            NullSpaceMemory& memory) {
@@ -29,42 +29,42 @@ class GridOperator {
     const auto& own = std::get<StencilMatrix>(rows_);
     set_sums(sums(own), rounding, known, memory);
   }
-  /// Of a matrix that is all that is known.
+  /// For a matrix without further knowledge.
   GridOperator(StencilMatrix matrix, double rounding);
-  /// Of rows that have their sum.
+  /// For constant rows, whose sum is known.
   explicit GridOperator(const ConstantRows& rows, const OperatorKnowledge& known = {});
 
   const std::array<std::int64_t, 3>& cells() const;
   std::int64_t size() const { return cells()[0] * cells()[1] * cells()[2]; }
   const NullSpace& null_space() const { return null_space_; }
-  /// Null where the rows are not known to be alike.
+  /// Null unless the rows are known to be constant.
   const ConstantRows* constant_rows() const { return std::get_if<ConstantRows>(&rows_); }
-  /// `use`(rows), either ConstantRows or StencilMatrix.
+  /// Calls `use`(rows) with ConstantRows or StencilMatrix.
   template <class F>
   auto visit(const F& use) const {
     return std::visit(use, rows_);
   }
-  /// `use`(matrix), which is made for it where the rows are alike.
+  /// Calls `use`(matrix), which is made temporarily for constant rows.
   template <class F>
   auto with_matrix(const F& use) const {
     const auto* const matrix = std::get_if<StencilMatrix>(&rows_);
     return matrix != nullptr ? use(*matrix) : use(std::get<ConstantRows>(rows_).matrix());
   }
-  /// The matrix, whose memory another may take.
+  /// Moves out the matrix, so that its memory can be reused.
   StencilMatrix take_matrix() &&;
 
-  /// These two have the same bits by any number of threads.
+  /// Both are bit-identical for any number of threads.
   void multiply(std::span<const double> x, std::span<double> result, const Team& team = 1) const;
   void multiply_transposed(std::span<const double> x, std::span<double> result) const;
   /// |b - A*x|; nothing is allocated.
   double residual(std::span<const double> b, std::span<const double> x, const Team& team = 1) const;
-  /// b - A*x of the row along x that begins with cell `first`.
+  /// b - A*x for the row of cells along x that begins with cell `first`.
   void residual_of_row(std::int64_t first, std::span<const double> b, std::span<const double> x,
                        std::span<double> left) const;
   std::vector<double> diagonal() const;
   double largest_row() const;  // norm
   bool is_known_symmetric() const { return is_known_symmetric_; }
-  /// Known, or by entries that are the same but for their rounding.
+  /// Known, or found from entries that are equal up to rounding.
   bool is_symmetric(double rounding) const;
   bool operator==(const GridOperator& other) const { return rows_ == other.rows_; }
 

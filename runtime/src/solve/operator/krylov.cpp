@@ -9,7 +9,7 @@
 namespace dpde {
 namespace {
 
-/// Sums beside one another do not wait for each other.
+/// Independent partial sums do not wait for each other.
 double dot_of_part(const double* a, const double* b, std::size_t size) {
   constexpr std::size_t strands = 16;
   double sums[strands] = {};
@@ -58,7 +58,7 @@ void Iterations::find_residual(std::span<const double> b, std::span<const double
       team_, r_, [](double right, double image) { return right - image; }, b, r_);
 }
 
-/// A*p takes the memory of z, which p has taken in.
+/// A*p shares the memory of z, which is no longer needed once p is updated.
 IterationReport Iterations::cg(std::span<const double> b, std::span<double> x, const SolutionOrder* order) {
   const double size = norm(b);
   IterationReport report;
@@ -85,8 +85,8 @@ IterationReport Iterations::cg(std::span<const double> b, std::span<double> x, c
   }
 }
 
-/// z = M(r), unless it is no number or has no more of r than rounding leaves of a sum of so many products: z = r. That
-/// is rounding of what M makes, before what no image shows is taken from it: of a constant nothing else is left.
+/// z = M(r); z = r if (r, z) is NaN or only rounding. The rounding is relative to M(r) before projection: if M(r) is a
+/// constant only rounding is left after it.
 bool Iterations::search() {
   precondition_(r_, z_);
   const double rounding = std::sqrt(static_cast<double>(r_.size())) * 0x1p-52, made = norm(z_);
@@ -96,7 +96,7 @@ bool Iterations::search() {
   return false;
 }
 
-/// Whether b - A*x, which r is afterwards, is as small as the residual that was carried along.
+/// Recomputes r = b - A*x; returns whether it is as small as the recursive residual.
 bool Iterations::has_come(std::span<const double> b, std::span<const double> x) {
   find_residual(b, x);
   return norm(r_) <= tolerance_ * norm(b);
@@ -118,7 +118,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
   const double size = norm(b), unit = size == 0 ? 1 : size;
   IterationReport report;
   find_residual(b, x);
-  double curvature = 0, sign = 0, halved = INFINITY;  // what was left when it was last halved
+  double curvature = 0, sign = 0, halved = INFINITY;  // halved: residual when it was last halved
   bool is_searched = true;
   for (int since = 0;; ++report.iterations) {
     report.residual = norm(r_) / unit;
@@ -131,7 +131,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
       since = report.iterations;
     }
     gives_up = gives_up || (is_searched && report.iterations - since >= least_patience);
-    if (gives_up) curvature = 0;  // conjugate gradients from here
+    if (gives_up) curvature = 0;  // plain conjugate gradients from here on
     is_searched = is_searched && !gives_up;
     const bool is_useful = is_searched && search();
     if (!is_searched) copy_vector(r_, z_, team_);
@@ -141,7 +141,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
     double length = dot(r_, p_) / curvature;
     const auto is_lost = [&] { return !(curvature * (sign == 0 ? curvature : sign) > 0) || !std::isfinite(length); };
     const bool is_turned = is_useful || weight != 0;
-    if (is_lost() && is_turned) {  // what is new in z may be no more than rounding, or what is old in p
+    if (is_lost() && is_turned) {  // the new part of z, or the old part of p, may be only rounding
       copy_vector(r_, z_, team_);
       report.unaided += is_useful ? 1 : 0;
       curvature = look_along(0);
@@ -155,7 +155,7 @@ IterationReport Iterations::flexible_cg(std::span<const double> b, std::span<dou
   }
 }
 
-/// False where it breaks down: x has no part of what is not finite.
+/// Returns false on breakdown; x then contains nothing that is not finite.
 bool Iterations::bicgstab_step(std::span<double> x) {
   const double next = dot(first_, r_), beta = next / rho_ * (alpha_ / omega_);
   if (next == 0 || !std::isfinite(beta)) return false;
@@ -180,9 +180,9 @@ bool Iterations::bicgstab_step(std::span<double> x) {
   return std::isfinite(norm(r_));
 }
 
-/// Until what is carried along as the residual is small; that drifts away from what it is. x becomes the best one on
-/// the way: residuals rise before a breakdown, and where rounding of a singular operator is all that is left. Given up
-/// where as many iterations as came before come no nearer.
+/// Runs until the recursive residual is small; it drifts away from the true one. x becomes the best iterate: residuals
+/// rise before a breakdown, and when only rounding of a singular operator is left. Gives up if as many iterations as
+/// before bring no improvement.
 void Iterations::bicgstab_from_here(double size, std::span<double> x, IterationReport& report) {
   copy_vector(r_, first_, team_);
   copy_vector(x, best_, team_);

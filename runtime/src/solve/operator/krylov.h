@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods that come nearer step by step: conjugate gradients (Hestenes and Stiefel 1952), of symmetric definite
-// operators, and BiCGStab (van der Vorst 1992) of others. Flexible conjugate gradients (Notay 2000) have a
-// preconditioner that may be anything: it chooses where they look, and how far they go is the best there.
+// Iterative methods: conjugate gradients (Hestenes and Stiefel 1952) for symmetric definite operators, and BiCGStab
+// (van der Vorst 1992) for others. Flexible conjugate gradients (Notay 2000) allow any function as preconditioner: it
+// only chooses search directions; the step lengths are optimal.
 #pragma once
 
 #include <functional>
@@ -17,33 +17,32 @@ struct IterationReport {
   int iterations = 0;
   double residual = 0;  // |A*x - b|/|b|
   bool converged = false, is_indefinite = false;
-  int unaided = 0;  // iterations for which a preconditioner that may be anything was of no use
+  int unaided = 0;  // iterations in which an arbitrary preconditioner did not help
 };
 
-/// Iterations that come no nearer before something is given up: as many as GMRES has vectors.
+/// Iterations without progress before a method gives up: as many as GMRES has vectors.
 inline constexpr int least_patience = 40;
 
-/// Of the same bits by any number of threads, as all that is done with vectors here (solve/vector_parts.h).
+/// Bit-identical for any number of threads, as all vector operations here (solve/vector_parts.h).
 double dot(std::span<const double> a, std::span<const double> b, const Team& team = 1);
 double norm(std::span<const double> a, const Team& team = 1);
 /// y += c*x
 void add_multiple(double c, std::span<const double> x, std::span<double> y, const Team& team = 1);
 void copy_vector(std::span<const double> from, std::span<double> to, const Team& team = 1);
 
-/// Of a solution whose numbers stand in another order than those of other vectors.
+/// For a solution whose numbers are in another order than those of other vectors.
 struct SolutionOrder {
-  VectorFunction pack;                                                                // a vector of x
+  VectorFunction pack;                                                                // packs x to a vector
   std::function<void(double c, std::span<const double> p, std::span<double> x)> add;  // x += c*p
 };
 
 enum class IterationMethod { cg, flexible_cg, bicgstab };
 
-/// Memory for the vectors of one size. What is found is never further from a solution than what they begin with, and
-/// never a number that is none.
+/// The iterations and their vectors. Results are always finite and never worse than the first guess.
 class Iterations {
  public:
-  /// `project` takes from directions of a flexible preconditioner what no image shows; of a regular operator there is
-  /// none. `team`: of what is done with vectors.
+  /// `project` removes the null space from directions of a flexible preconditioner; empty for a regular operator.
+  /// `team`: for vector operations.
   Iterations(VectorFunction multiply, VectorFunction precondition, double tolerance, int most,
              VectorFunction project = {}, const Team& team = 1)
       : multiply_(std::move(multiply)),
@@ -53,14 +52,14 @@ class Iterations {
         most_(most),
         team_(team) {}
 
-  /// All the memory that one of them needs.
+  /// Allocates the memory of a method.
   void resize(std::size_t size, IterationMethod method);
-  /// Where the right side of cg may be, which it reads at its beginning alone.
+  /// Memory in which the right side of cg may be, since cg reads it only at the beginning.
   std::span<double> room() { return p_; }
-  /// `order`: of x, where that is another one.
+  /// `order`: that of x, if it differs.
   IterationReport cg(std::span<const double> b, std::span<double> x, const SolutionOrder* order = nullptr);
-  /// Where a direction of the preconditioner is of no use, the residual is the direction. It is from then on where
-  /// least_patience iterations do not halve it, or the true residual is larger than the one that is carried along.
+  /// If a direction of the preconditioner does not help, the residual is used. From then on permanently, if
+  /// least_patience iterations do not halve the residual, or if the true residual is larger than the recursive one.
   IterationReport flexible_cg(std::span<const double> b, std::span<double> x);
   IterationReport bicgstab(std::span<const double> b, std::span<double> x);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers at whole cache lines, all 0 at first.
+// Numbers aligned to cache lines, initially 0.
 #pragma once
 
 #include <cstdint>

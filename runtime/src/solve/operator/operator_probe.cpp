@@ -14,9 +14,9 @@
 namespace dpde {
 namespace {
 
-/// On so few cells it costs nothing to look for rounding, and differences may cancel in all rows.
+/// On so few cells the test for rounding is cheap, and differences may cancel in all rows.
 constexpr std::int64_t few_rows = 64;
-/// Boxes of so few cells are looked for at once: to find a pattern takes a few images too.
+/// For boxes of so few cells the search for a pattern, which takes a few applications too, is skipped.
 constexpr std::int64_t small_box = 20;
 constexpr int comparisons = 2;
 
@@ -26,8 +26,8 @@ double largest(std::span<const double> values) {
   return most;
 }
 
-/// Numbers whose sizes are between 1/2 and 1, the same in each run: an entry that is off shows in its row, of whatever
-/// column it is. They are numbers of f32 too, and others with each `seed`.
+/// Numbers of magnitude 1/2 to 1, the same in each run: a wrong entry shows in its row, whatever its column. Exact in
+/// f32; different for each `seed`.
 void fill_arbitrary(std::span<double> values, int seed) {
   std::uint64_t state = 0x9e3779b97f4a7c15 + static_cast<std::uint64_t>(seed);
   for (double& value : values) {
@@ -43,7 +43,7 @@ std::vector<double> arbitrary(size_t count) {
   return values;
 }
 
-/// The image of `factor` times the values.
+/// The operator applied to `factor` times the values.
 std::vector<double> image_of(const LinearImage& image, std::span<const double> values, double factor) {
   std::vector<double> scaled(values.begin(), values.end()), made(values.size());
   for (double& value : scaled) value *= factor;
@@ -51,9 +51,9 @@ std::vector<double> image_of(const LinearImage& image, std::span<const double> v
   return made;
 }
 
-/// Which rows are nothing but rounding, as those of differences that cancel: in cells that are cut off from all others,
-/// and where an axis has one cell. Rounding is multiplied by powers of two exactly, whatever the size of what cancels,
-/// but not by three or five. What an operator makes that is not linear, as min(v, 2), is not: not by all these powers.
+/// Finds rows that are only rounding of differences that cancel: isolated cells, and axes with one cell. Rounding
+/// scales exactly with powers of two, but not with three or five. Results of a nonlinear operator, such as min(v, 2),
+/// do not scale with all these powers of two.
 std::vector<bool> rows_of_rounding(const LinearImage& image, size_t size) {
   std::vector<bool> is_rounding(size, false);
   const std::vector<double> values = size == 1 ? std::vector<double>{1.0} : arbitrary(size);
@@ -78,7 +78,7 @@ double largest_of_row(const StencilMatrix& matrix, size_t row) {
   return most;
 }
 
-/// Makes the rows 0 that are nothing but rounding, and those that are no larger; how large that was.
+/// Sets rows to 0 that are only rounding, and rows that are no larger; returns the size of the rounding.
 double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
   const auto size = static_cast<size_t>(matrix.size());
   const std::vector<bool> is_rounding = rows_of_rounding(image, size);
@@ -86,7 +86,7 @@ double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
   for (size_t row = 0; row < size; ++row) {
     if (is_rounding[row]) level = std::max(level, largest_of_row(matrix, row));
   }
-  constexpr double near = 8;  // roundings of neighbouring rows
+  constexpr double near = 8;  // factor by which rounding differs between neighbouring rows
   for (size_t row = 0; row < size; ++row) {
     if (!is_rounding[row] && largest_of_row(matrix, row) > near * level) continue;
     for (std::vector<double>& column : matrix.values) column[row] = 0;
@@ -94,12 +94,12 @@ double drop_rounding(const LinearImage& image, StencilMatrix& matrix) {
   return level;
 }
 
-/// At the low and the high side.
+/// Odd symmetry at the low and the high side.
 std::array<bool, 2> has_values(Sides sides) {
   return {sides == Sides::odd_even || sides == Sides::odd_odd, sides == Sides::even_odd || sides == Sides::odd_odd};
 }
 
-/// Unit vectors whose cells are far apart and from walls.
+/// Whether unit vectors can be far apart and far from walls.
 bool has_room(const std::array<std::int64_t, 3>& cells, const std::array<std::int64_t, 3>& reach) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (reach[axis] < 0 || (reach[axis] > 0 && cells[axis] <= 4 * reach[axis] + 1)) return false;
@@ -114,7 +114,7 @@ OperatorProbe::OperatorProbe(const std::array<std::int64_t, 3>& cells, const std
                              const OperatorKnowledge& known)
     : cells_(cells), reach_(reach), periodic_(periodic), rounding_(rounding), what_(std::move(what)), known_(known) {}
 
-/// Of what `values_` are.
+/// Applies the operator to `values_`.
 void OperatorProbe::make(const LinearImage& image) {
   ++images_;
   image(values_, image_);
@@ -171,7 +171,7 @@ LinearImage OperatorProbe::counted(const LinearImage& image) {
   };
 }
 
-/// In the memory of images.
+/// Computed in the memory of images.
 std::span<const double> OperatorProbe::sums_of(const StencilMatrix& matrix, const LinearImage& image) {
   if (known_.takes_constants_to_zero) {
     std::ranges::fill(image_, 0.0);
@@ -181,7 +181,7 @@ std::span<const double> OperatorProbe::sums_of(const StencilMatrix& matrix, cons
   return image_;
 }
 
-/// The column of a cell in the middle is the row of each, mirrored.
+/// If the rows are constant, the column of a cell in the middle is the mirrored row of every cell.
 const ConstantRows* OperatorProbe::constant_rows(const LinearImage& image) {
   if (static_cast<std::int64_t>(cell_count()) <= few_rows || !has_room(cells_, reach_)) return nullptr;
   const GridPlace middle{cells_[0] / 2, cells_[1] / 2, cells_[2] / 2};
@@ -210,8 +210,8 @@ const ConstantRows* OperatorProbe::constant_rows(const LinearImage& image) {
   return &candidate_;
 }
 
-/// What cells beside the middles of walls read of themselves and of one another: their images are even or odd,
-/// whichever is nearer. Nothing where rows are not even along an axis that has walls.
+/// Finds the symmetry of each wall, even or odd, from the entries among cells next to its middle: the closer one. Empty
+/// if rows are not even along an axis with walls.
 std::optional<std::array<Sides, 3>> OperatorProbe::find_sides(const LinearImage& image, const ConstantRows& row) {
   std::array<Sides, 3> sides{};
   std::array<bool, 3> is_bounded{};
@@ -255,7 +255,7 @@ std::optional<std::array<Sides, 3>> OperatorProbe::find_sides(const LinearImage&
 bool OperatorProbe::is_made_by(const ConstantRows& rows, const LinearImage& image) {
   std::ranges::fill(values_, 0.0);
   make(image);
-  if (largest(image_) != 0) return false;  // or a number that is none
+  if (largest(image_) != 0) return false;  // or NaN
   for (int turn = 0; turn < comparisons; ++turn) {
     fill_arbitrary(values_, turn);
     make(image);
@@ -265,9 +265,9 @@ bool OperatorProbe::is_made_by(const ConstantRows& rows, const LinearImage& imag
   return true;
 }
 
-/// Rounding of f32 in what is made of arbitrary values hides a k of less than 60 in lap(p) - k*p on 1024^2 cells, and a
-/// wall through which something flows. What is made of ones is exact where it is a difference, and the same where rows
-/// are, but beside walls with a value. Nothing where it is not.
+/// In f32, rounding in images of arbitrary values hides a k of less than 60 in lap(p) - k*p on 1024^2 cells, and a wall
+/// with flux. The image of ones is exact for differences; for constant rows it is the same in all cells, except next to
+/// walls with a value. Otherwise returns nothing.
 std::optional<double> OperatorProbe::sum_of(const ConstantRows& rows, const LinearImage& image) {
   if (known_.takes_constants_to_zero) return 0;
   std::ranges::fill(values_, 1.0);
@@ -287,8 +287,9 @@ std::optional<double> OperatorProbe::sum_of(const ConstantRows& rows, const Line
   return row_sum(counted(image), rows, middle, sum, rounding_, values_, image_);
 }
 
-/// The same of advection, whose part of what is made of arbitrary values is the cells' length times smaller than that
-/// of diffusion: by the numbers of cells along each axis, of which differences are exact too. Of f64 nothing is hidden.
+/// The same for advection, whose image of arbitrary values is smaller than that of diffusion by the cell size. Uses the
+/// image of the cell indices along each axis, whose differences are exact too. Not needed for f64, where nothing is
+/// hidden.
 bool OperatorProbe::have_one_moment(const ConstantRows& rows, double sum, const LinearImage& image) {
   if (rounding_ < 0x1p-30 || !known_.has_coefficients) return true;
   bool are_same = true;
@@ -324,7 +325,7 @@ void OperatorProbe::check_zero(const LinearImage& image) {
                 fmt::format("solve for {}: the operator makes {} of 0, so it is not linear", what_, of_nothing));
 }
 
-/// How far the matrix is from making of arbitrary values what the operator makes.
+/// Largest difference between matrix and operator on arbitrary values.
 OperatorProbe::Departure OperatorProbe::departure_of(const LinearImage& image, const StencilMatrix& matrix) {
   Departure result;
   for (const std::vector<double>& column : matrix.values) result.entry = std::max(result.entry, largest(column));
@@ -335,15 +336,16 @@ OperatorProbe::Departure OperatorProbe::departure_of(const LinearImage& image, c
       throw NotFinite(fmt::format("solve for {}: the operator is not finite", what_));
     result.difference = std::max(result.difference, largest_residual(matrix, image_, values_));
   }
-  // Of one that is nothing, as between obstacles that fill all cells, there is no entry to compare rounding with. Where
-  // u - dt*f'(U)*u nearly cancels, rounding is that of its terms, which are of the size 1.
+  // A zero operator, as between obstacles that fill all cells, has no entry to compare rounding with. If u - dt*f'(U)*u
+  // nearly cancels, rounding is that of its terms, which are of size 1.
   const double of_terms = std::min(64 * rounding_, std::sqrt(rounding_) * result.entry);
   const double of_entries = 64 * rounding_ * result.entry * static_cast<double>(matrix.offsets.size() + 1);
   result.allowed = result.entry > 0 ? std::max(of_entries, of_terms) : std::sqrt(rounding_);
   return result;
 }
 
-/// Of a stencil whose entries are few of those in boxes. What is not found by its pattern is found in boxes.
+/// Finds a stencil with few entries in its box by its pattern; returns false if entries are outside of it: use boxes
+/// then.
 bool OperatorProbe::is_by_pattern(const LinearImage& image, StencilMatrix& matrix) {
   BoxProbe boxes(image, {cells_, periodic_, reach_}, colours(), values_, image_);
   if (boxes.count() <= small_box) return false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of a linear operator that is a list of operations, by what it makes of unit vectors. Where the row is the
-// same in all cells one of them is enough. Else those of many cells are taken at once that no row reads two of
-// (colours: Curtis, Powell and Reid 1974; of a stencil with few entries fewer colours: solve/pattern_colours.h). What
-// has been found is compared with what the operator makes of arbitrary values, in each cell.
+// Finds the matrix rows of a linear operator, given as a list of operations, by applying it to unit vectors. For
+// constant rows one suffices. Otherwise cells of which no row reads two share one vector (colours: Curtis, Powell and
+// Reid 1974; fewer for a stencil with few entries: solve/pattern_colours.h). The result is compared in each cell with
+// the operator applied to arbitrary values.
 #pragma once
 
 #include <array>
@@ -20,33 +20,33 @@
 
 namespace dpde {
 
-/// Numbers to work in.
+/// Work memory.
 struct ProbeRoom {
   std::span<double> values, image;
 };
 
-/// Of one operator, whose coefficients may change from one probe to the next.
+/// For one operator, whose coefficients may change between probes.
 class OperatorProbe {
  public:
   OperatorProbe() = default;
-  /// `reach`: how far from a cell its image looks, -1: anywhere. `rounding`: relative error of values. `what`: its name
-  /// in messages. `known`: of the operator whatever its coefficients are.
+  /// `reach`: stencil radius; -1: the whole axis. `rounding`: relative error of values. `what`: its name in messages.
+  /// `known`: properties that hold for all coefficients.
   OperatorProbe(const std::array<std::int64_t, 3>& cells, const std::array<bool, 3>& periodic,
                 const std::array<std::int64_t, 3>& reach, double rounding, std::string what,
                 const OperatorKnowledge& known = {});
 
-  /// Its rows. `used`: an operator that is no longer needed, whose memory is taken. `room`: of two numbers a cell, or
-  /// none. With both nothing is allocated that was not in what the probe before has found, on more than 64 cells.
-  /// \throws dpde::Error where the operator is not linear or reaches farther.
+  /// Its rows. `used`: an operator whose memory is reused. `room`: two numbers a cell, or empty. With both, on more
+  /// than 64 cells, nothing is allocated beyond the memory of the previous probe.
+  /// \throws dpde::Error if the operator is not linear or its stencil is wider than `reach`.
   GridOperator find(const LinearImage& image, GridOperator used = {}, const ProbeRoom& room = {});
-  /// A row for each cell, whether they are alike or not.
+  /// A row for each cell, whether they are constant or not.
   StencilMatrix matrix(const LinearImage& image, StencilMatrix used = {});
-  /// How often the last probe has run the operator.
+  /// Number of applications of the operator in the last probe.
   int images() const { return images_; }
 
  private:
   struct Departure {
-    double difference = 0, entry = 0;  // and the largest coefficient
+    double difference = 0, entry = 0;  // entry: the largest coefficient
     double allowed = 0;
   };
 
@@ -74,13 +74,14 @@ class OperatorProbe {
   OperatorKnowledge known_;
   std::optional<std::array<AxisColours, 3>> colours_;
   struct Pattern {
-    std::vector<std::array<int, 3>> offsets, known;  // some of the last probe; those that colours were looked for of
+    std::vector<std::array<int, 3>> offsets,
+        known;  // some offsets found in the last probe; those for which colours were computed
     std::optional<PatternColours> colours;
   } pattern_;
   ConstantRows candidate_;
   DoubtfulSums doubtful_;
   NullSpaceMemory of_null_space_;
-  std::vector<double> own_;  // values and their image where no room is given, while they are needed
+  std::vector<double> own_;  // values and their image if no room is given
   std::span<double> values_, image_;
   int images_ = 0;
 };

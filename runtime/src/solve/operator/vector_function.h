@@ -6,7 +6,7 @@
 
 namespace dpde {
 
-/// From a vector to another one of as many numbers.
+/// Maps a vector to another one of the same length.
 using VectorFunction = std::function<void(std::span<const double>, std::span<double>)>;
 
 }  // namespace dpde

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over vectors in parts, by the threads of a team where there are enough numbers. Where a part ends depends on
-// the length alone, and sums add what parts make in their order: results have the same bits by any number of threads.
+// Loops over vectors in parts, in parallel if there are enough numbers. Parts depend on the length alone, and sums
+// combine the results of parts in order: results are bit-identical for any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@
 
 namespace dpde {
 
-/// Transforms and smoothers of fewer cells are done sooner by one thread (10 us) than shared.
+/// On fewer cells transforms and smoothers are faster on one thread: sharing costs 10 us.
 constexpr std::int64_t least_cells_of_team = 16 * 1024;
 
 class VectorParts {
  public:
-  /// Fewer numbers are done sooner by one thread (10 us) than shared.
+  /// Fewer numbers are faster on one thread: sharing costs 10 us.
   static constexpr std::size_t least_shared = 32 * 1024;
   static constexpr std::int64_t most = 64;
 
@@ -29,7 +29,7 @@ class VectorParts {
   }
   std::int64_t count() const { return static_cast<std::int64_t>((size_ + length_ - 1) / length_); }
 
-  /// f(first number, the one behind the last, part) of each part.
+  /// Calls f(first index, end index, part) for each part.
   template <class F>
   void for_each(const Team& team, const F& f) const {
     const auto one = [&](std::int64_t part, int = 0) {
@@ -54,7 +54,7 @@ class RowParts {
         length_((rows_ + most - 1) / most),
         is_shared_(cells[0] * cells[1] * cells[2] >= static_cast<std::int64_t>(VectorParts::least_shared)) {}
 
-  /// f(first row, the one behind the last, part) of each part.
+  /// Calls f(first row, end row, part) for each part.
   template <class F>
   void for_each(const Team& team, const F& f) const {
     const auto count = static_cast<std::int64_t>((rows_ + length_ - 1) / length_);
@@ -71,7 +71,7 @@ class RowParts {
   bool is_shared_;
 };
 
-/// to_i = f(the numbers i of `from`), which may be `to`.
+/// to_i = f(elements i of `from`); a `from` may be `to`.
 template <class F, class... From>
 void set_each(const Team& team, std::span<double> to, const F& f, const From&... from) {
   const auto one = [&](std::size_t begin, std::size_t end, double* result, const auto*... values) {
@@ -83,7 +83,7 @@ void set_each(const Team& team, std::span<double> to, const F& f, const From&...
   });
 }
 
-/// The sum of f(first number, the one behind the last) over the parts.
+/// The sum of f(first index, end index) over the parts.
 template <class F>
 double sum_of_parts(const Team& team, std::size_t size, const F& f) {
   std::array<double, VectorParts::most> made;
@@ -96,7 +96,7 @@ double sum_of_parts(const Team& team, std::size_t size, const F& f) {
   return sum;
 }
 
-/// Takes the mean of some of the numbers away from these, and returns it.
+/// Subtracts from the elements with these indices their mean, and returns it.
 template <class Real>
 double remove_mean(const Team& team, std::span<Real> values, std::span<const std::uint32_t> numbers) {
   if (numbers.size() == 1) return std::exchange(values[numbers.front()], Real(0));
