@@ -9,7 +9,7 @@
 
 namespace dpde {
 
-/// By their hash, in the next place that is free (Knuth, The Art of Computer Programming 3, 6.4, algorithm L).
+/// Hash table with linear probing (Knuth, The Art of Computer Programming 3, 6.4, algorithm L).
 std::size_t RowNumbers::find(std::size_t length, std::span<const double> values) {
   constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   const std::size_t count = values.size() / length, bytes = length * sizeof(double);

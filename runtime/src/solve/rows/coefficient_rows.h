@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coefficients of a grid by rows along x. Rows with the same numbers are kept once: where coefficients are constant
-// they are a few rows, which stay in the first cache.
+// Coefficients of a grid by rows along x. Equal rows are stored once: constant coefficients are a few rows, which stay
+// in the first-level cache.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace dpde {
 
-/// Which rows have the same numbers.
+/// Finds rows with equal numbers.
 struct RowNumbers {
-  /// The same number for rows of the same bytes, in the order in which they come; how many there are.
+  /// Gives equal numbers to rows with equal bytes, in order of first occurrence; returns how many there are.
   std::size_t find(std::size_t length, std::span<const double> values);
 
-  std::vector<std::uint32_t> of_row, table;  // of each row; rows by their hash
+  std::vector<std::uint32_t> of_row, table;  // of each row; hash table of rows
 };
 
 template <class Real>
 class CoefficientRows {
  public:
-  /// `values`: of all cells, row behind row, which are multiplied by `factor`. Memory of values before is used again.
+  /// `values`: of all cells, row by row; multiplied by `factor`. Memory of earlier values is reused.
   void set(const HalfRows& rows, std::span<const double> values, double factor = 1);
 
   const Real* const* rows() const { return rows_.data(); }

@@ -13,7 +13,7 @@ namespace {
 double sign_of_low(Sides sides) { return sides == Sides::odd_odd || sides == Sides::odd_even ? -1 : 1; }
 double sign_of_high(Sides sides) { return sides == Sides::odd_odd || sides == Sides::even_odd ? -1 : 1; }
 
-/// The cell and the sign of the image of a place along a bounded axis; the place is at most one length outside.
+/// Cell and sign of the mirror image of a position on a bounded axis, at most one length outside.
 std::pair<std::int64_t, double> image_of(std::int64_t place, std::int64_t cells, Sides sides) {
   if (place < 0) return {-1 - place, sign_of_low(sides)};
   if (place >= cells) return {2 * cells - 1 - place, sign_of_high(sides)};
@@ -35,8 +35,8 @@ bool is_even(const std::vector<std::array<int, 3>>& offsets, const std::vector<d
   return true;
 }
 
-/// Whether each row is the one given, with the columns beyond walls added to those of their images: what is made there
-/// is of other sums.
+/// Whether each row is the given one, with columns beyond walls added to those of their mirror cells, whose sums may be
+/// rounded in another order.
 bool is_made_of(const StencilMatrix& matrix, const std::vector<double>& row, const std::array<Sides, 3>& sides,
                 double rounding) {
   double size = 0;
@@ -157,7 +157,7 @@ bool ConstantRows::is_even(const std::array<bool, 3>& mirrored, double zero) con
   return dpde::is_even(offsets_, row_, mirrored, zero);
 }
 
-/// The sum is kept: that of the entries has the rounding of f64 of the largest.
+/// Stores the sum: the sum of the entries has the rounding (f64) of the largest one.
 ConstantRows ConstantRows::with_sum(double sum) const {
   ConstantRows result = *this;
   result.sum_ = sum;
@@ -183,7 +183,7 @@ bool is_symmetric(const ConstantRows& rows, double rounding) {
   return true;
 }
 
-/// Along bounded axes rows are even, and what images make of them is symmetric.
+/// Along bounded axes rows are even, and remain symmetric with mirror cells.
 ConstantRows ConstantRows::transposed() const {
   ConstantRows result = *this;
   for (auto& offset : result.offsets_) {
@@ -225,10 +225,10 @@ std::pair<std::int64_t, double> ConstantRows::image(std::size_t axis, std::int64
   return image_of(place, n, sides_[axis]);
 }
 
-/// Away from the ends of a line its cells are one loop.
+/// Cells away from the ends of a line are done in one loop.
 void ConstantRows::multiply_cells(const GridPlace& first, std::int64_t count, std::span<const double> x,
                                   double* result) const {
-  constexpr int most = 16;  // terms of a loop
+  constexpr int most = 16;  // terms in one loop
   std::int64_t begin = 0, end = count;
   for (const std::array<int, 3>& offset : offsets_) {
     begin = std::max<std::int64_t>(begin, -first[0] - offset[0]);
@@ -265,7 +265,7 @@ void ConstantRows::multiply_cells(const GridPlace& first, std::int64_t count, st
   kernels.sum(sum, result + begin);
 }
 
-/// Of cells beside walls, and of one between them.
+/// Largest over cells next to walls, and one between them.
 double ConstantRows::largest_row() const {
   std::array<std::vector<std::int64_t>, 3> places;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators with the same row in all cells. Beyond bounded axes a field goes on as its even or odd image: walls with
-// zero slope or value half a cell outside.
+// Operators with the same row in all cells. Beyond bounded axes a field is continued evenly or oddly: walls with zero
+// slope or zero value half a cell outside.
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@ class ConstantRows {
   /// row[k]: the entry in the column of the cell at offsets[k]; along bounded axes offsets are shorter than the axis.
   ConstantRows(const std::array<std::int64_t, 3>& cells, const std::array<Sides, 3>& sides,
                std::vector<std::array<int, 3>> offsets, std::vector<double> row);
-  /// Nothing where the rows are not alike, or differ beside walls from what images make of them.
+  /// Empty if the rows are not constant, or differ at walls from the mirror rule.
   static std::optional<ConstantRows> of(const StencilMatrix& matrix, double rounding);
 
-  /// Periodic rows of nothing, in the memory of what they were.
+  /// Periodic rows without entries, reusing memory.
   void clear(const std::array<std::int64_t, 3>& cells);
   void add(const std::array<int, 3>& offset, double entry);
   void take_sides(const std::array<Sides, 3>& sides) { sides_ = sides; }
@@ -37,28 +37,28 @@ class ConstantRows {
   std::array<bool, 3> periodic() const;
   const std::vector<std::array<int, 3>>& offsets() const { return offsets_; }
   const std::vector<double>& row() const { return row_; }
-  double entry(const std::array<int, 3>& offset) const;  // 0 where there is none
-  /// The sum of the sizes of entries.
+  double entry(const std::array<int, 3>& offset) const;  // 0 if there is none
+  /// The sum of the magnitudes of the entries.
   double row_size() const;
-  /// Whether offsets mirrored at these axes have the same entries, but for `zero`.
+  /// Whether offsets mirrored at these axes have the same entries, up to `zero`.
   bool is_even(const std::array<bool, 3>& mirrored, double zero) const;
   bool operator==(const ConstantRows&) const = default;
 
-  /// What the row sums to away from walls.
+  /// The sum of a row away from walls.
   double sum() const { return sum_; }
-  /// The same with another diagonal, if it has one, that makes this sum.
+  /// The same with a diagonal, if there is one, that gives this sum.
   ConstantRows with_sum(double sum) const;
-  /// Whether no side is that of values.
+  /// Whether no side has odd symmetry (a wall with a value).
   bool take_constants_to_zero() const;
   ConstantRows transposed() const;
-  /// The same in a row for each cell.
+  /// The same with a row for each cell.
   StencilMatrix matrix() const;
 
-  /// What the rows of `count` cells along x, from `first` on, make of x.
+  /// Applies the rows of `count` cells along x, from `first` on, to x.
   void multiply_cells(const GridPlace& first, std::int64_t count, std::span<const double> x, double* result) const;
-  /// The cell and the sign of the image of a place along an axis.
+  /// Cell and sign of the mirror image of a position along an axis.
   std::pair<std::int64_t, double> image(std::size_t axis, std::int64_t place) const;
-  /// `f`(column, entry) on the entries of a cell's row, some of which may be of one column.
+  /// Calls `f`(column, entry) for the entries of a cell's row; columns may repeat.
   template <class F>
   void for_each_entry_of(const GridPlace& cell, const F& f) const {
     for (std::size_t k = 0; k < row_.size(); ++k) {
@@ -72,7 +72,7 @@ class ConstantRows {
       f(number_of(cells_, place), sign * row_[k]);
     }
   }
-  /// The norm of the largest row, beside walls or not.
+  /// Norm of the largest row, including those next to walls.
   double largest_row() const;
 
  private:
@@ -83,7 +83,7 @@ class ConstantRows {
   double sum_ = 0;
 };
 
-/// As of matrices.
+/// See is_symmetric of StencilMatrix.
 bool is_symmetric(const ConstantRows& rows, double rounding);
 
 }  // namespace dpde

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops of row_kernels.h; each source that includes this compiles them for another instruction set. Nothing in it
-// has a name outside of the source, so that no other takes the code.
+// The loops of row_kernels.h. Each source that includes this compiles them for another instruction set. Everything has
+// internal linkage, so that no other source uses this code.
 #pragma once
 
 #include <type_traits>
@@ -10,17 +10,17 @@
 namespace dpde {
 namespace {
 
-/// One half of a row and what stands around it.
+/// Pointers of half a row and its neighbours.
 template <int rank, class Real>
 struct HalfRow {
-  std::int64_t count, begin;  // cells; where they begin in a vector
+  std::int64_t count, begin;  // cells; index of the first in a vector
   const Real *own, *inverse;
   const Real* x[2 * rank];
   const Real* w[2 * rank];
   Real even[2 * rank];
 };
 
-/// Beyond bounded ends couplings are 0, or x is, in the rooms of a row: reading around them takes nothing.
+/// Beyond bounded ends couplings are 0, or x is 0 in the extra spaces of a row: reading there contributes nothing.
 template <int rank, bool is_even, class Real>
 inline HalfRow<rank, Real> half_row(const LevelRows<Real>& level, const RowPlace& row, int half, const Real* x) {
   const std::int64_t here = half == 0 ? 0 : level.odd, other = level.odd - here;
@@ -73,7 +73,7 @@ inline Real sum_of_neighbours(const HalfRow<rank, Real>& t, std::int64_t i) {
   return sum_over_neighbours<rank, is_even>(t, i, [](Real other) { return other; });
 }
 
-/// right - A*x, where x is `here`.
+/// right - A*x in the cell with x = `here`.
 template <int rank, bool is_even, class Real>
 inline Real left_of(const HalfRow<rank, Real>& t, std::int64_t i, Real right, Real here) {
   if constexpr (has_differences<Real>) {
@@ -83,7 +83,7 @@ inline Real left_of(const HalfRow<rank, Real>& t, std::int64_t i, Real right, Re
   }
 }
 
-/// `of`(whether couplings are even): std::true_type or false_type.
+/// Calls `of`(std::true_type) if couplings are constant, else `of`(std::false_type).
 template <class Real, class Of>
 inline auto by_couplings(const LevelRows<Real>& level, const Of& of) {
   return level.is_even ? of(std::true_type()) : of(std::false_type());

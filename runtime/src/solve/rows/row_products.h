@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is left of right sides by rows of one kind or another; nothing is allocated.
+// Residuals for both kinds of rows; nothing is allocated.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ inline void multiply_cells(const ConstantRows& rows, const GridPlace& first, std
   rows.multiply_cells(first, count, x, result);
 }
 
-/// `f`(b - A*x) of each cell of the rows `begin` to `end` along x.
+/// Calls `f`(b - A*x) for each cell of the rows `begin` to `end` along x.
 template <class Rows, class F>
 void for_each_left(const Rows& rows, std::size_t begin, std::size_t end, std::span<const double> b,
                    std::span<const double> x, const F& f) {
@@ -30,7 +30,7 @@ void for_each_left(const Rows& rows, std::size_t begin, std::size_t end, std::sp
   });
 }
 
-/// The largest size of an entry of b - A*x; NaN where there is one.
+/// Largest magnitude in b - A*x; NaN if one is NaN.
 template <class Rows>
 double largest_residual(const Rows& rows, std::span<const double> b, std::span<const double> x) {
   double most = 0;

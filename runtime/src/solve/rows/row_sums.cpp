@@ -18,8 +18,8 @@ struct Row {
     size += std::abs(value);
     largest = std::max(largest, std::abs(value));
   }
-  /// Whether a sum may be rounding: entries are off by a few units in the last place of the largest, their sum, here,
-  /// by those of f64.
+  /// Whether a sum may be rounding: that of entries, a few units in the last place of the largest, or that of their sum
+  /// in f64.
   bool may_be_rounding(double of, double rounding) const {
     return std::abs(of) <= std::max(8 * rounding * largest, 64 * 0x1p-52 * size);
   }
@@ -31,10 +31,10 @@ Row row_of(const StencilMatrix& matrix, std::size_t cell) {
   return row;
 }
 
-/// Makes those of `sums` 0 that are rounding; sums[i] is of `cells[i]`, in a row whose largest entry is `largest[i]`.
+/// Sets `sums` to 0 that are rounding; sums[i] is that of `cells[i]`, whose row has the largest entry `largest[i]`.
 void drop_rounding(const LinearImage& image, std::span<const std::size_t> cells, std::span<const double> largest,
                    std::span<double> sums, std::span<double> values, std::span<double> made) {
-  double noise = 0;  // over the largest entry
+  double noise = 0;  // relative to the largest entry
   for (const double factor : odd_factors) {
     std::ranges::fill(values, factor);
     image(values, made);
@@ -65,7 +65,7 @@ void row_sums(const LinearImage& image, const StencilMatrix& matrix, double roun
   }
   if (doubtful.cells.empty()) return;
   drop_rounding(image, doubtful.cells, doubtful.largest, doubtful.sums, ones, made);
-  std::ranges::fill(ones, 1.0);  // which takes one image more, and no memory for what was there
+  std::ranges::fill(ones, 1.0);  // one more application, but no memory for the first one
   image(ones, made);
   for (std::size_t cell = 0; cell < made.size(); ++cell) {
     if (row_of(matrix, cell).largest == 0) made[cell] = 0;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sums of an operator's rows, A*1, and whether they are 0. Entries do not say: each is a sum of terms, rounded to
-// the last digit of the largest, so that those of lap(p) - k*p on 1024^2 cells in f32 leave k to 0.25. What kernels
-// make of ones does: differences of ones are 0, whatever they are multiplied by, and k is left to its own last digit.
+// The sums of an operator's rows, A*1, and whether they are 0. They cannot be computed from the entries: each entry is
+// a sum of terms, rounded to the last digit of the largest, so that for lap(p) - k*p on 1024^2 cells in f32 the error
+// of k would be 0.25. The operator applied to ones is accurate: differences of ones are exactly 0, and k keeps all its
+// digits.
 //
-// Kernels that do not subtract before they multiply, as transposes, leave rounding of ones too. That is told from a sum
-// by what they make of 3, 5, 7, 11 and 13 in the place of 1: of what is linear as many times as much, but for its last
-// digit, and of rounding anything. Powers of two would not tell, as they change no digits.
+// Kernels that multiply before they subtract, such as transposes, also leave rounding for ones. To tell rounding from a
+// sum, the operator is applied to 3, 5, 7, 11 and 13 in place of 1: a sum scales with these up to its last digit,
+// rounding does not. Powers of two would not do, since they change no digits.
 #pragma once
 
 #include <span>
@@ -17,7 +18,7 @@
 
 namespace dpde {
 
-/// What is known of an operator A whatever its coefficients are: dpde_solve.
+/// Properties of an operator A that hold for all coefficients: see dpde_solve.
 struct OperatorKnowledge {
   bool is_symmetric = false;
   bool takes_constants_to_zero = false;  // A*1 = 0
@@ -32,17 +33,17 @@ struct DoubtfulSums {
   std::vector<double> largest, sums;  // the largest entry of the row
 };
 
-/// Of each row, in `made`; what is nothing but rounding is 0. `ones`: memory for values of all cells. `rounding`:
-/// relative error of what kernels make.
+/// Computes the sums of the rows in `made`; those that are only rounding are 0. `ones`: memory for values of all cells.
+/// `rounding`: relative error of the kernels' results.
 void row_sums(const LinearImage& image, const StencilMatrix& matrix, double rounding, std::span<double> ones,
               std::span<double> made, DoubtfulSums& doubtful);
-/// The same of a matrix that is all that is known.
+/// The same for a matrix without further knowledge.
 std::vector<double> row_sums(const StencilMatrix& matrix, double rounding);
-/// The same of an operator with these rows away from walls, of one of which it makes `sum` in a cell that is there.
+/// The same for an operator with constant rows; `sum` is the image of ones in `cell`.
 double row_sum(const LinearImage& image, const ConstantRows& rows, std::size_t cell, double sum, double rounding,
                std::span<double> values, std::span<double> made);
 
-/// Changes diagonals so that rows have these sums, but for those that are off by more than rounding.
+/// Changes diagonals so that rows have these sums, except for rows that differ by more than rounding.
 void balance(StencilMatrix& matrix, std::span<const double> sums, double rounding);
 
 }  // namespace dpde
