@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The best multiples of guesses to begin iterations with.
+// The best linear combination of guesses as the start of an iteration.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +14,15 @@ class FirstGuess {
  public:
   struct Rounding {
     double of_entries;  // relative
-    double of_image;    // of A*x, over |x|
+    double of_image;    // of A*x, relative to |x|
   };
-  /// x = the sum of multiples of `guesses`, one behind the other, that leaves the least of b; 0 where there is none.
-  /// What no image shows is taken from the guesses. Memory is taken for the images of guesses behind the first.
+  /// x = the linear combination of `guesses` (one after the other) with the smallest residual; 0 if there are none.
+  /// Removes the null space from the guesses. Allocates memory for the images of all but the first guess.
   void find(const GridOperator& a, std::span<const double> b, std::span<double> guesses, const Rounding& rounding,
             std::span<double> x, const Team& team);
 
  private:
-  Eigen::MatrixXd images_, factor_;  // of guesses behind the first, orthonormal; what makes these of them
+  Eigen::MatrixXd images_, factor_;  // images of all but the first guess, orthonormalised; their triangular factor
 };
 
 }  // namespace dpde

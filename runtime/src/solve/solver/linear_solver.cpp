@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice of a method by what the operator is, and what is the same for all: the null space is taken out before and
-// behind, and the residual is measured.
+// Chooses a method by the properties of the operator. Common to all methods: the null space is removed before and
+// after, and the residual is measured.
 #include <fmt/format.h>
 
 #include <Eigen/SparseCore>
@@ -121,9 +121,9 @@ void LinearSolver::Impl::make_direct(const char* why) {
 void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   const VectorFunction multiply = [this](std::span<const double> x, std::span<double> y) {
     a->multiply(x, y, team);
-    if (!null_space().is_empty()) null_space().remove(y, team);  // what rounding leaves, as in Multigrid::multiply
+    if (!null_space().is_empty()) null_space().remove(y, team);  // removes rounding, as in Multigrid::multiply
   };
-  // What no right side holds and no image shows would grow in corrections, by rounding, until it hides the rest.
+  // Null-space components of corrections would grow by rounding until they dominate.
   VectorFunction project;
   if (!null_space().is_empty() && is_flexible()) {
     project = [this](std::span<const double>, std::span<double> z) { null_space().remove(z, team); };
@@ -142,7 +142,7 @@ void LinearSolver::Impl::make_iterations(VectorFunction precondition) {
   }
 }
 
-/// Of vectors in the cells' own order.
+/// For vectors in plain cell order.
 void LinearSolver::Impl::size_iterations(std::size_t size) {
   if (gmres) gmres->resize(size);
   const IterationMethod of_cg = is_flexible() ? IterationMethod::flexible_cg : IterationMethod::cg;
@@ -155,7 +155,7 @@ std::string LinearSolver::Impl::words_on_cycles(SmootherKind smoother) const {
                      method == SolverMethod::cg ? ", as the preconditioner of conjugate gradients" : "");
 }
 
-/// Vectors are in the cells' own order, and multiplied by the operator itself.
+/// With vectors in plain cell order, multiplied by the operator itself.
 bool LinearSolver::Impl::try_floats(SolverMethod wanted) {
   in_floats.cycles = FloatCycles::of(*a, false, cycles(wanted == SolverMethod::cg), no_multigrid);
   if (!in_floats.cycles) return false;
@@ -187,7 +187,7 @@ bool LinearSolver::Impl::try_multigrid(SolverMethod wanted) {
   return true;
 }
 
-/// Of unsymmetric operators, in the cells' own order.
+/// For unsymmetric operators, in plain cell order.
 void LinearSolver::Impl::precondition_by_multigrid() {
   reason += fmt::format(", preconditioned by multigrid of the symmetric part{}, {}", in_floats.cycles ? " in f32" : "",
                         words_on(in_floats.cycles ? in_floats.cycles->smoother() : multigrid->smoother()));
@@ -219,7 +219,7 @@ IterationReport LinearSolver::Impl::iterate_packed(std::span<const double> b, st
   return report;
 }
 
-/// Where floats do not come near enough, doubles begin anew, and solve what comes later: memory is taken for them once.
+/// If floats do not reach the tolerance, doubles start anew and also do later solves; their memory is allocated once.
 IterationReport LinearSolver::Impl::iterate_with_floats(std::span<const double> b, std::span<double> x) {
   in_floats.cycles->begin(b);
   const IterationReport way =
@@ -233,7 +233,7 @@ IterationReport LinearSolver::Impl::iterate_with_floats(std::span<const double> 
   return iterate(b, x);
 }
 
-/// False where they have been tried, or do not fit.
+/// Returns false if they have been tried before, or do not suit the operator.
 bool LinearSolver::Impl::become_doubles() {
   if (in_floats.are_too_few) return false;
   in_floats.are_too_few = true;
@@ -275,7 +275,7 @@ void LinearSolver::Impl::make_unpreconditioned() {
   make_iterations([this](std::span<const double> r, std::span<double> z) { copy_vector(r, z, team); });
 }
 
-/// Of what the root of its mean square is 1, and times that: so it knows nothing of units.
+/// Scales the residual to root mean square 1 and back, so that the network is independent of units.
 void LinearSolver::Impl::search_along(std::span<const double> r, std::span<double> z) const {
   const double size = norm(r, team) / std::sqrt(static_cast<double>(r.size()));
   copy_vector(r, z, team);
@@ -291,7 +291,7 @@ void LinearSolver::Impl::precondition_by_network() {
   make_iterations([this](std::span<const double> r, std::span<double> z) { search_along(r, z); });
 }
 
-/// By conjugate gradients.
+/// With conjugate gradients.
 void LinearSolver::Impl::make_symmetric() {
   const bool is_plain = options.preconditioning == Preconditioning::none || is_flexible();
   if (!is_plain && try_multigrid(SolverMethod::cg)) return;
@@ -373,8 +373,8 @@ LinearSolver::LinearSolver(std::shared_ptr<const GridOperator> grid_operator, So
     : impl_(std::make_unique<Impl>(std::move(grid_operator), std::move(options), team)) {}
 LinearSolver::~LinearSolver() = default;
 
-/// |A^T*(b - A*x)|. Of a large residual it is small where the residual is what a singular A cannot reach. Memory is
-/// taken for it, as only a solve that fails asks.
+/// A^T*(b - A*x)|. Small for a large residual if the residual is outside of the range of a singular A. Allocates
+/// memory, but is only used when a solve fails.
 double LinearSolver::Impl::out_of_reach(std::span<const double> b, std::span<const double> x) const {
   std::vector<double> residual(b.size()), image(b.size());
   a->multiply(x, residual);
@@ -383,7 +383,7 @@ double LinearSolver::Impl::out_of_reach(std::span<const double> b, std::span<con
   return norm(image);
 }
 
-/// |b - A*x|; cycles in floats end with it.
+/// b - A*x|; cycles in floats have computed it already.
 double LinearSolver::Impl::left_of(std::span<const double> b, std::span<const double> x, const IterationReport& way) {
   if (is_packed && !iterations) return multigrid->residual(packed.right, packed.x);
   if (!in_floats.cycles || method != SolverMethod::multigrid) return a->residual(b, x, team);
@@ -395,7 +395,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
                                SolveReport& report) {
   const double size = norm(b, team), left = left_of(b, x, way);
   report.residual = size == 0 ? left : left / size;
-  if (direct && direct->is_dense()) {  // least squares: all that is left is out of reach
+  if (direct && direct->is_dense()) {  // least squares: the whole residual is outside of the range
     report.is_least_squares = true;
     report.incompatible = report.residual;
     report.residual = size == 0 || left <= 1e-6 * size ? 0 : out_of_reach(b, x) / (largest_row * size);
@@ -408,7 +408,7 @@ void LinearSolver::Impl::judge(std::span<const double> b, std::span<const double
   report.is_singular = !report.converged && left > 1e-6 * size && out_of_reach(b, x) <= 1e-8 * largest_row * left;
 }
 
-/// Fourier series that have been right once are right: there only numbers that are none are looked for.
+/// Once Fourier series have given a small residual they are trusted: later solves only check for finite values.
 SolveReport LinearSolver::Impl::solve_by_known_waves(std::span<const double> b, std::span<double> x) {
   fourier ? fourier->divide(b, x) : lines->divide(b, x);
   SolveReport report{.method = method,
@@ -457,11 +457,11 @@ SolveReport LinearSolver::solve(std::span<const double> b, std::span<double> x, 
   if (own.lines) own.lines->divide(own.right, x);
   if (own.direct) own.direct->solve(own.direct->is_dense() ? b : std::span<const double>(own.right), x);
   if (own.has_steps()) way = own.iterate(right, x);
-  if (!own.fourier) own.null_space().remove(x, own.team);  // whose waves have none of it
+  if (!own.fourier) own.null_space().remove(x, own.team);  // Fourier solutions have no null-space part
   report.iterations = way.iterations;
   report.unaided = way.unaided;
   own.judge(right, x, way, report);
-  report.is_indefinite = way.is_indefinite && !report.converged;  // of what rounding has left there is no sign
+  report.is_indefinite = way.is_indefinite && !report.converged;  // the sign in rounding is meaningless
   return report;
 }
 bool LinearSolver::renew(std::shared_ptr<const GridOperator> grid_operator) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a LinearSolver has, of all methods.
+// Implementation of LinearSolver, for all methods.
 #pragma once
 
 #include <Eigen/IterativeLinearSolvers>
@@ -21,8 +21,8 @@
 
 namespace dpde {
 
-/// Parts of a grid that are cut off from one another, as obstacles make them: those whose constant the equation leaves
-/// open.
+/// Isolated parts of a grid, as between obstacles: those on which the equation determines the solution only up to a
+/// constant.
 struct Rooms {
   std::size_t count = 0, covered = 0, cells = 0;
 
@@ -35,7 +35,8 @@ struct Rooms {
 struct LinearSolver::Impl {
   Impl(std::shared_ptr<const GridOperator> given, SolveOptions wanted, const Team& of)
       : options(std::move(wanted)), team(of), a(std::move(given)), largest_row(a->largest_row()) {
-    if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // part of it
+    if (options.method == SolverMethod::automatic)
+      options.preconditioning = Preconditioning::automatic;  // automatic includes it
     const auto size = static_cast<std::size_t>(a->size());
     choose();
     if (has_own_right()) right.assign(size, 0.0);
@@ -72,15 +73,16 @@ struct LinearSolver::Impl {
   IterationReport iterate_packed(std::span<const double> b, std::span<double> x);
   void judge(std::span<const double> b, std::span<const double> x, const IterationReport& way, SolveReport& report);
   double left_of(std::span<const double> b, std::span<const double> x, const IterationReport& way);
-  /// What rounding makes of A*x, over |x|: steps come near in f64 whatever the fields are in, as their matrix is one of
-  /// f64. In f32 it would be 5 times a right side of lap(x) - 1e-3*x on 48^2 cells, and no step be made at all.
+  /// Rounding of A*x relative to |x|. Iterations reach f64 accuracy even for fields in f32, since their matrix is in
+  /// f64. With f32 rounding it would be 5 times a right side of lap(x) - 1e-3*x on 48^2 cells, and no iteration would
+  /// be made.
   double rounding_of_x() const { return 8 * (has_steps() ? 0x1p-52 : options.rounding) * largest_row; }
   MultigridOptions cycles(bool are_symmetric) const {
     return {options.rounding, are_symmetric, a->is_known_symmetric(), options.smoother, team};
   }
   bool has_steps() const { return iterations || gmres || is_packed || in_floats.cycles; }
   bool has_own_right() const { return !has_steps() || !null_space().is_empty(); }
-  /// Entries of scenes in f32 are no more exact than floats.
+  /// Entries of scenes in f32 are no more accurate than floats.
   bool takes_floats() const { return options.rounding > 0x1p-30 && !in_floats.are_too_few; }
   bool try_floats(SolverMethod wanted);
   bool become_doubles();
@@ -90,10 +92,10 @@ struct LinearSolver::Impl {
   SolveOptions options;
   Team team;
   std::shared_ptr<const GridOperator> a;
-  std::vector<double> diagonal;  // where it is divided by
+  std::vector<double> diagonal;  // if the preconditioner divides by it
   FirstGuess first_guess;
   double largest_row;        // norm
-  std::string no_multigrid;  // why
+  std::string no_multigrid;  // the reason
   SolverMethod method = SolverMethod::direct;
   std::string reason;
   Rooms rooms;
@@ -101,18 +103,18 @@ struct LinearSolver::Impl {
   std::optional<TridiagonalSolver> tridiagonal;
   std::optional<FourierSolver> fourier;
   std::optional<LineSystems> lines;
-  std::optional<double> fourier_residual;  // of the first solve by either that came near enough
+  std::optional<double> fourier_residual;  // of the first accurate solve by either
   std::optional<Multigrid> multigrid;
   struct {
     std::optional<FloatCycles> cycles;  // in place of it
-    bool are_too_few = false;           // doubles go on
+    bool are_too_few = false;           // continue with doubles
   } in_floats;
   Eigen::IncompleteLUT<double> incomplete;
   std::optional<Iterations> iterations;
   std::optional<Gmres> gmres;
-  const VectorFunction* search = nullptr;  // of the solve at hand: what a network makes of a residual
-  std::vector<double> right;               // without what A does not reach; empty: as it is given
-  bool is_packed = false;                  // multigrid, or conjugate gradients with it, in its order of cells
+  const VectorFunction* search = nullptr;  // of the current solve: the preconditioning network
+  std::vector<double> right;               // without the part outside of the range; empty: b itself
+  bool is_packed = false;                  // multigrid, or conjugate gradients with it, in multigrid's cell order
   struct {
     Numbers right, x;
   } packed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step does whose coefficients are others than before: a solver of the same method in the same memory.
+// Renews a solver for changed coefficients: the same method in the same memory.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,7 +9,7 @@
 namespace dpde {
 namespace {
 
-/// Whether away from walls entries are the same along some axis, without which there are no Fourier series of any kind.
+/// Whether entries away from walls are constant along some axis, a requirement of Fourier series of any kind.
 bool has_even_axis(const StencilMatrix& matrix) {
   std::array<std::int64_t, 3> reach{};
   for (const std::array<int, 3>& offset : matrix.offsets) {
@@ -41,7 +41,7 @@ bool has_even_axis(const StencilMatrix& matrix) {
 
 }  // namespace
 
-/// Throws nothing: who makes a new one finds out what is wrong.
+/// Throws nothing: making a new solver finds the reason.
 bool LinearSolver::Impl::renew(std::shared_ptr<const GridOperator> given) {
   a = std::move(given);
   const auto size = static_cast<std::size_t>(a->size());
@@ -56,7 +56,7 @@ bool LinearSolver::Impl::renew(std::shared_ptr<const GridOperator> given) {
   return true;
 }
 
-/// As choose() would have it.
+/// Must agree with choose().
 bool LinearSolver::Impl::renew_method() {
   const bool is_automatic = options.method == SolverMethod::automatic;
   const bool is_lopsided = null_space().is_lopsided();
@@ -65,7 +65,7 @@ bool LinearSolver::Impl::renew_method() {
     if (tridiagonal) return tridiagonal->set(matrix, null_space());
     if (is_automatic && (a->size() == a->cells()[0] || has_even_axis(matrix))) return false;
     if (direct) return direct->renew(matrix, null_space());
-    // Where it is symmetric choose() takes cg.
+    // For symmetric operators choose() takes cg.
     const bool is_for_unsymmetric = method == SolverMethod::bicgstab || method == SolverMethod::gmres;
     if (is_automatic && is_for_unsymmetric && a->is_symmetric(options.rounding)) return false;
     if (multigrid) return multigrid->renew(matrix, null_space(), a->is_known_symmetric());

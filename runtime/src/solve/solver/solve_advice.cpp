@@ -13,19 +13,19 @@
 namespace dpde {
 namespace {
 
-constexpr double too_many = 20;  // iterations over those that were made
+constexpr double too_many = 20;  // times the iterations that were made
 
 bool solves(const std::shared_ptr<const GridOperator>& a, const SolveOptions& options, std::span<const double> right) {
   std::vector<double> x(right.size(), 0.0);
   try {
     const SolveReport report = LinearSolver(a, options).solve(right, x);
     return report.converged && !report.is_indefinite && !report.is_singular;
-  } catch (const Error&) {  // it does not fit the operator
+  } catch (const Error&) {  // the method does not suit the operator
     return false;
   }
 }
 
-/// How many iterations are enough at the rate of those that were made; 0: nobody knows.
+/// Number of iterations needed at the observed convergence rate; 0: unknown.
 double enough_iterations(const SolveReport& failed) {
   if (failed.iterations == 0 || !(failed.residual < 1) || !(failed.bound > 0)) return 0;
   return std::ceil(failed.iterations * std::log(failed.bound) / std::log(failed.residual));
@@ -53,7 +53,7 @@ std::string one_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
-/// Another preconditioner first; what solves without one else.
+/// First suggests another preconditioner, else a method that works without one.
 static std::string advice_without_network(const std::shared_ptr<const GridOperator>& a, SolveOptions options,
                                           std::span<const double> right, const SolveReport& failed) {
   const std::string network = std::exchange(options.network, {});

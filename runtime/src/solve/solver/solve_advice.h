@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to write where a solve has found nothing. Methods are advised only where they solve the system at hand: they are
-// tried.
+// Advice for a solve without a solution. Methods are suggested only if they solve the present system: they are tried.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +11,9 @@
 
 namespace dpde {
 
-constexpr std::int64_t most_cells_tried = 100'000;  // on more, trying methods takes long
+constexpr std::int64_t most_cells_tried = 100'000;  // on more cells trying methods takes long
 
-/// `failed`: what the method of `options` has met. "" on more cells than methods are tried on.
+/// `failed`: the report of the method of `options`. "" on more cells than that.
 std::string advice_on(const std::shared_ptr<const GridOperator>& a, const SolveOptions& options,
                       std::span<const double> right, const SolveReport& failed);
 

@@ -13,7 +13,7 @@
 namespace dpde {
 namespace {
 
-/// f(element of a field, place among the values) of the first cell of each row.
+/// Calls f(element of a field, index among the values) for the first cell of each row.
 template <class F>
 void for_each_row(const dpde_layout& layout, std::int64_t first, std::size_t count, const F& f) {
   std::int64_t row = first / layout.cells[0];
@@ -21,7 +21,7 @@ void for_each_row(const dpde_layout& layout, std::int64_t first, std::size_t cou
     f(row % layout.cells[1] * layout.stride[1] + row / layout.cells[1] * layout.stride[2], at);
 }
 
-/// f(number of the share, first cell, cells) of whole rows.
+/// Calls f(index of the share, first cell, cells); shares are whole rows.
 template <class F>
 void for_each_share(const dpde_layout& layout, const Team& team, const F& f) {
   const std::int64_t n = layout.cells[0], rows = layout.cells[1] * layout.cells[2],
@@ -127,8 +127,8 @@ void write_cells(const dpde_layout& layout, void* base, std::span<const double> 
 
 namespace {
 
-/// The rounds of xxHash64 (Y. Collet, XXH64) on lines of bytes: each word is mixed into one of four sums, so that none
-/// waits for the one before. Lines of any length; the same bytes in other lines are another hash.
+/// The rounds of xxHash64 (Y. Collet, XXH64) on lines of bytes: each word is mixed into one of four independent sums.
+/// Lines may have any length; the hash depends on the division into lines.
 class Hash {
  public:
   void add(const char* bytes, std::size_t count) {
@@ -168,7 +168,7 @@ class Hash {
   std::array<std::uint64_t, 4> sums_{first + second, second, 0, 0 - first};
 };
 
-/// Of whole rows from the cell `first` on.
+/// Hash of whole rows from cell `first` on.
 std::uint64_t hash_of_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::size_t count) {
   Hash hash;
   const std::int64_t bytes = bytes_of_real(layout);

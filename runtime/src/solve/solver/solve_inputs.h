@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What solves of a program have in common: values of fields in rows one behind the other, and whether the operator has
-// changed.
+// Common parts of a program's solves: values of fields as contiguous rows, and detection of changed operators.
 #pragma once
 
 #include <array>
@@ -14,40 +13,40 @@
 
 namespace dpde {
 
-/// The layout with one cell along axes that it has not.
+/// The layout with one cell along missing axes.
 dpde_layout with_three_axes(dpde_layout layout);
 std::size_t cells_of(const dpde_layout& layout);
-/// Of its numbers, relative.
+/// Relative rounding of its numbers.
 double rounding_of(const dpde_layout& layout);
 
-/// Periodic where a fill of the operator says so: that of an unknown, or any other.
+/// An axis is periodic if a fill in the operator says so, of an unknown or of any other field.
 std::array<bool, 3> periodic_axes(const dpde_solve& solve, const dpde_layout& layout);
 
-/// Whole rows of the interior, x fastest, from the cell `first` on. `base` points at the cell (0,0,0).
+/// Copies whole rows of the interior, x fastest, from cell `first` on. `base` points at cell (0,0,0).
 template <class Value>
 void read_rows(const dpde_layout& layout, const void* base, std::int64_t first, std::span<Value> values);
 template <class Value>
 void write_rows(const dpde_layout& layout, void* base, std::int64_t first, std::span<const Value> values);
-/// The interior, x fastest, by a team where it is large. `base` points at the cell (0,0,0).
+/// Copies the interior, x fastest, in parallel if it is large. `base` points at cell (0,0,0).
 void read_cells(const dpde_layout& layout, const void* base, std::span<double> values, const Team& team = 1);
 void write_cells(const dpde_layout& layout, void* base, std::span<const double> values, const Team& team = 1);
 
 std::int64_t bytes_of_real(const dpde_layout& layout);
-/// The interior as it is, rows one behind the other.
+/// Copies the interior in the layout's type, as contiguous rows.
 void copy_to_rows(const dpde_layout& layout, const void* base, char* rows, const Team& team = 1);
 void copy_from_rows(const dpde_layout& layout, const char* rows, void* base, const Team& team = 1);
 
-/// Of the bytes of the interior, and of `before`.
+/// Hash of the bytes of the interior, chained to `before`.
 std::uint64_t hash_of(const dpde_layout& layout, const void* base, const Team& team = 1, std::uint64_t before = 0);
 
-/// Coefficients and parameters that an operator was seen with. Of fields a hash of 64 bits is kept, not a copy: that of
-/// other values is the same with a probability of 2^-64.
+/// Coefficients and parameters of the last operator. Of fields a 64-bit hash is stored, not a copy: different values
+/// have the same hash with a probability of 2^-64.
 class SolveInputs {
  public:
   SolveInputs() = default;
   SolveInputs(const dpde_solve& solve, const dpde_layout& layout);
 
-  /// Whether they are others than before; keeps what is new.
+  /// Whether they have changed; stores the new ones.
   bool have_changed(void* const* fields, const double* params, const Team& team = 1);
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arrays of FieldSolve, OperatorProbe, LinearSolver and what it is made of, in the order in which they come and go.
+// Lists the arrays of FieldSolve, OperatorProbe, LinearSolver and its parts, in the order of their allocation and
+// release.
 #include "dpde/runtime/solve_memory.h"
 
 #include <algorithm>
@@ -34,14 +35,14 @@ class SolveArrays {
     note(shape_.is_constant ? 0 : 2);
     keep(0.5);  // cells of the null space
     solver();
-    keep(1);                   // its right side
-    keep(2 + shape_.guesses);  // those of the solve, and the solution
+    keep(1);                   // right side of the solver
+    keep(2 + shape_.guesses);  // vectors of the solve: right side, solution and guesses
     if (shape_.changes) keep(renewal());
     return {bytes_of_number * cells_ * kept_, bytes_of_number * cells_ * peak_};
   }
 
  private:
-  /// Doubles a cell, as all are here.
+  /// In doubles a cell, as everywhere here.
   void keep(double doubles) {
     kept_ += doubles;
     note(0);
@@ -71,7 +72,7 @@ class SolveArrays {
     }
   }
 
-  /// GridWaves, and the factors of waves: of two that are conjugate one.
+  /// GridWaves, and the factors of modes; complex conjugate modes share one.
   void waves() {
     const bool has_rings = shape_.periodic[0] || shape_.periodic[1] || shape_.periodic[2];
     const auto first = static_cast<double>(shape_.cells[0]);
@@ -80,18 +81,18 @@ class SolveArrays {
     const double all = gap + (become_complex ? 2 * gap : 0) + (has_rings ? 0.5 : 1) * gap;
     keep(all);
     if (!shape_.has_floats) return;
-    note(4);  // what they are tried with
+    note(4);  // arrays for the accuracy test
     keep(all / 2);
   }
 
-  /// A vector in half rows, with the rooms between them (solve/half_rows.h), of a grid of cycles; `line`: numbers in a
-  /// line of the cache.
+  /// A vector in half rows, with the extra spaces between them (solve/half_rows.h), on a level's grid; `line`: numbers
+  /// in a cache line.
   double packed(const std::array<std::int64_t, 3>& cells, std::int64_t line = numbers_of_line<double>) const {
     const HalfRows row(cells[0], shape_.periodic[0], line);
     return static_cast<double>(row.stride() * cells[1] * cells[2]) / cells_;
   }
 
-  /// Multigrid: MultigridLevel of a fine and a coarse grid, then CycleLevel of all.
+  /// Multigrid: MultigridLevel of a fine and a coarse grid, then CycleLevel of all levels.
   void cycles(bool are_there, bool are_floats, double vectors = 2) {
     if (!are_there) return;
     const std::int64_t line = are_floats ? numbers_of_line<float> : numbers_of_line<double>;
@@ -108,7 +109,7 @@ class SolveArrays {
     keep(part * vectors * fine);  // packed right sides and solutions, or those of cg
   }
 
-  /// NullSpaceMemory, and MultigridLevel of a fine and a coarse grid, which stay from the second operator on.
+  /// NullSpaceMemory, and MultigridLevel of a fine and a coarse grid, which are kept from the second operator on.
   double renewal() const {
     const bool has_levels = has_neighbours_ && method() != DPDE_SOLVE_DIRECT && method() != DPDE_SOLVE_TRIDIAGONAL;
     const double level = 6, of_null_space = 1.25;
@@ -117,11 +118,11 @@ class SolveArrays {
 
   void preconditioner(bool by_floats) {
     if (has_neighbours_) return cycles(true, by_floats);
-    note(2 * entries_ * (entry_of_factor + bytes_of_number) / bytes_of_number);  // in rows, and in columns
+    note(2 * entries_ * (entry_of_factor + bytes_of_number) / bytes_of_number);  // by rows, and by columns
     keep(2 * entries_ * entry_of_factor / bytes_of_number);
   }
 
-  /// Of a plane about 31/4*n*log2(n) entries (George, SIAM J. Numer. Anal. 10, 1973, 345).
+  /// In 2-D about 31/4*n*log2(n) entries (George, SIAM J. Numer. Anal. 10, 1973, 345).
   void factors() {
     const double of_plane = 7.75 * std::log2(std::max(cells_, 2.0));
     const double entries = axes_ < 2 ? 2 * entries_ : of_plane;
@@ -133,13 +134,13 @@ class SolveArrays {
   const SolveShape& shape_;
   double cells_ = 1, entries_ = 1;
   int axes_ = 0;
-  bool has_neighbours_ = true;  // and nothing else
+  bool has_neighbours_ = true;  // and no other entries
   double kept_ = 0, peak_ = 0;
 };
 
 }  // namespace
 
-/// Whether the program makes a coefficient, or steps make another one of it.
+/// Whether the program computes a coefficient, or steps change one.
 bool has_changing_coefficients(const dpde_solve& solve, const dpde_program& program) {
   const std::span coefficients(solve.coefficients, static_cast<std::size_t>(solve.coefficient_count));
   const std::span swaps(program.swaps, static_cast<std::size_t>(program.swap_count));

@@ -20,7 +20,7 @@ std::shared_ptr<LinearSolver> SolverStore::solver_of(std::shared_ptr<const GridO
     return solver;
   }
   if (spare == nullptr || !spare->renew(grid_operator)) {
-    spare.reset();  // whose memory the new one takes
+    spare.reset();  // frees its memory for the new one
     spare = std::make_shared<LinearSolver>(std::move(grid_operator), options, team);
   }
   kept_.push_back({options, spare});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers of programs that run one after the other, and what the solves of one program have met. Solves with the same
-// matrix, as those of the stages of a time scheme and of their adjoints, share one solver.
+// Solvers shared by programs that run one after the other, and the statistics of one program's solves. Solves with the
+// same matrix, as in the stages of a time scheme and their adjoints, share one solver.
 #pragma once
 
 #include <array>
@@ -17,25 +17,25 @@
 
 namespace dpde {
 
-/// What a solve works on, and nothing that it remembers: all solves of a store have the same.
+/// Work vectors of a solve, without state between solves: all solves of a store share them.
 struct SolveVectors {
   std::vector<double> right, solution, guesses;
 };
 
 class SolverStore {
  public:
-  /// At least so many guesses, one behind the other.
+  /// Space for at least `guesses` guesses, one after the other.
   std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses);
-  /// It stays as long as somebody holds it. Operators are compared with those that solvers hold. `spare`: one of
-  /// take_spare(), or null.
+  /// A solver for the operator, which is compared with those of existing solvers; it lives as long as it is referenced.
+  /// `spare`: from take_spare(), or null.
   /// \throws dpde::Error as LinearSolver does.
   std::shared_ptr<LinearSolver> solver_of(std::shared_ptr<const GridOperator> grid_operator,
                                           const SolveOptions& options, const Team& team,
                                           std::shared_ptr<LinearSolver> spare = nullptr);
-  /// Keeps a solver of these options that nobody else holds, and that was made by solver_of(), until another takes its
+  /// Stores a solver of these options, made by solver_of() and without other references, until another one reuses its
   /// memory.
   void give_spare(std::shared_ptr<LinearSolver> solver, const SolveOptions& options);
-  /// With these options and so many cells, or null.
+  /// A stored solver with these options and so many cells, or null.
   std::shared_ptr<LinearSolver> take_spare(const SolveOptions& options, const std::array<std::int64_t, 3>& cells);
 
  private:
@@ -53,10 +53,10 @@ class SolverStore {
   std::vector<std::shared_ptr<SolveVectors>> vectors_;  // of grids of different sizes
 };
 
-/// Of one program.
+/// For one program.
 class SolverShelf {
  public:
-  /// `team`: of the program, which solves share their work among.
+  /// `team`: that of the program, used by its solves.
   explicit SolverShelf(const Team& team = 1, std::shared_ptr<SolverStore> store = std::make_shared<SolverStore>())
       : team_(team), store_(std::move(store)) {}
 
@@ -75,7 +75,7 @@ class SolverShelf {
   std::shared_ptr<SolveVectors> vectors(std::size_t cells, std::size_t guesses) {
     return store_->vectors(cells, guesses);
   }
-  /// Of a solve of the program: it stays where it is.
+  /// The note of a solve of the program; its address stays valid.
   SolveNote& add_note(std::string unknown) { return notes_.emplace_back(SolveNote{std::move(unknown)}); }
   std::deque<SolveNote>& notes() { return notes_; }
 
