@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde_c.h as a module of Python, dpde._core: handles become objects, errors exceptions, arrays are whatever has the
-// buffer protocol. All that a person sees is Python, in dpde/.
+// dpde_c.h as a Python module, dpde._core: handles become objects, errors exceptions, arrays any object with the buffer
+// protocol. The public interface is the Python code in dpde/.
 //
-//  - Long calls leave Python's lock; a second thread that asks for the same simulation meanwhile is refused.
-//  - Between steps they look for signals, so that Ctrl-C ends them.
+// - Long calls release Python's lock; a second thread that uses the same simulation meanwhile is refused.
+// - Between steps they check for signals, so that Ctrl-C ends them.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -32,7 +32,7 @@ struct FreeSim {
   void operator()(dpde_sim* sim) const { dpde_sim_free(sim); }
 };
 
-/// Raises what dpde/errors.py makes of it.
+/// Raises the exception made by dpde/errors.py.
 [[noreturn]] void raise(dpde_error* error) {
   const std::unique_ptr<dpde_error, void (*)(dpde_error*)> kept(error, dpde_error_free);
   const py::object made =
@@ -42,7 +42,7 @@ struct FreeSim {
   throw py::error_already_set();
 }
 
-/// The memory of an array of doubles that lie one after the other.
+/// The memory of a contiguous array of doubles.
 class Doubles {
  public:
   Doubles(py::handle array, bool writable) {
@@ -242,12 +242,12 @@ class Sim {
     const auto call = [&](dpde_error** error) {
       return dpde_sim_optimise(sim_.get(), iterations, report_update, this, &done, error);
     };
-    slow(call, {py::none(), progress, usual_interval});  // its gradients are watched for signals
+    slow(call, {py::none(), progress, usual_interval});  // so that its gradients check for signals
     return py::make_tuple(done.loss, done.iterations, done.evaluations, done.hessian_products, done.reason);
   }
 
  private:
-  /// One call at a time: another thread that comes meanwhile, or progress that calls back, is refused.
+  /// One call at a time: another thread, or a progress function that calls back, is refused.
   class Turn {
    public:
     explicit Turn(std::atomic_flag& taken) : taken_(taken) {
@@ -269,13 +269,13 @@ class Sim {
     if (call(&error) != DPDE_OK) raise(error);
   }
 
-  /// Who is told: of so many steps, of updates.
+  /// The callbacks: for steps and for updates.
   struct Told {
     py::object progress = py::none(), updates = py::none();
     int every = usual_interval;
   };
 
-  /// Steps between looks for signals: of those that are told none is left out.
+  /// Steps between checks for signals; divides the interval of progress, so that no report is left out.
   static int interval_of(int every) {
     int interval = std::min(every, usual_interval);
     while (every % interval != 0) --interval;
@@ -315,8 +315,8 @@ class Sim {
     Sim& self = *static_cast<Sim*>(user);
     return self.tell(&self.updates_, *now);
   }
-  /// What progress raises, a signal too, is kept until the call has ended. Before the lock is there no object of Python
-  /// is touched, None neither.
+  /// An exception of progress, or a signal, is stored until the call has ended. Without the lock no Python object is
+  /// touched, not even None.
   std::int32_t tell(const py::object* progress, const dpde_report& now) {
     const py::gil_scoped_acquire locked;
     try {
@@ -334,7 +334,7 @@ class Sim {
   std::atomic_flag busy_;
   static constexpr int usual_interval = 256;  // steps
   py::object progress_ = py::none(),
-             updates_ = py::none();  // of what runs now: of its steps, of an optimiser's updates
+             updates_ = py::none();  // of the running call: for its steps, for an optimiser's updates
   std::exception_ptr thrown_;
   int watched_ = 0;  // steps between calls of report()
   int looks_a_call_ = 1;
