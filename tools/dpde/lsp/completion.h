@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be written at a place of a text.
+// Completion proposals at a position of a text.
 #pragma once
 
 #include "lsp/document.h"

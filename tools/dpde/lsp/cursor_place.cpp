@@ -14,7 +14,7 @@ using ast::TokenKind;
 
 namespace {
 
-/// Goes through the tokens as a parser does, but believes everything.
+/// Follows the tokens like a parser, but accepts everything.
 class Scanner {
  public:
   explicit Scanner(CursorPlace& place) : place_(place), declarations_(ast::words_of_declarations()) {}
@@ -63,7 +63,7 @@ class Scanner {
     place_.before.push_back(token);
   }
 
-  /// As it is in front of the next token.
+  /// The context before the next token.
   CursorPlace::Where where() const {
     if (!place_.blocks.empty()) return CursorPlace::Where::line;
     return place_.before.empty() ? CursorPlace::Where::top : CursorPlace::Where::head;
@@ -114,7 +114,7 @@ CursorPlace cursor_place(const SourceFile& source, int offset) {
   Scanner scanner(place);
   for (std::size_t i = 0; i < stream.tokens.size(); ++i) {
     const Token& token = stream.tokens[i];
-    const bool is_open = is_word(token) || token.kind == TokenKind::number;  // more of it may follow
+    const bool is_open = is_word(token) || token.kind == TokenKind::number;  // the word may continue
     const bool is_text = token.kind == TokenKind::text || token.kind == TokenKind::invalid;
     if (is_text && token.range.begin < offset && offset < token.range.end) {
       place.where = CursorPlace::Where::outside;

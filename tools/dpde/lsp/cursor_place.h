@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in a text a person is writing, told by its words alone, so that a half-written line, or a block that is not
-// closed yet, says as much as a whole one.
+// The context of the cursor, found only from the words of the text, so that it works for a half-written line and for a
+// block that is not closed yet.
 #pragma once
 
 #include <string>
@@ -15,11 +15,11 @@ struct CursorPlace {
   enum class Where { top, head, line, outside };  // outside: in a comment or a text
 
   Where where = Where::top;
-  std::vector<std::string> blocks;  // the first words of those around it, the outermost one first: model, repeat
-  std::vector<std::string> head;    // the names in the first line of the outermost one
-  std::vector<ast::Token> before;   // of the line, or a block's first one, in front of what is being written
+  std::vector<std::string> blocks;  // first words of the enclosing blocks, outermost first: model, repeat
+  std::vector<std::string> head;    // the names in the first line of the outermost block
+  std::vector<ast::Token> before;   // tokens of the line (or of a block's first line) before the one being written
 
-  /// Whether a line begins here.
+  /// Whether the cursor is at the first word of a line.
   bool begins_line() const { return before.empty(); }
   /// The first word of the line.
   std::string_view word() const { return before.empty() ? std::string_view() : before.front().spelling; }
@@ -30,8 +30,8 @@ struct CursorPlace {
 /// Tokens point into `source`.
 CursorPlace cursor_place(const SourceFile& source, int offset);
 
-/// The name at the place or just before it, without what stands behind its dots; its kind is not identifier where there
-/// is none.
+/// The name at the position or just before it, without the part after its dots; its kind is not identifier if there is
+/// none.
 ast::Token word_at(const SourceFile& source, int offset);
 
 }  // namespace dpde::lsp

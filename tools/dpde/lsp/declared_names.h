@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names that a file declares, and which of them are known where.
+// The names that a file declares, and where each is visible.
 #pragma once
 
 #include <set>
@@ -12,21 +12,21 @@
 namespace dpde::lsp {
 
 struct DeclaredName {
-  std::string name;   // of an array without its indices
+  std::string name;   // without the indices of an array
   std::string word;   // field, param, scene, ...
   SourceRange range;  // of the name
-  SourceRange line;   // of what declares it; of a block its first line
-  int block = -1;     // the declaration of the file that it stands in; -1: it is that of a block itself
+  SourceRange line;   // its declaration; for a block the first line
+  int block = -1;     // index of the enclosing block's declaration; -1: the name is that of a block
   bool is_array = false;
 };
 
 std::vector<DeclaredName> declared_names(const SourceFile& source, const ast::File& file);
 
-/// The blocks that a block with these names in its first line knows: those of the names, of a task its scene, of a
-/// scene its models.
+/// The blocks visible to a block with these names in its first line: the blocks of the names, for a task its scene, for
+/// a scene its models.
 std::set<int> blocks_known_to(const ast::File& file, const std::vector<std::string>& names_in_head);
 
-/// What a block is called.
+/// The name of a block.
 const ast::Identifier* name_of(const ast::Declaration& declaration);
 
 /// The first word of a block.

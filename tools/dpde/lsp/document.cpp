@@ -44,7 +44,7 @@ std::vector<const DeclaredName*> Document::names_at(int offset) const {
   return result;
 }
 
-/// Of several of the name the one of the place itself, then of the block that it stands in, then of those it knows.
+/// Of several declarations with the name: that at the cursor itself, then one in its block, then visible ones.
 const DeclaredName* Document::find(int offset) const {
   const ast::Token word = word_at(source_, offset);
   if (word.kind != ast::TokenKind::identifier) return nullptr;
@@ -56,7 +56,7 @@ const DeclaredName* Document::find(int offset) const {
     const SourceRange block =
         name->block < 0 ? SourceRange{} : file_.declarations[static_cast<std::size_t>(name->block)].range;
     const bool is_own = name->block >= 0 && block.begin <= offset && offset <= block.end;
-    const bool is_axis = name->word == "axis";  // what a model means by x lies in no scene
+    const bool is_axis = name->word == "axis";  // a scene's x never refers to an axis in a model
     const int rank = is_here ? 4 : is_own ? 3 : name->block >= 0 && !is_axis ? 2 : 1;
     if (rank <= best_rank) continue;
     best = name;
@@ -65,7 +65,7 @@ const DeclaredName* Document::find(int offset) const {
   return best;
 }
 
-/// What is wrong in a file that this one imports is told where it does so.
+/// A mistake in an imported file is shown at the import.
 SourceRange Document::own_range(SourceRange range) const {
   if (!range.is_known()) return {0, 0};
   if (!known_.source.is_imported(range.begin)) return range;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An open text, with what is known of it now and what was known when it last made sense.
+// An open text, with the results of its last analysis and of the last one without errors.
 #pragma once
 
 #include <functional>
@@ -21,32 +21,32 @@ class Document {
  public:
   Document(std::string uri, bool in_bytes) : uri_(std::move(uri)), in_bytes_(in_bytes) {}
 
-  /// A new text, of which only the tree is known until understand().
+  /// Sets a new text, of which only the syntax tree is known until understand().
   void set_text(std::string text);
-  /// False when it was interrupted, and nothing has changed.
+  /// Returns false and changes nothing if it was interrupted.
   bool understand(Depth depth, const std::function<bool()>& is_interrupted = {});
-  /// Whether nothing more is to be found at that depth.
+  /// Whether the analysis to that depth is complete.
   bool is_understood(Depth depth) const;
 
   const std::string& uri() const { return uri_; }
   const std::string& text() const { return text_; }
-  /// The text alone.
+  /// The text without imports.
   const SourceFile& source() const { return source_; }
   TextPlaces places() const { return TextPlaces(text_, in_bytes_); }
 
-  /// As of the last understand(), with imports.
+  /// Results of the last understand(), with imports.
   const Understood& known() const { return known_; }
-  /// Of the present text and of what it imported when it was last understood.
+  /// For the present text, with the imports of the last analysis.
   const ast::File& file() const { return file_; }
   const std::vector<DeclaredName>& names() const { return names_; }
-  /// With imports; what names() point into.
+  /// With imports; names() refers to it.
   const SourceFile& whole() const { return whole_; }
-  /// Scenes and tasks by name, of the last text in which they made sense.
+  /// Scenes and tasks by name, from the last text in which they were valid.
   const std::map<std::string, model::Problem>& problems() const { return problems_; }
 
-  /// The declaration that a name at `offset` means, or nullptr.
+  /// The declaration of the name at `offset`, or nullptr.
   const DeclaredName* find(int offset) const;
-  /// Those that may stand at `offset`, of blocks too.
+  /// The names allowed at `offset`, those of blocks included.
   std::vector<const DeclaredName*> names_at(int offset) const;
 
   Json diagnostics() const;
@@ -57,7 +57,7 @@ class Document {
 
   std::string uri_, text_;
   bool in_bytes_;
-  std::optional<Depth> depth_;  // to which known_ goes
+  std::optional<Depth> depth_;  // depth of known_
   SourceFile source_{"", ""}, whole_{"", ""};
   ast::File file_;
   std::vector<DeclaredName> names_;

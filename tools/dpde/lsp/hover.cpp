@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t most_scenes = 3;
 
-/// A row of a scheme as a person would write it.
+/// A row of a scheme as it is written in a source.
 std::string row_of(const model::Scheme& scheme, std::string_view key) {
   const int order = key == "lap" ? scheme.laplacian_order : scheme.derivative_order;
   if (key == "advect") {
@@ -40,13 +40,13 @@ std::string place_of(const model::Problem& problem, const model::Placement& plac
   return (is_at_centres ? "at " : "on ") + model::describe(placement, static_cast<int>(problem.axes.size()));
 }
 
-/// Itself, a component, or the first element of an array.
+/// Whether `full` is the name, one of its components, or the first element of an array.
 bool is_called(const std::string& full, const DeclaredName& name) {
   return full == name.name || full.starts_with(name.name + ".") ||
          (name.is_array && full.starts_with(name.name + "_1"));
 }
 
-/// Of itself, or of the first component or element.
+/// The unit of the name, or of its first component or element.
 std::string unit_of(const model::Problem& problem, const DeclaredName& name) {
   for (const auto& [full, unit] : problem.units) {
     if (is_called(full, name)) return unit;
@@ -54,7 +54,7 @@ std::string unit_of(const model::Problem& problem, const DeclaredName& name) {
   return "";
 }
 
-/// What the name is in the scene, but for its unit; "" where it has nothing to do with it.
+/// Description of the name in the scene, without its unit; "" if the scene does not use it.
 std::string fact(const model::Problem& problem, const DeclaredName& name, const OrderText& order) {
   for (const model::State& state : problem.states) {
     if (!state.history_of.empty() || !is_called(state.name, name)) continue;
@@ -75,7 +75,7 @@ std::string facts_of_block(const model::Problem& problem, const OrderText& order
   return fmt::format("{}, {} steps of {:.6g}; {}", cells_of(problem), problem.steps, problem.step, order(problem));
 }
 
-/// By scenes and tasks, of those that know the block in which the name is declared.
+/// Descriptions in the scenes and tasks that use the block of the declaration.
 std::string facts_of(const Document& document, const DeclaredName& name, const OrderText& order) {
   std::string text;
   std::size_t told = 0;
@@ -111,7 +111,7 @@ std::string told(const Document& document, const DeclaredName& name, const Order
 
 std::string told(const WordText& text) { return fmt::format("```dpde\n{}\n```\n{}", text.usage, text.text); }
 
-/// Of a word of the language, as it is used at the place.
+/// Description of a word of the language in its context.
 std::string told_of_word(const Document& document, const ast::Token& word, const CursorPlace& place) {
   const std::string_view block = place.blocks.empty() ? std::string_view() : place.blocks.front();
   if (place.begins_line() && place.blocks.empty()) {

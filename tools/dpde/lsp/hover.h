@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a word of a text means.
+// The meaning of a word of a text.
 #pragma once
 
 #include "lsp/document.h"

@@ -12,7 +12,7 @@ namespace dpde::lsp {
 
 namespace {
 
-// Codes of JSON-RPC, and of the protocol.
+// Error codes of JSON-RPC and of the protocol.
 constexpr int parse_error = -32700, invalid_request = -32600, method_not_found = -32601, invalid_params = -32602,
               internal_error = -32603, not_initialized = -32002;
 
@@ -22,7 +22,7 @@ int offset_in(const Document& document, const Json& parameters) {
   return document.places().offset(parameters.at("position"));
 }
 
-/// Where it is, in whatever file.
+/// Location of a declaration, in any file.
 Json location_of(const Document& document, const DeclaredName& name) {
   const SourceFile& whole = document.whole();
   if (!whole.is_imported(name.range.begin))
@@ -41,7 +41,7 @@ void Server::handle(const std::string& message) {
   const std::optional<Json> parsed = parse_json(message);
   if (!parsed) return fail(nullptr, parse_error, "the message is no JSON");
   if (!parsed->is_object() || !parsed->contains("method") || !parsed->at("method").is_string()) {
-    if (parsed->is_object() && (parsed->contains("result") || parsed->contains("error"))) return;  // an answer
+    if (parsed->is_object() && (parsed->contains("result") || parsed->contains("error"))) return;  // a response
     return fail(nullptr, invalid_request, "the message has no method");
   }
   take(*parsed);
@@ -105,7 +105,7 @@ Json Server::answer(const std::string& method, const Json& parameters) {
   }
   if (method == "textDocument/hover") {
     Document& text = document(parameters);
-    look_at(text, Depth::model);  // it tells what the scenes are
+    look_at(text, Depth::model);  // finds the scenes
     return hover(text, offset_in(text, parameters), order_);
   }
   if (method == "textDocument/completion") {
@@ -142,7 +142,7 @@ Json Server::definition(const Json& parameters) {
   return name == nullptr ? Json() : location_of(text, *name);
 }
 
-/// Nothing where the text has mistakes.
+/// Returns null if the text has errors.
 Json Server::formatting(const Json& parameters) {
   const Document& text = document(parameters);
   DiagnosticSink sink;
@@ -154,7 +154,7 @@ Json Server::formatting(const Json& parameters) {
   return Json::array({Json{{"range", whole}, {"newText", formatted}}});
 }
 
-/// The blocks, for outlines.
+/// The blocks, as an outline.
 Json Server::symbols(const Json& parameters) {
   constexpr int module = 2;
   const Document& text = document(parameters);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The language server protocol, version 3.17, as far as it is said in initialize: whole texts in, diagnostics out;
-// hover, definition, completion, formatting, symbols.
+// The language server protocol, version 3.17, with the capabilities stated in initialize: full-text synchronisation,
+// diagnostics, hover, definition, completion, formatting, symbols.
 #pragma once
 
 #include <functional>
@@ -17,14 +17,14 @@ class Server {
   Server(Send send, OrderText order, std::string version)
       : send_(std::move(send)), order_(std::move(order)), version_(std::move(version)) {}
 
-  /// One message. Whatever it is, nothing is thrown; what is no request of the protocol is answered by an error.
+  /// Handles one message. Never throws; an invalid request is answered by an error.
   void handle(const std::string& message);
-  /// Diagnostics of the texts that have changed, when no further message waits: first what is found at once, then all.
-  /// Stops when `is_waiting` says that a message does.
+  /// Publishes diagnostics of changed texts while no message waits: first the fast ones, then all. Stops if
+  /// `is_waiting` returns true.
   void settle(const std::function<bool()>& is_waiting = {});
 
   bool has_ended() const { return has_ended_; }
-  /// 0 where shutdown came before exit.
+  /// 0 if shutdown came before exit.
   int status() const { return was_shut_down_ ? 0 : 1; }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places as the protocol has them: line and character from 0, characters in units of UTF-16 unless both sides agree on
-// bytes.
+// Positions in the protocol's form: line and character from 0; characters in UTF-16 units, or in bytes if both sides
+// agree.
 #pragma once
 
 #include <string_view>
@@ -16,9 +16,9 @@ class TextPlaces {
   TextPlaces(std::string_view text, bool in_bytes);
 
   Json position(int offset) const;
-  /// An empty range holds the character behind it, so that it can be seen.
+  /// An empty range is extended by the next character, so that it is visible.
   Json range(SourceRange range) const;
-  /// Of a place outside of the text the nearest one in it.
+  /// A position outside of the text becomes the nearest one inside.
   int offset(const Json& position) const;
 
  private:
@@ -29,7 +29,7 @@ class TextPlaces {
   std::vector<int> starts_;  // of lines
 };
 
-/// file:///home/a%20b.dpde -> /home/a b.dpde; another scheme stays as it is.
+/// file:///home/a%20b.dpde -> /home/a b.dpde; another scheme is not changed.
 std::string path_of_uri(const std::string& uri);
 std::string uri_of_path(const std::string& path);
 

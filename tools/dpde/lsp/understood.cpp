@@ -17,7 +17,7 @@ namespace dpde::lsp {
 
 namespace {
 
-/// Said of files that others import, too, and no mistake of theirs.
+/// Also reported for files that others import, where it is not a mistake.
 bool is_of_libraries(const Diagnostic& diagnostic) {
   return diagnostic.kind == find_kind("nothing-to-do") || diagnostic.kind == find_kind("no-scene");
 }
@@ -48,7 +48,7 @@ class Reader {
   }
 
  private:
-  /// What is found in several scenes is told once; what has no place stands at the name of what it is about.
+  /// Adds each message once, even if found in several scenes; one without a location is placed at the name of `about`.
   void add(const DiagnosticSink& sink, const std::string& about) {
     for (Diagnostic diagnostic : sink.all()) {
       if (is_of_libraries(diagnostic)) continue;
@@ -86,7 +86,7 @@ class Reader {
     std::erase_if(file.declarations,
                   [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
     const auto body = [&](DiagnosticSink& sink) {
-      stencil::from_ast(file, sink);  // as the driver does: broken kernels first
+      stencil::from_ast(file, sink);  // as in the driver: broken kernels first
       if (sink.has_errors()) return;
       std::optional<model::Problem> problem = model::from_ast(file, {.name = name}, sink);
       if (problem && !sink.has_errors()) result_.problems.emplace(name, *std::move(problem));
@@ -94,7 +94,7 @@ class Reader {
     read(body, name);
   }
 
-  /// As `dpde check` does, without machine code.
+  /// Like `dpde check`, without machine code.
   void compile(const std::string& name, bool is_task) {
     driver::CompileOptions options;
     options.selection.name = name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the compiler knows of a text: its tree as far as it can be read, the messages, what its scenes and tasks are.
+// The compiler's analysis of a text: its tree as far as it is readable, the messages, its scenes and tasks.
 #pragma once
 
 #include <functional>
@@ -24,10 +24,10 @@ struct Understood {
   bool has_errors() const;
 };
 
-/// Names and types alone, or lowered and differentiated as by `dpde check`, which takes seconds where scenes are many.
+/// Names and types only, or lowered and differentiated as by `dpde check`, which takes seconds with many scenes.
 enum class Depth { model, derivatives };
 
-/// Never throws: what the compiler throws becomes a message. `is_interrupted` is asked between scenes.
+/// Never throws: exceptions of the compiler become messages. `is_interrupted` is called between scenes.
 Understood understand(const std::string& path, const std::string& text, Depth depth,
                       const std::function<bool()>& is_interrupted = {});
 

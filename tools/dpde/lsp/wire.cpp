@@ -45,7 +45,7 @@ bool Wire::read_more() {
   return true;
 }
 
-/// Without its end; of one that is too long to be meant nothing is kept.
+/// Without the line end; empty if it is too long to be valid.
 std::optional<std::string> Wire::read_line() {
   while (true) {
     const std::size_t end = buffer_.find('\n');

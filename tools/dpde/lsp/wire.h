@@ -13,11 +13,11 @@ class Wire {
  public:
   Wire(int in, int out) : in_(in), out_(out) {}
 
-  /// The next message; lines that are no head of one are passed over. nullopt at the end of the input.
+  /// The next message; skips lines that do not belong to a header. nullopt at the end of the input.
   std::optional<std::string> read();
   /// Whether read() would wait.
   bool is_idle() const;
-  /// False when nobody listens any more.
+  /// Returns false if the other side has closed.
   bool write(const Json& message) const;
 
  private:
