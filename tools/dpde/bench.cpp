@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process; of a task that
-// learns, where the time of its updates goes.
+// dpde bench: speed of the compiled step and of its adjoint compared with a plain copy, in one process; for a task that
+// learns, the time of an update by category.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -37,7 +37,7 @@ double median(std::vector<double> samples) {
   return samples[samples.size() / 2];
 }
 
-/// A program that is run again and again, its states swapped after each run as in a rollout.
+/// A program that is run repeatedly; states are swapped after each run as in a rollout.
 class Stepper {
  public:
   Stepper(driver::Session& session, const dpde_program& program, int threads)
@@ -51,7 +51,7 @@ class Stepper {
     restart();
   }
 
-  /// From what the fields of the workspace hold now.
+  /// Starts from the present fields of the workspace.
   void restart() {
     for (int f = 0; f < program_.field_count; ++f) executor_.bind(f, workspace_.field(program_.fields[f]).base());
     executor_.prepare();
@@ -77,7 +77,7 @@ class Stepper {
   const dpde_program& program_;
 };
 
-constexpr double longest_tuning = 60;  // seconds; of sweeps that take longer the first choice is measured
+constexpr double longest_tuning = 60;  // seconds; sweeps that take longer are measured with their first choice
 
 double seconds_of(const std::function<void()>& body) {
   const auto start = std::chrono::steady_clock::now();
@@ -85,8 +85,8 @@ double seconds_of(const std::function<void()>& body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Steps that take about 20 ms, at most the scene's (later ones may blow up). The first step sets up what a run sets up
-/// once, as the factors of solves: it is not counted.
+/// Number of steps that take about 20 ms, at most the scene's (later ones may blow up). The first step is not counted:
+/// it does setup that happens once in a run, such as the factors of solves.
 int steps_per_sample(Stepper& stepper, int limit, const std::function<void()>& restart) {
   stepper.run(1);
   restart();
@@ -94,7 +94,7 @@ int steps_per_sample(Stepper& stepper, int limit, const std::function<void()>& r
   return std::clamp(int(0.02 / once), 1, std::max(limit, 1));
 }
 
-/// As runs do, sweeps over large fields first find out how they are done best; at most `longest_tuning` seconds long.
+/// As in runs, sweeps over large fields first find their fastest variant; for at most `longest_tuning` seconds.
 void tune(Stepper& stepper, int limit, const std::function<void()>& restart) {
   double seconds = 0;
   for (int step = 0; stepper.is_tuning() && seconds < longest_tuning && !interrupt_flag().load(); ++step) {
@@ -103,8 +103,8 @@ void tune(Stepper& stepper, int limit, const std::function<void()>& restart) {
   }
 }
 
-/// Median seconds of one run of the program; the start is put back before each sample. Solvers are kept from sample to
-/// sample, as a run keeps them from step to step.
+/// Median seconds of one run of the program; the initial fields are restored before each sample. Solvers are kept
+/// between samples, as a run keeps them between steps.
 double seconds_per_step(driver::Session& session, const dpde_program& program, const BenchOptions& options,
                         const std::function<void()>& reset) {
   reset();
@@ -121,7 +121,7 @@ double seconds_per_step(driver::Session& session, const dpde_program& program, c
   };
   std::vector<double> samples;
   for (int r = 0; r < options.repeats && !interrupt_flag().load(); ++r) {
-    // Short scenes are run several times so that each sample takes long enough for the clock.
+    // Short scenes are run several times, so that each sample is long enough for the resolution of the clock.
     const int rounds = std::max(1, int(2e-4 / std::max(1e-9, sample())));
     double total = 0;
     for (int round = 0; round < rounds; ++round) total += sample();
@@ -130,7 +130,7 @@ double seconds_per_step(driver::Session& session, const dpde_program& program, c
   return samples.empty() ? 0 : median(samples);
 }
 
-/// Fields of the step and of its adjoint that a run starts from.
+/// Sets the initial fields of the step and of its adjoint.
 std::function<void()> resetter(driver::Session& session) {
   return [&session] {
     Workspace& workspace = session.workspace();
@@ -147,7 +147,7 @@ std::function<void()> resetter(driver::Session& session) {
   };
 }
 
-/// How an update of a task that learns spends its time.
+/// Measures the time of an update of a task that learns, by category.
 void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<const driver::Compiled>& compiled,
                    Json& result) {
   const auto scene = training::TrainingScene::open(job.source(), compiled, job.sink());
@@ -180,7 +180,7 @@ void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<
                   share(found.batch.waiting), share(found.overhead() - of.losses.all - found.batch.waiting)));
 }
 
-/// Speed of the step and of its adjoint.
+/// Measures the speed of the step and of its adjoint.
 void bench_step(Job& job, const BenchOptions& options, driver::Session& session, const driver::Compiled& compiled,
                 codegen::CodeCache* cache, Json& result) {
   const std::string step = compiled.step_name();
@@ -238,8 +238,8 @@ Json bench(Job& job, const BenchOptions& options) {
   if (!compile_options) return result;
   compile_options->adjoint = true;
   compile_options->runs = driver::any_number_of_runs;
-  compile_options->takes_jumps = compile_options->trusts_signs = true;  // only its speed is asked for
-  compile_options->selection.keeps_params = *learns;                    // as its training does
+  compile_options->takes_jumps = compile_options->trusts_signs = true;  // only the speed matters
+  compile_options->selection.keeps_params = *learns;                    // as in its training
   const std::shared_ptr<codegen::CodeCache> cache =
       std::exchange(compile_options->cache, nullptr);  // compile_s is measured
   std::optional<Preparing> preparing(std::in_place, job);
@@ -253,7 +253,7 @@ Json bench(Job& job, const BenchOptions& options) {
   driver::SessionOptions session_options;
   session_options.threads = thread_count(options);
   session_options.stop = &interrupt_flag();
-  session_options.slots = 1;  // the gradient's own memory is not needed here
+  session_options.slots = 1;  // the gradient itself is not needed here
   const auto session = driver::Session::open(job.source(), shared, session_options, job.sink());
   preparing.reset();
   if (!session) return result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde build: a scene ahead of time, as a library and a class for C++ hosts.
+// dpde build: compiles a scene ahead of time to a library and a class for C++ hosts.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde chart: speed against accuracy. Runs a scene by several methods, cells and steps, and draws error against time.
+// dpde chart: speed against accuracy. Runs a scene with several methods, cells and steps, and draws error against time.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -29,7 +29,7 @@ namespace {
 
 struct ChartOptions : CommonOptions {
   ChartWishes wishes;
-  double tolerance = 0;  // 0: what the block says
+  double tolerance = 0;  // 0: from the chart block
   bool progress = false, resume = false, budget = false;
 };
 
@@ -49,10 +49,10 @@ class Chart {
   ChartScene scene_;
   chart::References references_;
   chart::PointsFile file_;
-  int same_steps_ = 0;  // entries that are another one's, as their steps are rounded
+  int same_steps_ = 0;  // entries that equal another one, since their steps were rounded
 };
 
-/// What all points have in common, and another chart may have otherwise.
+/// Text of the settings that all points share, and in which another chart may differ.
 std::string run_text(const Job& job, const std::string& reference) {
   const CommonOptions& options = job.options();
   const std::string_view text = job.source().text();
@@ -89,9 +89,9 @@ std::vector<chart::Point> Chart::run_entries(const std::vector<chart::Entry>& en
   return points;
 }
 
-/// Not a scene or a chart block, which may be called the same.
+/// False for a scene or a chart block, which may have the same name.
 bool names_task(const Job& job) {
-  DiagnosticSink unread;  // told when it is compiled
+  DiagnosticSink unread;  // reported when the scene is compiled
   const ast::File file = ast::parse(job.source(), unread);
   const auto is_among = [&](const std::vector<std::string>& names) {
     return std::ranges::find(names, job.options().name) != names.end();
@@ -99,7 +99,7 @@ bool names_task(const Job& job) {
   return is_among(model::task_names(file)) && !is_among(model::chart_names(file));
 }
 
-/// The training is made, or taken from the folder of --out where it is there already.
+/// Trains, or loads the training from the folder of --out if it is there.
 Json chart_training(Job& job, const ChartOptions& options) {
   const ChartWishes& wishes = options.wishes;
   if (!wishes.vary.empty() || !wishes.errors.empty() || !wishes.task.empty() || wishes.manufactured || options.budget ||
@@ -117,7 +117,7 @@ Json chart_training(Job& job, const ChartOptions& options) {
   return train(job, training);
 }
 
-/// Words, and with --out table, picture and `result` as files NAME.
+/// Prints the chart; with --out also writes table, picture and `result` to files NAME.
 void write_chart(Job& job, const report::ChartOfScene& chart, const std::string& name, Json& result) {
   const report::Report report = report::chart_report(chart);
   result.update(report.json);

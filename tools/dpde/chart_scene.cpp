@@ -38,7 +38,7 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-/// 0.03125 or 1/32; 0 of what is neither.
+/// A number written as 0.03125 or 1/32; 0 if it is neither.
 template <class Number>
 Number number_from(std::string_view text) {
   const auto read = [](std::string_view part) {
@@ -52,7 +52,7 @@ Number number_from(std::string_view text) {
   return bottom > 0 ? read(text.substr(0, slash)) / bottom : Number{};
 }
 
-/// The first text that is no number above 0; "": all are.
+/// Returns the first text that is not a number above 0; "": all are.
 template <class Number>
 std::string read_numbers(const std::vector<std::string>& texts, std::vector<Number>& numbers) {
   for (const std::string& text : texts) {
@@ -69,7 +69,7 @@ std::optional<chart::Wishes> refuse(const std::string& text, const std::string& 
   return std::nullopt;
 }
 
-/// What numbers and methods the values of a key are; of numbers the first value that is none.
+/// Adds the numbers or methods of a key; returns the first invalid number.
 std::string add_choices(const std::string& key, const std::vector<std::string>& values, chart::Wishes& wishes) {
   if (key == "cells") return read_numbers(values, wishes.cells = {});
   if (key == "step") return read_numbers(values, wishes.steps = {});
@@ -84,7 +84,7 @@ chart::Wishes wishes_of(const model::Chart& block) {
   return wishes;
 }
 
-/// Each KEY=V1,V2,... in the place of what `wishes` has for the key; nullopt after a diagnostic.
+/// Each KEY=V1,V2,... replaces the key's values in `wishes`; nullopt after a diagnostic.
 std::optional<chart::Wishes> with_options(chart::Wishes wishes, const std::vector<std::string>& vary,
                                           const std::vector<std::string>& schemes, DiagnosticSink& sink) {
   for (const std::string& text : vary) {
@@ -112,7 +112,7 @@ std::optional<chart::Wishes> with_options(chart::Wishes wishes, const std::vecto
   return wishes;
 }
 
-/// The chart that is named, or where nothing is named the only one of the file itself; "": none. An error of several.
+/// The named chart; without a name the only chart of the file itself; "": none. Several are an error.
 std::string chart_name(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
   if (!name.empty()) return contains(model::chart_names(file), name) ? name : "";
   ast::File own = file;
@@ -125,7 +125,7 @@ std::string chart_name(const ast::File& file, const std::string& name, Diagnosti
 
 /// False after a diagnostic.
 bool read_block(Job& job, const ChartWishes& wishes, ChartScene& scene) {
-  DiagnosticSink unread;  // told when the scene is compiled
+  DiagnosticSink unread;  // reported when the scene is compiled
   const ast::File file = ast::parse(job.source(), unread);
   const std::string name = chart_name(file, job.options().name, job.sink());
   if (job.failed()) return false;
@@ -141,7 +141,8 @@ bool read_block(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   return all.has_value();
 }
 
-/// Whose gradient is wanted: the option's, the block's, or the task that the command names. False after a diagnostic.
+/// Finds the task whose gradient is compared: from the option, the block, or the command's name. False after a
+/// diagnostic.
 bool find_task(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   DiagnosticSink unread;
   const std::vector<std::string> tasks = model::task_names(ast::parse(job.source(), unread));
@@ -156,7 +157,8 @@ bool find_task(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   return true;
 }
 
-/// Steps that all times of the scene, and of the task whose gradient is wanted, fall on. False after a diagnostic.
+/// Finds a number of steps that divides all times of the scene, and of the task, if there is one. False after a
+/// diagnostic.
 bool find_common_steps(Job& job, ChartScene& scene) {
   scene.options.common_steps = chart::common_steps(scene.session->problem());
   if (scene.options.task.empty()) return true;
@@ -164,14 +166,14 @@ bool find_common_steps(Job& job, ChartScene& scene) {
   compile.selection.name = scene.options.task;
   compile.without_task = false;
   compile.backend.reset();
-  DiagnosticSink unread;  // its warnings are those of the scene
+  DiagnosticSink unread;  // its warnings repeat those of the scene
   const std::optional<driver::Compiled> task = driver::compile(job.source(), compile, unread);
   if (task && task->problem)
     scene.options.common_steps = std::gcd(scene.options.common_steps, chart::common_steps(*task->problem));
   return task || driver::compile(job.source(), compile, job.sink());
 }
 
-/// l2(u); nullopt where it is something else.
+/// Parses l2(u); nullopt for other texts.
 std::optional<model::Chart::Error> error_from(const std::string& text) {
   const std::size_t open = text.find('(');
   if (open == std::string::npos || !text.ends_with(")")) return std::nullopt;
@@ -182,7 +184,7 @@ std::optional<model::Chart::Error> error_from(const std::string& text) {
   return std::nullopt;
 }
 
-/// What the options or the block call the error, of the states of the scene.
+/// Reads the error measures, for states of the scene, from the options or the block.
 void find_measures(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   std::vector<model::Chart::Error> errors;
   if (scene.block) errors = scene.block->errors;
@@ -209,7 +211,7 @@ void find_measures(Job& job, const ChartWishes& wishes, ChartScene& scene) {
   }
 }
 
-/// Whether all that is measured has an exact solution; without measures, whether anything has one.
+/// Whether everything that is measured has an exact solution; without measures, whether anything has one.
 bool has_exact(const ChartScene& scene) {
   const model::Problem& problem = scene.session->problem();
   const auto is_exact = [](const model::State& state) { return state.exact.has_value(); };
@@ -244,7 +246,7 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& w
       ->capture_default_str();
 }
 
-/// Errors under a tolerance follow that, and not the step that would be varied.
+/// With a tolerance errors depend on it, not on the step that would be varied.
 bool has_whole_steps(Job& job, const ChartScene& scene) {
   const model::Problem& problem = scene.session->problem();
   if (!problem.step_control) return true;
@@ -287,7 +289,7 @@ namespace {
 
 constexpr double most_seconds_of_tuning = 300;  // for one run of the reference
 
-/// In units of the scene's cells; 0, and why, where there can be none.
+/// Finest grid of the reference, in units of the scene's cells; 0, with the reason in `why`, if there can be none.
 double finest_of(const ChartScene& scene, double most_cells, bool is_exact_wanted, std::string& why) {
   const int cells = scene.session->problem().axes.front().cells;
   if (scene.reference_cells > 0) {
@@ -301,7 +303,7 @@ double finest_of(const ChartScene& scene, double most_cells, bool is_exact_wante
   return is_exact_wanted ? 0 : 2 * most_cells;
 }
 
-/// Up to `finest` at once, or no finer than the accuracy that is wanted asks for.
+/// Refines directly to `finest`, or only as far as the wanted accuracy requires.
 chart::Refinement refinement(const ChartScene& scene, double finest) {
   if (!(scene.accuracy > 0) || scene.reference_cells > 0) return {finest / 2, finest};
   return {1, std::max(2.0, finest), scene.accuracy, most_seconds_of_tuning};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What dpde chart and dpde tune begin with: the scene, what is varied, how runs are timed, and what they are compared
-// with: by a chart block of the file, and options in the place of its lines.
+// Setup of dpde chart and dpde tune: the scene, the varied settings, the timing, and the references. From a chart block
+// of the file; options override its lines.
 #pragma once
 
 #include <memory>
@@ -21,10 +21,10 @@ struct Timing {
 };
 struct ChartWishes {
   std::vector<std::string> vary;    // KEY=V1,V2,...
-  int reference_cells = 0;          // 0: what the block says
-  std::vector<std::string> errors;  // l2(u); none: what the block says
-  std::string task;                 // whose gradient is compared too; "": what the block says
-  bool manufactured = false;        // compare with a solution that is made up
+  int reference_cells = 0;          // 0: from the block
+  std::vector<std::string> errors;  // l2(u); none: from the block
+  std::string task;                 // its gradient is compared too; "": from the block
+  bool manufactured = false;        // compare with a manufactured solution
   Timing timing;
 };
 /// --vary, --error, --task, --reference-cells, --manufactured, --samples and --sample-seconds.
@@ -36,15 +36,15 @@ struct ChartScene {
   chart::PointOptions options;
   std::unique_ptr<driver::Session> session;
   int reference_cells = 0;         // along the first axis; 0: chosen
-  bool is_gradient_alone = false;  // errors of states are not wanted
-  double accuracy = 0;             // that the reference must have; 0: as fine as the finest variant asks for
+  bool is_gradient_alone = false;  // only the gradient's error is wanted
+  double accuracy = 0;             // required of the reference; 0: as fine as the finest variant requires
 };
-/// The source is loaded. Without a name the only chart of the file is meant, where there is one. False and diagnostics
-/// where something is wrong.
+/// The source must be loaded. Without a name the only chart of the file is used, if there is one. Returns false with
+/// diagnostics on errors.
 bool open_chart_scene(Job& job, const ChartWishes& wishes, ChartScene& scene);
 
-/// `most_cells`: of the finest variant along an axis, in units of the scene's. Leaves that of the states as it is where
-/// the scene has an exact solution. False when stopped, or after a diagnostic.
+/// `most_cells`: of the finest variant along an axis, in units of the scene's. Does not change the reference of the
+/// states if the scene has an exact solution. Returns false when stopped, or after a diagnostic.
 bool find_references(Job& job, const ChartScene& scene, double most_cells, Progress& progress,
                      chart::References& references);
 

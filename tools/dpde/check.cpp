@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde check: parses, types, and says what a scene will cost before it runs.
+// dpde check: parses and type-checks, and estimates the costs of a scene before it runs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@ stability::Look look_of(const CheckOptions& options) {
   return {options.all_cells, shown_in_line(options.streams.err, false, options.quiet || options.json)};
 }
 
-/// The scene as it begins; null where that cannot be made. What is wrong with files was told already.
+/// Opens the scene at its initial state; null on failure. Faults of files were reported before.
 std::unique_ptr<driver::Session> open_checked(Job& job) {
   DiagnosticSink silent;
   std::unique_ptr<driver::Session> session = open_scene(job, silent);
@@ -72,7 +72,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   compile_options->backend.reset();
   compile_options->verify = true;
   compile_options->adjoint = true;
-  compile_options->takes_jumps = true;  // they are told beside all else
+  compile_options->takes_jumps = true;  // reported with everything else
   const Preparing preparing(job, "stopped before the check was complete");
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;

@@ -39,15 +39,16 @@ Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
     if (d.kind->severity != Severity::error) continue;
     const std::string_view code = d.kind->code;
     Exit exit = Exit::wrong_input;
-    if (code.starts_with("E08") && code != "E0808" && code != "E0809") exit = Exit::failed;  // those: before any run
+    if (code.starts_with("E08") && code != "E0808" && code != "E0809")
+      exit = Exit::failed;  // these two are found before any run
     if (code == "E0902" || code == "E0903" || code == "E0910") exit = Exit::machine_failed;
-    // A machine that fails is worse than an input that is wrong, which explains more than a run that failed.
+    // A machine failure outranks wrong input, which outranks a failed run.
     worst = std::max(worst, exit);
   }
   return worst;
 }
 
-/// Errors with a place by that, wherever they were found; all else stays where it is.
+/// Sorts errors with a location by it; the others keep their positions.
 std::vector<Diagnostic> in_order_of_text(std::vector<Diagnostic> diagnostics) {
   const auto is_placed = [](const Diagnostic& d) { return d.kind->severity == Severity::error && d.range.is_known(); };
   std::vector<Diagnostic> placed;
@@ -102,19 +103,19 @@ std::optional<driver::CompileOptions> Job::compile_options() {
   } else {
     result.backend = driver::Backend::jit;
   }
-  interrupt_flag();  // before compilers make temporary folders: from now on Ctrl-C ends the process in order
+  interrupt_flag();  // before compilers make temporary folders: from here on Ctrl-C ends the process cleanly
   result.cache = open_cache();
   return failed() ? std::nullopt : std::optional(result);
 }
 
-/// None is no reason to fail, but for a folder that was asked for.
+/// A missing cache is no error, unless its folder was requested.
 std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   if (options_.no_cache) return nullptr;
   const std::filesystem::path folder =
       options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
   if (folder.empty()) return nullptr;
-  std::shared_ptr<codegen::CodeCache> cache = driver::open_cache(folder);             // makes it, for this user alone
-  if (!options_.cache.empty() && !files::make_folder(folder, sink_)) return nullptr;  // says why it cannot be made
+  std::shared_ptr<codegen::CodeCache> cache = driver::open_cache(folder);  // makes it, accessible to this user only
+  if (!options_.cache.empty() && !files::make_folder(folder, sink_)) return nullptr;  // reports why it cannot be made
   const std::string why = cache == nullptr ? driver::why_not_private(folder) : "";
   const auto is_told = [](const Diagnostic& told) { return told.kind->name == "cache-not-private"; };
   if (!why.empty() && std::ranges::none_of(sink_.all(), is_told))
@@ -134,7 +135,7 @@ SourceRange Job::place() const {
   return driver::place_of(source_, named, named);
 }
 
-/// Of a solve its equation, of parts that are not short enough the line that asks for them.
+/// For a solve the location of its equation; for substeps that are not short enough the line that requests them.
 SourceRange Job::place(const std::exception& error) const {
   const auto* known = dynamic_cast<const Error*>(&error);
   if (known == nullptr || !compiled_) return place();
@@ -168,7 +169,7 @@ void Job::say(const std::string& text) {
 
 void Job::tell(const std::string& text) const {
   std::fputs(fmt::format("dpde: {}\n", text).c_str(),
-             options_.streams.err);  // whole lines, as other processes write too
+             options_.streams.err);  // whole lines, since other processes write too
 }
 
 void Job::wrote(const std::string& path) {
@@ -179,7 +180,7 @@ void Job::wrote(const std::string& path) {
 int Job::finish(Json result) {
   const Streams& streams = options_.streams;
   std::error_code error;
-  if (failed() && !made_folder_.empty()) std::filesystem::remove(made_folder_, error);  // not if something is in it
+  if (failed() && !made_folder_.empty()) std::filesystem::remove(made_folder_, error);  // fails if it is not empty
   Exit exit = exit_for(sink_.all());
   const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
   for (const Diagnostic& diagnostic : told) {
@@ -193,7 +194,7 @@ int Job::finish(Json result) {
 }
 
 bool is_terminal(std::FILE* stream) {
-  const int number = fileno(stream);  // none of what goes to memory
+  const int number = fileno(stream);  // -1 for memory streams
   return number >= 0 && isatty(number) != 0;
 }
 
@@ -205,7 +206,7 @@ int flushed(int status, const Streams& streams) {
   return static_cast<int>(Exit::machine_failed);
 }
 
-/// CLI11 takes the largest number for one that is larger still, and tells limits of floating-point numbers.
+/// CLI11 accepts larger numbers as the largest one, and reports limits of floating-point numbers.
 std::string number_fits(const std::string& text) {
   std::uint64_t number = 0;
   const char* end = text.data() + text.size();
@@ -253,7 +254,7 @@ int thread_count(const CommonOptions& options) {
 
 namespace {
 
-/// CLI11's own print the whole range of doubles, digit by digit.
+/// CLI11's own validators print the whole range of doubles, digit by digit.
 CLI::Validator number_that(const char* what, bool (*is_meant)(double)) {
   return CLI::Validator(
       [=](const std::string& text) -> std::string {

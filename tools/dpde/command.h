@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every verb shares: the options common to all, exit codes, and the one way results and messages leave it.
+// Shared by all verbs: common options, exit codes, and the output of results and messages.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ namespace dpde::tools {
 
 enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 3 };
 
-/// Where text goes: results to `out`, messages and progress to `err`.
+/// Output streams: results to `out`, messages and progress to `err`.
 struct Streams {
   std::FILE* out = stdout;
   std::FILE* err = stderr;
@@ -35,7 +35,7 @@ bool is_terminal(std::FILE* stream);
 /// One call of the command.
 struct Console {
   Streams streams;
-  int status = 0;  // how it ended
+  int status = 0;  // exit status
 };
 
 struct CommonOptions {
@@ -46,11 +46,11 @@ struct CommonOptions {
   int threads = 0;  // 0: all cores
   std::uint64_t seed = 0;
   bool quiet = false, json = false;
-  bool force = false;  // a step that is above the largest stable one is made all the same
+  bool force = false;  // run even with a step above the largest stable one
   Streams streams;
 };
 
-/// One call of a verb: collects messages and files, and says in the end how it went.
+/// One call of a verb: collects messages and files, and determines the exit status.
 class Job {
  public:
   explicit Job(const CommonOptions& options) : options_(options), source_(options.file, "") {}
@@ -59,37 +59,37 @@ class Job {
   const SourceFile& source() const { return source_; }
   DiagnosticSink& sink() { return sink_; }
   bool failed() const { return sink_.has_errors(); }
-  /// The task or scene that the command names, else the one that is run; "" before that is known.
+  /// The task or scene named in the command, else the one that is run; "" before it is known.
   std::string name() const;
-  /// Where the task or scene of name() is declared.
+  /// Location of its declaration.
   SourceRange place() const;
-  /// Where the solve was written that `error` comes from, else that place.
+  /// Location of the solve that `error` comes from, else that one.
   SourceRange place(const std::exception& error) const;
-  /// What is run from now on.
+  /// Sets the program that is run from now on.
   void runs(std::shared_ptr<const driver::Compiled> compiled) { compiled_ = std::move(compiled); }
 
-  /// Reads options().file; false and a diagnostic when that fails.
+  /// Reads options().file; returns false with a diagnostic on failure.
   bool load_source(bool imports = true);
-  /// The same of standard input, which options().file, "-", stands for.
+  /// The same from standard input, if options().file is "-".
   bool load_standard_input();
-  /// Selection, backend and verification level of the options; nullopt and diagnostics when one is nonsense.
+  /// Selection, backend and verification level from the options; nullopt with diagnostics if one is invalid.
   std::optional<driver::CompileOptions> compile_options();
 
-  /// What `one` gives for the task or scene that the command means. Where it names none and the file has several tasks,
-  /// of each of them: {"tasks": {NAME: ...}}, up to the first that fails.
+  /// The result of `one` for the task or scene of the command. If it names none and the file has several tasks, for
+  /// each of them: {"tasks": {NAME: ...}}, up to the first that fails.
   Json of_each_task(const std::function<Json()>& one);
 
-  /// Text for people: standard output, or nothing with --quiet or --json.
+  /// Prints text for people to standard output; nothing with --quiet or --json.
   void say(const std::string& text);
-  /// What stands in no result, always told: standard error.
+  /// Prints information that is in no result to standard error, always.
   void tell(const std::string& text) const;
-  /// A file that was written: told to people and listed under `files`.
+  /// Reports a file that was written, and lists it under `files`.
   void wrote(const std::string& path);
   const std::vector<std::string>& files() const { return files_; }
-  /// A folder that was not there: it does not stay where the command fails and nothing is in it.
+  /// A folder that was just made: removed again if the command fails and it is empty.
   void makes(const std::string& folder) { made_folder_ = folder; }
 
-  /// Prints the diagnostics (standard error) and, with --json, `result` with the diagnostics; the exit status.
+  /// Prints the diagnostics (standard error) and, with --json, `result` with them; returns the exit status.
   int finish(Json result);
 
  private:
@@ -103,29 +103,29 @@ class Job {
   std::string made_folder_;
 };
 
-/// Which of `common`'s options a verb takes beside FILE.
+/// The options of `common` that a verb takes in addition to FILE.
 struct Takes {
   bool name = true, compile = true, out = true, seed = true, json = true, force = false;
 };
 void add_common_options(CLI::App& verb, CommonOptions& options, const Console& console, const Takes& takes = {});
 
-/// Adds a verb whose `body` does the work and gives the exit status.
+/// Adds a verb; `body` does the work and returns the exit status.
 void on_call(CLI::App& verb, Console& console, std::function<int()> body);
 
-/// A whole call: the result of `body` with the diagnostics, what it throws among them; the exit status.
+/// A whole call: prints the result of `body` and diagnostics, also for exceptions; returns the exit status.
 int call(const CommonOptions& options, const std::function<Json(Job&)>& body);
 
-/// `status`, or after an error of its own that of a failed machine where `streams.out` could not be written.
+/// Flushes; returns `status`, or reports a machine failure if `streams.out` cannot be written.
 int flushed(int status, const Streams& streams);
 
 /// --threads, or all cores.
 int thread_count(const CommonOptions& options);
 
-/// Of options that are numbers above 0, or not below it.
+/// Validators of numbers > 0, and >= 0.
 CLI::Validator positive();
 CLI::Validator not_negative();
 
-/// Turns what the library threw into a diagnostic of `job`; false when the body threw.
+/// Converts an exception of the library to a diagnostic of `job`; returns false if `body` threw.
 bool guarded(Job& job, const std::function<void()>& body);
 
 }  // namespace dpde::tools

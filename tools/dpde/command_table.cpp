@@ -10,7 +10,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Those of "TEXT:{jit,cpp,interpreter}".
+/// The choices in a text such as "TEXT:{jit,cpp,interpreter}".
 std::vector<std::string> choices_in(const std::string& type) {
   std::vector<std::string> choices;
   const std::size_t open = type.find('{'), close = type.find('}');

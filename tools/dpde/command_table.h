@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The verbs and options as --help has them, for completions in shells and the manual page.
+// The verbs and options shown by --help, for shell completion and the manual page.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ class App;
 namespace dpde::tools {
 
 struct OptionEntry {
-  std::vector<std::string> names;  // --set; -q, --quiet; of a positional one FILE
-  std::string value;               // what it takes, as NAME=VALUE; "": nothing
+  std::vector<std::string> names;  // --set; -q, --quiet; for a positional one FILE
+  std::string value;               // its argument, such as NAME=VALUE; "": none
   std::vector<std::string> choices;
   std::string text;
   bool is_positional = false;
@@ -28,10 +28,10 @@ struct CommandTable {
 };
 CommandTable table_of(const CLI::App& app);
 
-/// For bash, zsh or fish; "" for other shells.
+/// Script for bash, zsh or fish; "" for other shells.
 std::string completion_script(const CommandTable& table, const std::string& shell);
 
-/// The manual page in the language of man(7).
+/// The manual page in the markup of man(7).
 std::string manual_page(const CommandTable& table, const std::string& version);
 
 }  // namespace dpde::tools

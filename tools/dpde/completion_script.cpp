@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completion for shells: verbs, options, their choices, files, and the names of scenes and tasks of the file.
+// Shell completion: verbs, options, their choices, files, and the names of scenes and tasks in the file.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,7 +9,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Prints the names of the blocks of a file that a command may be given.
+/// Prints the names of a file's blocks that a command accepts.
 constexpr const char* names_of_blocks =
     R"(sed -n -E 's/^[[:space:]]*(scene|task|chart|dataset|program)[[:space:]]+([A-Za-z_][A-Za-z_0-9]*).*/\2/p')";
 
@@ -19,7 +19,7 @@ std::string words_of(const CommandTable& table) {
   return fmt::format("{}", fmt::join(verbs, " "));
 }
 
-/// Inside of single quotes, for sh, zsh and fish alike; brackets and colons have a meaning in specifications of zsh.
+/// Escapes text for single quotes, in sh, zsh and fish; zsh specifications also need escaped brackets and colons.
 std::string quoted_text(const std::string& text, bool is_zsh) {
   std::string result;
   for (const char c : text) {

@@ -39,13 +39,13 @@ std::unique_ptr<training::DataSetMaker> open(Job& job) {
   return training::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
 
-/// Of the whole file: what the runs are, and how many.
+/// Key of the whole file: the kind and number of runs.
 std::uint64_t key_of_all(const training::DataSetMaker& maker) {
   const std::string text = fmt::format("{:016x} {}", maker.key(), maker.set().runs);
   return hash_bytes(text.data(), text.size());
 }
 
-/// False where a file of the result could not be written: better told before the runs than behind them.
+/// Checks that all result files can be written, before the runs.
 bool can_write(Job& job, const training::DataSetMaker& maker) {
   for (const model::DataSet::Grid& grid : maker.set().grids) {
     for (const std::string& file : {grid.file, files::cost_file_of(grid.file)}) {
@@ -58,7 +58,7 @@ bool can_write(Job& job, const training::DataSetMaker& maker) {
   return !job.failed();
 }
 
-/// What was told of every file, where all of them are there.
+/// The reports of all files, if all of them exist.
 std::optional<std::vector<report::Report>> told_of_all(const Job& job, const training::DataSetMaker& maker) {
   std::vector<report::Report> all;
   for (const model::DataSet::Grid& grid : maker.set().grids) {
@@ -70,14 +70,14 @@ std::optional<std::vector<report::Report>> told_of_all(const Job& job, const tra
   return all;
 }
 
-/// Of the first file, the others by their names.
+/// The first file's report, with the others by name.
 Json data_set_json(const model::DataSet& set, const std::vector<report::Report>& told) {
   Json json = told[0].json;
   for (std::size_t g = 1; g < told.size(); ++g) json["others"][set.grids[g].file] = told[g].json;
   return json;
 }
 
-/// Of a data set that was finished before.
+/// For a data set that was completed before.
 Json again(Job& job, const model::DataSet& set, const std::vector<report::Report>& told) {
   for (std::size_t g = 0; g < told.size(); ++g)
     job.say(fmt::format("{}: all runs are made already, {} is there\n{}", set.name, set.grids[g].file, told[g].text()));
@@ -88,7 +88,7 @@ Json again(Job& job, const model::DataSet& set, const std::vector<report::Report
   return result;
 }
 
-/// Of every file.
+/// Reports every file.
 std::vector<report::Report> tell_all(Job& job, training::DataSetMaker& maker,
                                      const std::vector<training::DataRun>& runs,
                                      const std::vector<training::OrderEstimate>& estimates) {
@@ -100,8 +100,8 @@ std::vector<report::Report> tell_all(Job& job, training::DataSetMaker& maker,
   return all;
 }
 
-/// The data set, and beside it what it cost: the seconds that are returned. Each file says what all of them cost
-/// together: the runs are the same.
+/// Writes the data set and its cost files; returns the cost in seconds. Each file states the common cost of all, since
+/// the runs are the same.
 double write_files(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
                    const std::vector<training::OrderEstimate>& estimates, const std::vector<report::Report>& told) {
   double cpu_seconds = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde emit: one stage of the compiler as text.
+// dpde emit: prints one stage of the compiler as text.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@ struct EmitOptions : CommonOptions {
   bool optimised = false;
 };
 
-/// The tangent or adjoint programs alone, without what other programs read of kernels that they share.
+/// Only the tangent or adjoint programs, without values that other programs read of shared kernels.
 stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
   return stencil::remove_dead_code(driver::extract(compiled.stencil, compiled.derivative_programs(adjoint)));
 }
@@ -40,7 +40,7 @@ stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
   const std::vector<std::string> adjoints = compiled.derivative_programs(true);
   std::vector<std::string> read = adjoints;
-  read.push_back(compiled.step_name());  // of which there is one that keeps what adjoints read
+  read.push_back(compiled.step_name());  // a variant of the step stores values for the adjoints
   return driver::lower_to_loop(driver::extract(compiled.stencil, read), adjoints, compiled.real(),
                                driver::totals_of(compiled), driver::kept_of(compiled), driver::values_of(compiled));
 }
@@ -51,8 +51,8 @@ std::string model_text(const driver::Compiled& compiled, Job& job) {
   return "";
 }
 
-/// What the command makes of the scene and task, and of a file of hand-written programs those that nothing uses too,
-/// each in its place: text that was emitted before reads back as it was.
+/// The programs of the scene and task; for a file of hand-written programs also unused ones, in their original order,
+/// so that emitted text is read back unchanged.
 stencil::Module primal(const driver::Compiled& compiled) {
   const stencil::Module used = driver::extract(compiled.stencil, compiled.primal_programs);
   if (!compiled.problem || compiled.problem->program.empty()) return used;
@@ -110,7 +110,7 @@ std::string stage_text(Job& job, const EmitOptions& options) {
   return codegen::emit_assembly(compiled->loop);
 }
 
-/// C++, LLVM's text and assembly are no .dpde by their looks; these are nearly.
+/// C++, LLVM IR and assembly do not look like .dpde; these stages nearly do.
 bool looks_as_if_read_back(const std::string& stage) {
   return stage == "model" || stage == "loop" || stage == "adjoint-loop";
 }

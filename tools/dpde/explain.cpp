@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde explain: what an error code says, and a model that has the mistake.
+// dpde explain: the meaning of an error code, with a model that has the mistake.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +16,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// With an arrow to the mistake, where tests have its code.
+/// Marks the mistake with an arrow at the place where tests expect its code.
 std::string marked(std::string text, std::string_view code) {
   const std::string marker = fmt::format("#~ {}", code), arrow = "# <-- here";
   for (std::size_t at = text.find(marker); at != std::string::npos; at = text.find(marker, at + arrow.size()))

@@ -24,10 +24,10 @@ namespace dpde::tools {
 
 namespace {
 
-/// Windows of a run, in their order.
+/// Controls of all windows, in order.
 using Found = std::vector<training::FoundControls>;
 
-/// Of runs of which every window was found.
+/// For runs whose windows were all solved.
 NetcdfContent content_of(const Job& job, driver::Session& session, const training::TrainingScene& scene,
                          const std::vector<std::string>& states, const Found& all) {
   NetcdfContent content;
@@ -75,7 +75,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const trainin
   return content;
 }
 
-/// Entry k: the mean over the windows before iteration k, those that are done with their last.
+/// Entry k: mean loss over the windows before iteration k; finished windows count with their last one.
 std::vector<double> mean_losses(const Found& all) {
   std::size_t most = 0;
   for (const training::FoundControls& found : all) most = std::max(most, found.losses.size());
@@ -87,7 +87,7 @@ std::vector<double> mean_losses(const Found& all) {
   return mean;
 }
 
-/// Searches that came to nothing, always told. What is left has the runs without any; a file has no room for holes.
+/// Always reports failed searches, and removes their runs: the file cannot have gaps.
 Json leave_out(Job& job, const training::TrainingScene& scene, Found& all) {
   Json left_out = Json::array();
   std::set<int> runs;
@@ -120,7 +120,7 @@ report::Report found_report(const std::string& task, const Found& all) {
   return report;
 }
 
-/// Of a search that was finished before.
+/// For a search that was completed before.
 Json again(Job& job, const std::string& task, const report::Report& report) {
   job.say(fmt::format("{0}: all windows are searched already, {0}.nc is there\n{1}", task, report.text()));
   Json json = report.json;
@@ -129,7 +129,7 @@ Json again(Job& job, const std::string& task, const report::Report& report) {
   return json;
 }
 
-/// With the windows that were found before. False when stopped or not saved.
+/// Also loads windows solved before. Returns false when stopped or if saving failed.
 bool search(Job& job, training::WindowControls& controls,
             const std::function<WindowPart(const training::Window&)>& part, bool quiet, Found& all) {
   const std::vector<training::Window> windows = controls.windows();
@@ -168,7 +168,7 @@ bool takes(Job& job, const OptimizeOptions& options, const training::TrainingSce
   return false;
 }
 
-/// Takes the windows that lack something out of `all`.
+/// Removes windows without a result from `all`.
 report::Report report_of_rest(Job& job, const training::TrainingScene& scene, const training::WindowControls& controls,
                               Found& all) {
   report::Report report;

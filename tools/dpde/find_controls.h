@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde optimize of a task that seeks controls for each window of trajectories: what the scene does with them becomes
-// trajectories again, for a task that learns without the solver.
+// dpde optimize for a task that finds controls for each window of trajectories: the controlled runs form new
+// trajectories, for a task that learns without the solver.
 #pragma once
 
 #include "train.h"
@@ -8,7 +8,7 @@
 
 namespace dpde::tools {
 
-/// TASK.nc in the folder of --out: the states behind the first frame of each window.
+/// Writes TASK.nc to the folder of --out: the states after the first frame of each window.
 Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const training::TrainingScene& scene,
                    const training::BatchOptions& batch);
 

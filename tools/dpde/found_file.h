@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TASK.found in the folder of --out: what `optimize` found of a task that does not learn from trajectories, to the last
-// bit, for `test`.
+// TASK.found in the folder of --out: the exact result of `optimize` for a task that does not learn from trajectories,
+// for `test`.
 #pragma once
 
 #include "task_run.h"
@@ -8,7 +8,7 @@
 namespace dpde::tools {
 
 void save_found(Job& job, const TaskRun& run, const Eigen::VectorXd& x);
-/// nullopt after a diagnostic: the file is not there, is damaged, or is of other unknowns.
+/// nullopt after a diagnostic: the file does not exist, is damaged, or has other unknowns.
 std::optional<Eigen::VectorXd> load_found(Job& job, const TaskRun& run, const std::string& folder);
 
 }  // namespace dpde::tools

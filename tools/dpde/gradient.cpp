@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde gradient: one loss and its gradient.
+// dpde gradient: computes one loss and its gradient.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Median seconds of `body`: once when it is slow, else seven times.
+/// Median seconds of `body`: of one call if it is slow, else of seven.
 double median_seconds(const std::function<void()>& body) {
   std::vector<double> samples;
   double total = 0;
@@ -51,7 +51,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
       save_picture(job, "gradient_" + part.name,
                    plot::panels_of_field(*run.session, part.name, "d loss / d " + name, "d loss / d " + name,
                                          {{part.name, values}}));
-    if (part.size == 1) entry["value"] = json_number(values[0]);  // a number has a sign
+    if (part.size == 1) entry["value"] = json_number(values[0]);  // the norm would lose the sign
     job.say(part.size == 1
                 ? fmt::format("d loss / d {} = {:.12g}\n", name, shown(values[0]))
                 : fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
@@ -89,7 +89,7 @@ void report_steady(Job& job, TaskRun& run, double loss, const Eigen::VectorXd& g
   warn_of_unrest(job, run, run.inverse->start(), loss, {gradient});
 }
 
-/// There and back.
+/// Solves of the forward run and of the adjoints.
 std::vector<driver::SolveReport> all_solves(const TaskRun& run) {
   const driver::Compiled& compiled = run.session->compiled();
   std::vector<driver::SolveReport> solves = driver::solves_of(compiled, run.session->rollout().solve_notes());
@@ -98,7 +98,7 @@ std::vector<driver::SolveReport> all_solves(const TaskRun& run) {
   return solves;
 }
 
-/// How equations were solved, and who tells what a loose tolerance does to the gradient.
+/// Reports how equations were solved, and warns of the effect of a loose tolerance on the gradient.
 void report_solves(Job& job, const TaskRun& run, const std::vector<driver::SolveReport>& solves, Json& result) {
   constexpr double loose = 1e-6;
   if (solves.empty()) return;
@@ -122,7 +122,7 @@ void report_solves(Job& job, const TaskRun& run, const std::vector<driver::Solve
   }
 }
 
-/// With a warning where the gradient has lost its digits.
+/// Warns if rounding has destroyed the gradient's digits.
 Json growth_json(Job& job, const TaskRun& run, const std::vector<analysis::AdjointWatch::Look>& looks,
                  const Eigen::VectorXd& gradient) {
   const auto growth = report::gradient_growth(*run.session, *run.inverse, looks, run.inverse->start(), gradient);
@@ -140,7 +140,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const double loss = inverse.value_and_gradient(inverse.start(), gradient);
   const std::vector<analysis::AdjointWatch::Look> looks = watch->looks();
   watch.reset();
-  const std::vector<driver::SolveReport> solves = all_solves(run);  // of this gradient, and of none that is timed
+  const std::vector<driver::SolveReport> solves = all_solves(run);  // of this gradient, before further ones are timed
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the gradient was complete"});
     return result;

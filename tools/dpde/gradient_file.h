@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gradient with its certificate, as files.
+// Writes a gradient with its certificate to files.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ struct GradientField {
   std::vector<double> values;
 };
 
-/// TASK_gradient.json, `result`, and TASK_gradient.nc, the fields with what it takes to make them again and the
-/// certificate, in the folder of --out.
+/// Writes TASK_gradient.json, with `result`, and TASK_gradient.nc, with the fields, the settings that reproduce them
+/// and the certificate, to the folder of --out.
 void save_gradient(Job& job, const driver::Session& session, std::vector<GradientField> fields, const Json& result);
 
 }  // namespace dpde::tools

@@ -14,7 +14,7 @@ std::atomic<bool>& raised() {
   return flag;
 }
 
-/// The first signal that came; 0: none.
+/// The first signal received; 0: none.
 std::atomic<int>& first_signal() {
   static std::atomic<int> signal{0};
   return signal;
@@ -26,7 +26,7 @@ std::int64_t now_ms() {
   return std::int64_t{1000} * time.tv_sec + time.tv_nsec / 1000000;
 }
 
-/// Some senders signal a process and its group, so that one request arrives twice; that is not a second one.
+/// Some senders signal a process and its group, so one request arrives twice; it does not count as a second one.
 constexpr std::int64_t one_request_ms = 300;
 
 std::atomic<std::int64_t>& first_signal_ms() {
@@ -54,7 +54,7 @@ void listen_for(int signal) {
 
 const std::atomic<bool>& interrupt_flag() {
   static const bool installed = [] {
-    raised();  // made before a signal can come
+    raised();  // constructed before a signal can arrive
     first_signal();
     first_signal_ms();
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);

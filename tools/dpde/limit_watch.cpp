@@ -22,10 +22,10 @@ double seconds_now() {
 
 LimitWatch::LimitWatch(Job& job, TaskRun& run) : job_(job), run_(run), begin_(seconds_now()) {
   const auto is_network = [](const driver::Inverse::Part& part) { return part.is_network(); };
-  is_told_ = std::ranges::all_of(run.inverse->parts(), is_network);  // weights change no step that is judged
+  is_told_ = std::ranges::all_of(run.inverse->parts(), is_network);  // weights do not change the judged step
 }
 
-/// Numbers by their values, fields by their names.
+/// Numbers with their values, fields only by name.
 std::string LimitWatch::values_text(const Eigen::VectorXd& x) const {
   std::vector<std::string> texts;
   for (const driver::Inverse::Part& part : run_.inverse->parts()) {
@@ -39,7 +39,7 @@ void LimitWatch::look(int iteration, const Eigen::VectorXd& x, bool is_last) {
   const double start = seconds_now();
   if (is_told_ || (iteration > 0 && !is_last && spent_ > part_of_time * (start - begin_))) return;
   run_.inverse->assign(x);
-  // Not kept: nobody comes to these values a second time.
+  // Not cached: these values do not occur again.
   const bool may_grow = !stability::look_for_growth(*run_.session);
   const stability::StabilityReport verdict =
       may_grow ? stability::examine(*run_.session) : stability::StabilityReport{};

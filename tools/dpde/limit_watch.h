@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unknowns on their way may make a step unstable that was stable where the task began: a larger nu, a faster wind.
+// Warns if changing unknowns make a step unstable that was stable at the start of the task: a larger nu, a faster wind.
 #pragma once
 
 #include "task_run.h"
@@ -8,11 +8,11 @@ namespace dpde::tools {
 
 class LimitWatch {
  public:
-  /// Of a task that is open.
+  /// The task must be open.
   LimitWatch(Job& job, TaskRun& run);
 
-  /// Behind an iteration: the verdict with these unknowns. The first step above its limit is a warning. Iterations are
-  /// left out where looking would take more than a tenth of the time, but for the first one and the last.
+  /// Call after an iteration: checks stability with these unknowns and warns of the first step above its limit. Skips
+  /// iterations if checks would take more than a tenth of the time, except the first and the last one.
   void look(int iteration, const Eigen::VectorXd& x, bool is_last = false);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde lsp: the language server, for editors, on standard input and output.
+// dpde lsp: the language server for editors, on standard input and output.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

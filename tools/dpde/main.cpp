@@ -11,7 +11,7 @@
 
 int main(int argc, char** argv) {
   using namespace dpde::tools;
-  mallopt(M_MMAP_THRESHOLD, 1 << 17);  // arrays that are given back go to the system, also after larger ones
+  mallopt(M_MMAP_THRESHOLD, 1 << 17);  // so that freed arrays are returned to the system, also after larger ones
   const Streams streams{standard_output(), stderr};
   return status_or_signal(run_command(std::vector<std::string>(argv + 1, argv + argc), streams));
 }

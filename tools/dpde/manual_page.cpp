@@ -8,7 +8,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// As text of a page: no line begins with a request, and hyphens can be copied.
+/// Escapes text for the page: no line begins with a request, and hyphens can be copied.
 std::string page_text(const std::string& text) {
   std::string result;
   bool begins_line = true;
@@ -22,7 +22,7 @@ std::string page_text(const std::string& text) {
   return result;
 }
 
-/// Lines as they stand.
+/// Keeps the lines.
 std::string verbatim(const std::string& text) { return ".nf\n" + page_text(text) + "\n.fi\n"; }
 
 std::string option_text(const OptionEntry& option) {

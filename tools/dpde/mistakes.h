@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A text for each kind of mistake that one finds in a model, made from tests/diagnostics when dpde is configured; of
-// those that show when it is run, from the folder `runs` there, with the commands in front.
+// A text for each kind of mistake in a model, generated from tests/diagnostics at configuration. For mistakes that show
+// when the model runs, from its folder `runs`, preceded by the commands.
 #pragma once
 
 #include <string_view>
@@ -10,7 +10,7 @@ namespace dpde::tools {
 
 struct Mistake {
   std::string_view kind;  // the name in error_codes.h
-  std::string_view text;  // where the mistake is: #~ and the code
+  std::string_view text;  // with a marker at the mistake: #~ and the code
 };
 const std::vector<Mistake>& mistakes();
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde new: a first model file, to be changed into one's own.
+// dpde new: writes a first model file, to be edited.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +16,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Formatted, runs and is certified as it is.
+/// Is formatted, runs and passes the certificate unchanged.
 constexpr const char* first_scene = R"(# Heat in a rod, and a task: which conductivity has made what was seen?
 model heat {
   field u

@@ -34,7 +34,7 @@ std::vector<UnknownScale> scales_of(const driver::Inverse& inverse) {
   return dpde::scales_of(inverse.start(), std::move(parts), inverse.bounds());
 }
 
-/// Everything the sequence of evaluations depends on: programs, start, data, times, method.
+/// Hash of everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
   std::uint64_t key = hash_bytes(text.data(), text.size());
@@ -83,7 +83,7 @@ Method method_of(const model::Optimiser& optimiser) {
   return {Method::Kind::lbfgs};
 }
 
-/// No sum of squares has one: whether v'*H*v is below 0, but for rounding.
+/// Whether v'*H*v is below 0 by more than rounding, which is impossible for a sum of squares.
 bool is_downwards(const Eigen::VectorXd& v, const Eigen::VectorXd& product) {
   constexpr double rounding = 1e-9;
   return v.dot(product) < -rounding * v.norm() * product.norm();
@@ -108,7 +108,7 @@ ScaledResult minimise_with(Job& job, TaskRun& run, const model::Optimiser& optim
                          scales_of(*run.inverse), observer, run.inverse->bounds());
 }
 
-/// Iterations worth a line: the first ones, then about forty.
+/// Iterations that are printed: the first ones, then about forty.
 bool is_shown(int iteration, int iterations) {
   if (iteration <= 5 || iteration == iterations) return true;
   const int stride = std::max(5, iterations / 40 / 5 * 5);
@@ -117,18 +117,19 @@ bool is_shown(int iteration, int iterations) {
 
 struct Outcome {
   OptimiseResult result;
-  std::vector<double> scales;  // of unknowns, where the method takes such
+  std::vector<double> scales;  // of unknowns, if the method uses them
   double seconds = 0;
   Eigen::VectorXd first_gradient;
   std::optional<analysis::GradientGrowth> growth;  // of the first gradient
-  std::string grown;                               // what to say where that is not finite
+  std::string grown;                               // the message if that is not finite
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
                  files::EvaluationLog* log) {
   Progress progress(options.streams.err, false, options.quiet || options.json);
   Outcome outcome;
-  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());  // the first gradient
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session,
+                                              run.session->steps());  // for the first gradient
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
     if (log != nullptr && log->next(loss, gradient)) return loss;
@@ -148,7 +149,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
     return loss;
   };
-  std::string lines;  // shown after the clock has stopped when the run is short, so that printing costs no time
+  std::string lines;  // printed after the clock has stopped if the run is short, so that printing is not measured
   std::optional<LimitWatch> limit;
   if (!options.force) limit.emplace(job, run);
   const auto start = std::chrono::steady_clock::now();
@@ -176,7 +177,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   return outcome;
 }
 
-/// Whether the steady state where it ends is one, for its gradient.
+/// Warns if the run ends too far from its steady state for the gradient.
 void warn_of_end(Job& job, TaskRun& run, const Outcome& outcome) {
   Eigen::VectorXd gradient(outcome.result.x.size());
   const double loss = run.inverse->value_and_gradient(outcome.result.x, gradient);
@@ -209,7 +210,7 @@ void report_stop(Job& job, const TaskRun& run, const Outcome& outcome, int itera
   }
 }
 
-/// "scales: D 1.2e-06, q 5e+04" where the method took such, and null or an object.
+/// Prints "scales: D 1.2e-06, q 5e+04" if the method used scales; returns null or an object.
 Json report_scales(Job& job, const TaskRun& run, const std::vector<double>& sizes) {
   if (sizes.empty()) return nullptr;
   Json scales = Json::object();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an optimisation leaves behind: losses as a table and a curve, unknowns as arrays, and a picture of target,
-// result and recovered initial state.
+// Results of an optimisation: losses as a table and a curve, unknowns as arrays, and a picture of target, result and
+// recovered initial state.
 #pragma once
 
 #include "dpde/runtime/optimise.h"
@@ -8,7 +8,7 @@
 
 namespace dpde::tools {
 
-/// Writes loss.csv, loss.svg/png, NAME.npy of each unknown initial state, TASK.svg/png; the loss as text on a terminal.
+/// Writes loss.csv, loss.svg/png, NAME.npy of each unknown initial state, TASK.svg/png; prints the loss on a terminal.
 void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result);
 
 }  // namespace dpde::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde plot: pictures of an array file, or a picture a stored state.
+// dpde plot: pictures of an array file, or one for each stored state.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -30,7 +30,7 @@ struct PlotOptions : CommonOptions {
   bool all_states() const { return video || film || time.has_value(); }
 };
 
-/// Of the cell that the place lies in; nullopt after a diagnostic.
+/// The slice through the cell that contains the position; nullopt after a diagnostic.
 std::optional<plot::Slice> slice_at(Job& job, const plot::StoredField& field, const std::string& written) {
   const auto refuse = [&](const std::string& why, const std::string& hint = "write --slice z=0.5") {
     job.sink().report("bad-option", {}, {fmt::format("--slice {}: {}", written, why)}, hint);
@@ -56,7 +56,7 @@ std::optional<plot::Slice> slice_at(Job& job, const plot::StoredField& field, co
   return refuse("there is no axis of that name");
 }
 
-/// False, and an error, when nothing is left to draw.
+/// Reports values that cannot be drawn; returns false with an error if none remain.
 bool tell_of_values_left_out(Job& job, const plot::StoredField& field) {
   std::size_t all = 0, bad = 0;
   for (const std::vector<double>& state : field.states) {
@@ -108,7 +108,7 @@ void draw_states(Job& job, const PlotOptions& options, const fs::path& stem,
 }
 
 void plot(Job& job, const PlotOptions& options) {
-  interrupt_flag();  // before there are temporary folders
+  interrupt_flag();  // before temporary folders exist
   const auto fields = plot::load_fields(options.file, options.field, options.all_states(), job.sink());
   if (!fields) return;
   std::vector<plot::Panel> panels;
@@ -118,7 +118,7 @@ void plot(Job& job, const PlotOptions& options) {
     if (!check_time(job, options, field) || !tell_of_values_left_out(job, field)) return;
     slices.push_back(options.slice.empty() ? std::nullopt : slice_at(job, field, options.slice));
     if (job.failed()) return;
-    if (field.name != name) name += "_" + field.name;  // beside the picture that run made
+    if (field.name != name) name += "_" + field.name;  // does not overwrite the picture of dpde run
     plot::add_panels(field, plot::state_at(field, options.time), slices.back(), std::nullopt, panels);
     if (const plot::LinePanel* line = std::get_if<plot::LinePanel>(&panels.back()))
       job.say(plot::text_plot(*line, plot::terminal_is_utf8()));

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::chrono::milliseconds between_looks{50};
 
-/// What a compiler writes meanwhile may stand in the way of the first attempts.
+/// A compiler that still writes may make the first attempts fail.
 void remove_folder(const std::filesystem::path& folder) {
   std::error_code error;
   for (int attempt = 0; attempt < 10; ++attempt) {
@@ -32,7 +32,7 @@ void remove_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 Preparing::Preparing(const Job& job, std::string stopped) : options_(job.options()), stopped_(std::move(stopped)) {
-  interrupt_flag();  // the handlers are there before the folder
+  interrupt_flag();  // installs the handlers before the folder exists
   if (options_.backend == "cpp") {
     folder_ = std::make_unique<TemporaryFolder>();
     const char* set = std::getenv("TMPDIR");
@@ -45,7 +45,7 @@ Preparing::Preparing(const Job& job, std::string stopped) : options_(job.options
 Preparing::~Preparing() {
   watcher_.request_stop();
   watcher_.join();
-  if (interrupt_flag().load()) end();  // a compiler that ended by the same signal is no error of its own
+  if (interrupt_flag().load()) end();  // a compiler ended by the same signal is not an error
   if (!folder_) return;
   if (temporary_.empty()) {
     unsetenv("TMPDIR");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiling and the making of fields hear no flag. Nothing is written meanwhile that another call could take for whole:
-// the first Ctrl-C or SIGTERM may end the process.
+// Compilation and the setup of fields do not check the interrupt flag. They write nothing that another call could
+// mistake for a complete file, so the first Ctrl-C or SIGTERM may end the process.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,8 @@
 
 namespace dpde::tools {
 
-/// While it lives, a thread looks at interrupt_flag(), says `stopped` as an error of the job's and ends the process.
+/// During its lifetime a thread watches interrupt_flag(), reports `stopped` as an error of the job and ends the
+/// process.
 class Preparing {
  public:
   explicit Preparing(const Job& job, std::string stopped = "stopped before anything was run");
@@ -26,8 +27,8 @@ class Preparing {
 
   CommonOptions options_;
   std::string stopped_;
-  std::unique_ptr<TemporaryFolder> folder_;  // holds those of C++ compilers, so that they can be removed
-  std::string temporary_;                    // $TMPDIR as it was; "" when it was not set
+  std::unique_ptr<TemporaryFolder> folder_;  // for temporary files of C++ compilers, so that they can be removed
+  std::string temporary_;                    // original $TMPDIR; "": not set
   std::jthread watcher_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line that is written over and over: only on a terminal, or when asked for.
+// A progress line that is overwritten repeatedly: only on a terminal, or on request.
 #pragma once
 
 #include <chrono>
@@ -11,14 +11,14 @@ namespace dpde::tools {
 
 class Progress {
  public:
-  /// On `stream`. `wanted`: also without a terminal. `silent`: never.
+  /// Writes to `stream`. `wanted`: also if that is not a terminal. `silent`: never.
   Progress(std::FILE* stream, bool wanted, bool silent);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   bool active() const { return active_; }
-  /// Shows `text` with the time left, at most ten times a second; `done` of `total` parts of the work are done.
+  /// Shows `text` with the remaining time, at most ten times a second; `done` of `total` parts of the work are done.
   void show(const std::string& text, int done, int total);
 
  private:
@@ -28,7 +28,8 @@ class Progress {
   Clock::time_point start_ = Clock::now(), last_{};
 };
 
-/// Shows what it is told, and for how long that is so, in such a line, which goes with the last copy of it.
+/// Returns a function that shows its text, and for how long it has been shown, in such a line. The last copy removes
+/// the line.
 std::function<void(const std::string&)> shown_in_line(std::FILE* stream, bool wanted, bool silent);
 
 }  // namespace dpde::tools

@@ -61,7 +61,7 @@ void Record::look(const Snapshot& snapshot) {
 void Record::look_at_end(int step, const std::vector<void*>& states) {
   for (std::size_t s = 0; s < record_.series().size(); ++s) {
     const std::vector<int>& steps = record_.series()[s].steps;
-    while (!steps.empty() && steps.back() > step) record_.drop_last(s);  // states that were not finite any more
+    while (!steps.empty() && steps.back() > step) record_.drop_last(s);  // states that were not finite
     if (steps.empty() || steps.back() != step) add(s, {step, session_.time_of(step), states});
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run of a session writes down on its way.
+// Records a run of a session.
 #pragma once
 
 #include <optional>
@@ -14,21 +14,21 @@ namespace dpde::tools {
 
 class Record {
  public:
-  /// Every `every` steps all states; 0: what the scene says, else the first and the last state of all. States are not
-  /// kept where there is no file for them.
+  /// All states every `every` steps; 0: the outputs of the scene, else the first and the last state of all fields.
+  /// Without a file for frames states are not stored.
   Record(driver::Session& session, int every, FrameFile* frames);
 
   const RunRecord& kept() const { return record_; }
-  /// Records the state where it is due; look() is called at whole intervals of the record at least.
+  /// Records the state if it is due. Must be called at least at all multiples of the record's interval.
   void look(const Snapshot& snapshot);
-  /// The state where a run was stopped belongs to the record too.
+  /// Records the state at which a run was stopped.
   void look_at_end(int step, const std::vector<void*>& states);
 
   std::string save() { return record_.save(); }
-  /// What save() gave, taken over, without the last state of a shorter run. False when it does not fit.
-  /// @throws Error(input) when the states are not there.
+  /// Restores the result of save(), without the last state of a shorter run. Returns false if it does not fit.
+  /// @throws Error(input) if the states are missing.
   bool restore(std::string_view bytes);
-  /// What was recorded of the state where this run goes on is seen by it: a control has another interval there than at
+  /// Recomputes the recorded values of the state where this run resumes: a control has another interval there than at
   /// the end of a shorter run.
   void renew(int step, const std::vector<void*>& states);
 

@@ -37,8 +37,8 @@ namespace dpde::tools {
 
 namespace {
 
-constexpr int looks_at_sums = 4;       // in a run, beside the first
-constexpr int points_of_course = 512;  // of the curves of a run of one cell
+constexpr int looks_at_sums = 4;       // in a run, in addition to the first one
+constexpr int points_of_course = 512;  // of the curves of a run with one cell
 
 struct RunOptions : CommonOptions {
   int every = 0;
@@ -76,15 +76,15 @@ class Run {
   const RunOptions& options_;
   std::unique_ptr<driver::Session> session_;
   RunResult outcome_;
-  std::optional<FrameFile> frames_;  // with --out only
+  std::optional<FrameFile> frames_;  // only with --out
   std::unique_ptr<Record> record_;
-  std::unique_ptr<analysis::SumMonitor> sums_;  // that single steps leave as they are
+  std::unique_ptr<analysis::SumMonitor> sums_;  // sums that single steps conserve
   std::unique_ptr<driver::BackFlowWatch> back_flow_;
   CheckpointInterval interval_;
-  std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
+  std::unique_ptr<RunCheckpoint> checkpoint_;  // only with --out
   int first_step_ = 0;
-  std::vector<plot::Curve> course_;        // of one cell: its states over time
-  Json misses_at_start_ = Json::object();  // by what the first step changes
+  std::vector<plot::Curve> course_;        // for one cell: its states over time
+  Json misses_at_start_ = Json::object();  // by the field that the first step changes
 };
 
 Json Run::operator()() {
@@ -143,11 +143,11 @@ bool Run::open() {
          has_finite_exact(*session_, job_.sink());
 }
 
-/// The calls that the record, checkpoints and the progress line need, as one interval.
+/// An observer whose interval fits the record, checkpoints and the progress line.
 Observer Run::observer(Progress& progress) {
   Observer observer;
   observer.every = std::gcd(record_->kept().interval(), interval_.steps);
-  if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
+  if (interval_.seconds > 0) observer.every = 1;  // to check the clock
   const int looks = is_one_cell() ? points_of_course : progress.active() ? 100 : looks_at_sums;
   if (observer.every == 0) observer.every = std::max(1, session_->steps() / looks);
   observer.call = [this, &progress, next = 0](const Snapshot& snapshot) mutable {
@@ -165,7 +165,7 @@ Observer Run::observer(Progress& progress) {
   return observer;
 }
 
-/// Ordinary equations have no picture in space.
+/// Ordinary differential equations have no picture in space.
 void Run::add_to_course(double t, const std::vector<void*>& states) {
   course_.resize(states.size());
   for (std::size_t s = 0; s < states.size(); ++s) {
@@ -184,7 +184,8 @@ bool Run::step() {
   if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
   const std::vector<void*>& states = session_->rollout().final_states();
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
-  // From where it is steady a run would make one more step: it goes on from before, to the same end.
+  // Resuming a steady run would make one more step: so no checkpoint is saved at its end, and it resumes from an
+  // earlier one.
   const bool is_steady = outcome_.steady && outcome_.steady->is_reached;
   if (checkpoint_ && keeps && !outcome_.blow_up && !is_steady) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
@@ -265,7 +266,7 @@ void Run::warn_of_number(const std::string& name, double value) {
                      "the states are finite: in it something is divided by 0, or a root or log taken of what has none");
 }
 
-/// Of sums that single steps leave as they are; not what an event or a control changes later.
+/// Drift of sums that single steps conserve; events and controls may change these later.
 void Run::report_drifts(Json& result) {
   Json drifts = Json::object();
   std::string text;
@@ -297,7 +298,7 @@ void Run::report_errors(Json& result) {
   result["error"] = std::move(errors);
 }
 
-/// The first step makes constraints true that the initial state misses.
+/// Reports constraints that the initial state violates; the first step enforces them.
 void Run::look_at_start() {
   session_->engine().update_formulas();
   std::vector<void*> states;
@@ -325,7 +326,7 @@ void Run::report_constraints(Json& result) {
   if (!misses_at_start_.empty()) result["constraints_at_start"] = misses_at_start_;
 }
 
-/// How equations were solved, and why so.
+/// Reports how equations were solved, and the reasons.
 void Run::report_solves(Json& result) {
   const auto solves = driver::solves_of(session_->compiled(), session_->rollout().solve_notes());
   if (solves.empty()) return;
@@ -362,7 +363,7 @@ void Run::write_files() {
   save_picture(job_, problem.scene, plot::panels_of_run(*session_, drawn));
 }
 
-/// Computed where they are not recorded.
+/// Shown outputs at the end, computed if not recorded.
 std::map<std::string, std::vector<double>> Run::shown_at_end() {
   std::map<std::string, std::vector<double>> all;
   for (const model::OutputField& shown : session_->problem().shown) {

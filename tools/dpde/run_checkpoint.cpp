@@ -81,7 +81,7 @@ std::optional<int> RunCheckpoint::resume() {
 }
 
 void RunCheckpoint::look(const Snapshot& snapshot) {
-  const bool is_of_end = snapshot.is_last && session_.is_until_steady();  // which the run decides on
+  const bool is_of_end = snapshot.is_last && session_.is_until_steady();  // handled by the run
   if (snapshot.step == last_step_ || is_of_end) return;
   const bool step_is_due = interval_.steps > 0 && snapshot.step % interval_.steps == 0;
   const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_time_;
@@ -95,7 +95,8 @@ void RunCheckpoint::save(int step, const std::vector<void*>& states) {
     for (void* state : states) {
       std::vector<double>& values = restart.states.emplace_back(session_.workspace().cell_count());
       copy_out(session_.workspace().layout(), state, values);
-      if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) return;  // the run ends soon
+      if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); }))
+        return;  // the run is about to end
     }
     restart.record = record_.save();
     if (driver::save_restart(path_, restart, job_.sink())) frames_.remove_others();

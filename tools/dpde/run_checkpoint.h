@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is
-// stopped; beside it SCENE.frames, the states of its output so far.
+// Checkpoints of a run: SCENE.restart in the folder of --out, at intervals of steps or seconds and when the run is
+// stopped; with it SCENE.frames, the states of its output so far.
 #pragma once
 
 #include <chrono>
@@ -26,10 +26,10 @@ class RunCheckpoint {
   /// SCENE.restart in the folder of --out.
   static std::filesystem::path path_of(const Job& job, const driver::Session& session);
 
-  /// Puts the run where the checkpoint was made; the number of that state. 0 when there is none; nullopt after a
+  /// Restores the run at the checkpoint and returns the number of its state; 0 if there is none; nullopt after a
   /// diagnostic.
   std::optional<int> resume();
-  /// Writes a checkpoint when it is time for one.
+  /// Writes a checkpoint if it is due.
   void look(const Snapshot& snapshot);
   void save(int step, const std::vector<void*>& states);
 

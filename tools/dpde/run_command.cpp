@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each verb has a file of its own; this one parses the command line and hands over.
+// Each verb has its own file; this one parses the command line and calls it.
 #include "run_command.h"
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Wrong options are wrong input: exit status 2.
+/// Invalid options count as wrong input: exit status 2.
 int report_usage(const std::string& message, bool json, const Streams& streams) {
   fmt::print(streams.err, "dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message);
   if (json) {
@@ -32,7 +32,7 @@ int report_usage(const std::string& message, bool json, const Streams& streams) 
   return flushed(static_cast<int>(Exit::wrong_input), streams);
 }
 
-/// A first word that is no verb; "" when it is one or there is none.
+/// The first argument if it is not a verb; "" if it is one or there is none.
 std::string unknown_verb(const CLI::App& app, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments[0].starts_with('-')) return "";
   std::vector<std::string> verbs;
@@ -42,7 +42,7 @@ std::string unknown_verb(const CLI::App& app, const std::vector<std::string>& ar
   return fmt::format("there is no verb {}{}", arguments[0], nearest.empty() ? "" : "; did you mean " + nearest + "?");
 }
 
-/// "" where $DPDE_ISA is not set or names instructions; those that the processor lacks are left to it.
+/// "" if $DPDE_ISA is unset or valid; whether the processor has the instructions is checked elsewhere.
 std::string unknown_instruction_set() {
   const char* const value = std::getenv("DPDE_ISA");
   const std::string asked = value == nullptr ? "" : value;
@@ -91,7 +91,8 @@ int run_command(const std::vector<std::string>& arguments, const Streams& stream
   if (unknown.empty()) unknown = unknown_instruction_set();
   if (!unknown.empty()) return report_usage(unknown, json, streams);
   try {
-    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes the last one first
+    app.parse(std::vector<std::string>(arguments.rbegin(),
+                                       arguments.rend()));  // CLI11 expects the arguments in reverse order
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return report_usage(error.what(), json, streams);
     std::ostringstream asked;  // --help, --version

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole command as a function: what main() calls, and tests without a process.
+// The whole command as a function: for main(), and for tests without a process.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace dpde::tools {
 
-/// `arguments`: what stands behind `dpde`. The exit status. Folders are those of the process, and so are signals: once
-/// a verb has looked for Ctrl-C, interrupt_flag() has its handlers.
+/// `arguments`: those after `dpde`. Returns the exit status. Uses the folders and signals of the process: once a verb
+/// has called interrupt_flag() its handlers are installed.
 int run_command(const std::vector<std::string>& arguments, const Streams& streams);
 
 }  // namespace dpde::tools

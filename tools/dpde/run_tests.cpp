@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tests of a task that learns, run and reported.
+// Runs and reports the tests of a task that learns.
 #include <fmt/format.h>
 
 #include "report/training/tests.h"

@@ -39,7 +39,7 @@ void save_file(Job& job, const std::string& name, const std::function<void(const
 
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {
-  std::vector<std::int64_t> shape;  // z first, of the axes that there are
+  std::vector<std::int64_t> shape;  // z first, without absent axes
   for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
   const std::int64_t cells = std::reduce(shape.begin(), shape.end(), std::int64_t{1}, std::multiplies());
   const auto count = static_cast<std::int64_t>(values.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// States of a scene as files and pictures, in the folder of --out.
+// Writes states of a scene to files and pictures in the folder of --out.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +14,28 @@
 
 namespace dpde::tools {
 
-/// Makes options().out; false and a diagnostic when it cannot. Without --out there are no files: true.
+/// Makes the folder options().out; returns false with a diagnostic on failure, true without --out.
 bool prepare_out(Job& job);
-/// NAME.npy in the folder of --out, of shape (nz, ny, nx) without the axes that are not there; where there are more
-/// values than cells, with their number in front.
+/// Writes NAME.npy to the folder of --out, of shape (nz, ny, nx) without absent axes; several states get their count as
+/// the first dimension.
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values);
-/// A file in the folder of --out that `write` writes, throwing what is told.
+/// A file in the folder of --out, written by `write`; its exceptions become diagnostics.
 void save_file(Job& job, const std::string& name, const std::function<void(const std::filesystem::path&)>& write);
-/// A text file in the folder of --out.
+/// Writes a text file to the folder of --out.
 void save_text(Job& job, const std::string& name, const std::string& text);
-/// NAME.svg and NAME.png in the folder of --out; says so when there is no gnuplot.
+/// Writes NAME.svg and NAME.png to the folder of --out; reports if gnuplot is missing.
 void save_picture(Job& job, const std::string& name, const std::vector<plot::Panel>& panels);
 
-/// NAME.safetensors, in the precision that the network computes with.
+/// Writes NAME.safetensors, in the precision of the network.
 void save_weights(Job& job, const network::Network& network, const std::vector<double>& values);
 
-/// Cells an axis, for JSON.
+/// Cells along each axis, for JSON.
 Json json_cells(const driver::Session& session);
 /// "128" or "64 x 32".
 std::string cells_text(const driver::Session& session);
 
-/// Says its words; its files and pictures go to the folder of --out.
+/// Prints its text; writes its files and pictures to the folder of --out.
 void tell(Job& job, const report::Report& report);
 
 }  // namespace dpde::tools

@@ -13,7 +13,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Where a scene is missing.
+/// Location for the message of a missing scene.
 SourceRange last_program(const ast::File& file) {
   SourceRange range;
   for (const ast::Declaration& declaration : file.declarations) {

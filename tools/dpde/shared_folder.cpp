@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The scene or task of a model file, and what its files begin with once they are another's.
+/// The scene or task of a model file, and the prefix of its files once another one owns the plain names.
 struct Owner {
   std::string model, name;
   std::string stem() const { return fs::path(model).stem().string(); }
@@ -23,7 +23,7 @@ struct Owner {
   bool operator==(const Owner&) const = default;
 };
 
-/// Lines "u.npy<tab>model<tab>scene". Without one, or where it is damaged, nobody knows, and nothing is kept.
+/// Lines "u.npy<tab>model<tab>scene". Without a valid record owners are unknown, and no file is kept.
 std::map<std::string, Owner> owners_in(const fs::path& record) {
   DiagnosticSink ignored;
   std::istringstream lines(files::read_file(record, {}, ignored).value_or(""));
@@ -40,15 +40,15 @@ std::map<std::string, Owner> owners_in(const fs::path& record) {
   return owners;
 }
 
-/// The same for one file and scene, however they are called on the command line.
+/// Equal for the same file and scene, however the command line names them.
 Owner owner_now(const Job& job) {
   std::error_code error;
   const fs::path model = fs::weakly_canonical(job.options().file, error);
   return {error ? job.options().file : model.string(), job.name()};
 }
 
-/// What `file`, which is the owner's, is called from now on: a name that nothing of others has, as another model's may
-/// that has a scene of the same name.
+/// A new name for `file`, which belongs to its owner: one that no other owner has, since another model may have a scene
+/// of the same name.
 std::string free_name(const fs::path& file, const Owner& owner, const std::map<std::string, Owner>& owners) {
   const std::string name = owner.prefix() + "_" + file.filename().string();
   std::string found = name;
@@ -86,7 +86,7 @@ void keep_file_of_others(Job& job, const fs::path& file) {
   for (const auto& [name, owner] : owners) text += fmt::format("{}\t{}\t{}\n", name, owner.model, owner.name);
   try {
     write_file_atomically(record, text);
-  } catch (const Error&) {  // who cannot write it cannot write the file either, which says so
+  } catch (const Error&) {  // then the file cannot be written either, which is reported
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder of --out that several scenes share. What is called after a field or a table, u.npy, is of the last of them;
-// those of others get their scene's name in front, rod_u.npy. DIR/.dpde says whose each is.
+// A folder of --out that several scenes share. A file named after a field or a table, such as u.npy, belongs to the
+// last scene; those of other scenes get the scene's name as a prefix, rod_u.npy. DIR/.dpde records the owners.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace dpde::tools {
 
-/// Before `file`, in the folder of --out, is written.
+/// Call before writing `file` in the folder of --out.
 void keep_file_of_others(Job& job, const std::filesystem::path& file);
 
 }  // namespace dpde::tools

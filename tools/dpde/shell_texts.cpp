@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde completion, dpde man: what shells and man read, made of the tables that --help shows.
+// dpde completion, dpde man: texts for shells and man, made from the tables of --help.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

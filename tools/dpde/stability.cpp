@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde stability: proves the verdict. Runs below and above the predicted limit, with and without a random disturbance,
-// and draws predicted and measured boundary in one picture.
+// dpde stability: tests the stability verdict. Runs below and above the predicted limit, with and without a random
+// disturbance, and draws the predicted and the measured limit in one picture.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -37,9 +37,9 @@ struct StabilityOptions : CommonOptions {
 
 constexpr double factors[] = {0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.2, 1.5};
 constexpr double precision = 2e-3;  // of measured limits, relative
-constexpr double range = 8;         // about the prediction
+constexpr double range = 8;         // factor around the prediction
 
-/// NAME=LOW..HIGH: so many values, with equal ratios where these are positive and far apart.
+/// NAME=LOW..HIGH with a number of values; with equal ratios if they are positive and far apart.
 struct Sweep {
   std::string name;
   std::vector<double> values;
@@ -98,17 +98,17 @@ class Stability {
   Job& job_;
   const StabilityOptions& options_;
   Progress progress_;
-  bool has_rows_ = false;  // of a scan against a parameter
+  bool has_rows_ = false;  // rows of a scan over a parameter exist
 };
 
 std::unique_ptr<driver::Session> Stability::open(DiagnosticSink& sink,
                                                  const std::map<std::string, std::string>& overrides) {
-  std::optional<Preparing> preparing;  // it ends the process: not where rows are there already
+  std::optional<Preparing> preparing;  // Preparing may end the process: not once there are rows
   if (!has_rows_) preparing.emplace(job_);
   std::optional<driver::CompileOptions> compile_options = job_.compile_options();
   if (!compile_options) return nullptr;
   for (const auto& [key, value] : overrides) compile_options->selection.overrides[key] = value;
-  compile_options->runs = driver::any_number_of_runs;  // until growth is seen or not
+  compile_options->runs = driver::any_number_of_runs;  // as many as it takes to see growth or not
   return open_scene(job_, *std::move(compile_options), sink);
 }
 
@@ -165,7 +165,7 @@ void Stability::draw_growths(driver::Session& session, const StabilityReport& ve
   plot::Curve predicted{"predicted", {}, {}}, stable{"measured, stable", {}, {}, true},
       unstable{"measured, unstable", {}, {}, true};
   const double low = trials.front().step, high = trials.back().step;
-  const int parts = verdict.is_of_grid ? 20 : 100;  // each takes the eigenvalues of a large matrix there
+  const int parts = verdict.is_of_grid ? 20 : 100;  // each point computes the eigenvalues of a large matrix if of_grid
   for (int i = 0; i <= parts; ++i) predicted.x.push_back(low + (high - low) * i / parts);
   predicted.y = stability::growths_at(session, verdict, predicted.x);
   for (const stability::Trial& trial : trials) {
@@ -182,7 +182,7 @@ void Stability::draw_growths(driver::Session& session, const StabilityReport& ve
   save_picture(job_, session.problem().scene + "_stability", {panel});
 }
 
-/// The time in which the runs of the shortest steps are lost, where that is nearly the same for all of them.
+/// The time at which the runs with the shortest steps blow up, if it is nearly the same for all of them.
 std::optional<double> common_end(const std::vector<stability::Trial>& by_step) {
   constexpr std::size_t looked_at = 4;
   constexpr double alike = 1.25;
@@ -235,7 +235,7 @@ void Stability::scan_step_of(driver::Session& session, const StabilityReport& ve
   draw_growths(session, verdict, found.trials);
 }
 
-/// Where no step is stable, what grows is compared.
+/// If no step is stable, growth rates are compared.
 void Stability::measure_growth(driver::Session& session, const StabilityReport& verdict, Json& result) {
   std::vector<stability::Trial> trials;
   std::vector<double> steps;
@@ -254,7 +254,7 @@ void Stability::measure_growth(driver::Session& session, const StabilityReport& 
   }
   if (trials.size() == 3) {
     result["measured"] = {{"max_step", trials[0].is_stable ? Json(steps[0]) : Json(0)}, {"growth", trials[2].growth}};
-    result["ratio"] = nullptr;  // there is no limit; the growths are to be compared
+    result["ratio"] = nullptr;  // there is no limit; compare the growth rates
   }
 }
 
@@ -276,7 +276,7 @@ void Stability::scan_step(Json& result) {
   save_points(result["points"]);
 }
 
-/// One value that cannot be run is a row that says why. False where it was stopped.
+/// A value that cannot be run becomes a row with the reason. Returns false when stopped.
 bool Stability::scan_value(const Sweep& sweep, double value, Json& rows, Json& result) {
   DiagnosticSink sink;
   Json row = {{sweep.name, value}, {"predicted", nullptr}, {"measured", nullptr}, {"ratio", nullptr}};
@@ -322,7 +322,7 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
   DiagnosticSink first;
   open(first, {{sweep.name, fmt::format("{}", sweep.values.front())}});
   for (const Diagnostic& d : first.all()) {
-    if (d.kind == KindRef("unknown-setting").kind) return job_.sink().add(d);  // so it would be of all values
+    if (d.kind == KindRef("unknown-setting").kind) return job_.sink().add(d);  // it would be the same for all values
   }
   Json rows = Json::array();
   result["points"] = Json::array();
@@ -332,7 +332,8 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
     progress_.show(fmt::format("{} = {:.5g}", sweep.name, sweep.values[i]), static_cast<int>(i) + 1, options_.points);
   }
   const bool is_any_run = std::ranges::any_of(rows, [](const Json& row) { return !row.contains("failure"); });
-  if (!is_any_run && !rows.empty()) open(job_.sink(), {{sweep.name, fmt::format("{}", sweep.values.front())}});  // says
+  if (!is_any_run && !rows.empty())
+    open(job_.sink(), {{sweep.name, fmt::format("{}", sweep.values.front())}});  // reports the error
   result["predicted"] = Json::array();
   result["measured"] = Json::array();
   result["ratio"] = Json::array();

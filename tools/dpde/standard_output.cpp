@@ -12,7 +12,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// For fopencookie(): 0 is an error.
+/// For fopencookie(): 0 means an error.
 ssize_t write_while_read(void* /*nothing*/, const char* text, size_t size) {
   size_t done = 0;
   while (done < size) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard output where it is a pipe: its reader may be done before the command is, as `head` is.
+// Standard output for pipes whose reader may end before the command does, such as `head`.
 #pragma once
 
 #include <cstdio>
 
 namespace dpde::tools {
 
-/// Text that nobody reads any more is dropped without a word, and the command goes on: what it writes to files is
-/// wanted all the same. Other errors are told as ever.
+/// If the reader has ended, further text is dropped silently and the command continues: its files are still wanted.
+/// Other errors are reported as usual.
 std::FILE* standard_output();
 
 }  // namespace dpde::tools

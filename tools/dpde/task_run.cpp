@@ -50,7 +50,7 @@ void add_task_options(CLI::App& verb, TaskOptions& options, const Console& conso
 
 namespace {
 
-/// Windows of a training have a gradient each.
+/// Checks memory; in a training each window has its own gradient.
 bool is_possible(Job& job, const TaskOptions& options, const driver::Compiled& compiled) {
   const std::optional<std::int64_t> bytes = checkpoint_bytes(job, options);
   return bytes && (compiled.problem->task->training ||
@@ -58,7 +58,7 @@ bool is_possible(Job& job, const TaskOptions& options, const driver::Compiled& c
                                          job.source(), job.sink()));
 }
 
-/// A line of what was not checked for each choice whose jump the derivatives go on without, and for what may be one.
+/// Adds a line for each choice whose jump the derivatives ignore, and for possible ones.
 void add_jumps(const SourceFile& source, const driver::Compiled& compiled, std::vector<std::string>& lines) {
   std::set<std::string> seen;
   const auto add = [&](const Origin& origin, const char* text) {
@@ -125,7 +125,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run, double runs) 
   run.session = driver::Session::open(job.source(), run.compiled, session, job.sink());
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   if (run.inverse == nullptr) return false;
-  run.inverse->assign(run.inverse->start());  // where the task begins may be where the scene does not
+  run.inverse->assign(run.inverse->start());  // the task may start from other values than the scene
   return stability::check_step(*run.session, options.force, job.sink()) && !job.failed();
 }
 
@@ -181,8 +181,8 @@ bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint
 
 namespace {
 
-/// The unknown whose gradient differs most between both states, where that is more than a thousandth of itself and of
-/// `first`, and more than rounding leaves of a loss of this scale.
+/// The unknown whose gradient differs most between both states, if by more than a thousandth of itself and of `first`,
+/// and by more than rounding of a loss of this scale.
 const driver::Inverse::Part* most_moved(const TaskRun& run, const Eigen::VectorXd& x, const SteadyGradients& gradients,
                                         double loss_scale) {
   constexpr double least_share = 1e-3, rounding = 1e-9;
@@ -262,7 +262,7 @@ OwnTests run_own_tests(Job& job, TaskRun& run, const Eigen::VectorXd& x, const s
   return tests;
 }
 
-/// Of f32, whose squares end at 3e38.
+/// In f32 squares overflow above 3e38.
 bool is_beyond_single(driver::Session& session) {
   if (session.problem().scheme.real != Precision::f32) return false;
   const double most = std::sqrt(static_cast<double>(std::numeric_limits<float>::max()));
@@ -289,6 +289,6 @@ std::string help_at_start(const TaskRun& run, bool has_loss) {
 
 double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {
   return x.segment(part.offset, part.size).stableNorm();
-}  // squares of 1e-200 are 0
+}  // squares of 1e-200 underflow
 
 }  // namespace dpde::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gradient` and `optimize` share: a task compiled with its adjoint, with data loaded and unknowns in one vector.
+// Shared by `gradient` and `optimize`: a task compiled with its adjoint, its data, and its unknowns as one vector.
 #pragma once
 
 #include <memory>
@@ -27,50 +27,49 @@ struct TaskRun {
 };
 
 void add_task_options(CLI::App& verb, TaskOptions& options, const Console& console);
-/// Those of them that say where states are stored.
+/// Only the options on the storage of states.
 void add_storage_options(CLI::App& verb, TaskOptions& options);
 
-/// Compiles the task with its adjoints and certifies them; false and diagnostics when anything is wrong.
+/// Compiles the task with its adjoints and certifies them; returns false with diagnostics on errors.
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run);
-/// --memory; nullopt after a diagnostic.
+/// The value of --memory; nullopt after a diagnostic.
 std::optional<std::int64_t> checkpoint_bytes(Job& job, const TaskOptions& options);
 
-/// The job's source is loaded. False and diagnostics when anything is wrong.
+/// The job's source must be loaded. Returns false with diagnostics on errors.
 bool open_task(Job& job, const TaskOptions& options, TaskRun& run, double runs = 1);
 
-/// What --json says about the certificate: null where there is none.
+/// The certificate for --json: null if there is none.
 Json certificate_json(const TaskRun& run);
-/// Says it as text, where there is one, once all that the task needs is there: never behind an error.
+/// Prints it, if there is one. Call once everything for the task is set up, so that it never follows an error.
 void say_certificate(Job& job, const TaskRun& run);
-/// A warning where a run until steady ends too far from rest for its loss; false where it does not.
+/// Warns if a run until steady ends too far from its steady state for the loss; returns whether it does.
 bool warn_of_unrest(Job& job, const model::Problem& problem, const SteadyAdjoint& adjoint);
-/// Of a task of a steady state, by all unknowns.
+/// Gradients of a task of a steady state, by all unknowns.
 struct SteadyGradients {
-  Eigen::VectorXd own;           // the last that was computed
-  Eigen::VectorXd first = {};    // where an optimiser began; none: of size 0
+  Eigen::VectorXd own;           // the last one computed
+  Eigen::VectorXd first = {};    // at the start of an optimiser; empty: none
   Eigen::VectorXd at_rest = {};  // see driver::Inverse::value_and_gradient_at_rest
 };
-/// The same, or one where it does for its gradient, which differs from that of the state at rest: of each unknown
-/// compared with its own, or the first where that is larger. One gradient more.
+/// The same, and a warning if the gradient differs too much from that at the fixed point: for each unknown relative to
+/// its own gradient, or to the first one if that is larger. Computes one more gradient.
 void warn_of_unrest(Job& job, TaskRun& run, const Eigen::VectorXd& x, double loss, SteadyGradients gradients);
-/// Warnings of the run with these unknowns: states that grow as in unstable steps, flow that comes in through open
-/// ends, constraints that are missed at the end.
+/// Warnings of the run with these unknowns: states that grow as with unstable steps, inflow through open ends,
+/// constraints that are violated at the end.
 void warn_of_run(Job& job, TaskRun& run, const Eigen::VectorXd& x);
 
-/// The tests of a task that does not learn from trajectories: by name, and the seconds that they took.
+/// Results of the tests of a task that does not learn from trajectories, by name, and their time in seconds.
 struct OwnTests {
   Json values = Json::object();
   double seconds = 0;
 };
-/// Told, with what warn_of_run has to say. One that is no finite number is an error, unless there is one already; so is
-/// Ctrl-C, where `if_stopped` says how they are run after all.
+/// Runs and reports the tests, with the warnings of warn_of_run. A result that is not finite is an error, unless there
+/// is one already. Ctrl-C is an error too; `if_stopped` then explains how to run the tests.
 OwnTests run_own_tests(Job& job, TaskRun& run, const Eigen::VectorXd& x, const std::string& if_stopped);
 
-/// What may help where the loss or its gradient is not finite where the task begins. The session's run is another one
-/// afterwards.
+/// Advice for a loss or gradient that is not finite at the start of the task. The session's run changes.
 std::string help_at_start(const TaskRun& run, bool has_loss);
 
-/// Of the part of a flat vector that belongs to an unknown.
+/// Norm of the part of a flat vector that belongs to an unknown.
 double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
 
 }  // namespace dpde::tools

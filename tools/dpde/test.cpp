@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde test: the tests of a task with values that are there already, and nothing is sought.
+// dpde test: runs the tests of a task with given values, without optimising.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -46,7 +46,7 @@ std::vector<std::string> learnt_networks(const model::Task& task) {
   return names;
 }
 
-/// The network and the file: NETWORK=FILE; FILE of the only network, or called as optimize calls it.
+/// Parses NETWORK=FILE; or FILE for the only network, or with a name given by optimize.
 std::optional<std::pair<std::string, std::string>> weights_named(Job& job, const model::Task& task,
                                                                  const std::string& text) {
   const std::vector<std::string> networks = learnt_networks(task);
@@ -96,7 +96,7 @@ std::optional<WeightsByNetwork> given_weights(Job& job, const TestOptions& optio
   return values;
 }
 
-/// Where nothing says what the weights are, they are those that a training would begin with.
+/// Without any source, weights are the initial ones of a training: says so.
 void tell_untrained(Job& job, const TestOptions& options, const model::Task& task, const WeightsByNetwork& given) {
   for (const model::Unknown& unknown : task.unknowns) {
     if (unknown.kind != model::Unknown::Kind::network || !options.from.empty() || given.contains(unknown.name))
@@ -128,8 +128,8 @@ double seconds_of_tests_since(std::chrono::steady_clock::time_point start) {
 // ---- of a task that learns from trajectories
 // ---------------------------------------------------------------------------
 
-/// Begun with the file that the task learns from, where that is there: it tells what it has cost. Else with that of a
-/// test, which is enough.
+/// Opened with the file that the task learns from, if it exists: it states its cost. Otherwise with the file of a test,
+/// which suffices.
 struct TestedScene {
   std::unique_ptr<training::TrainingScene> scene;  // null after a diagnostic
   bool knows_training = false;
@@ -143,9 +143,9 @@ TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& 
   std::error_code error;
   const bool is_there = std::filesystem::exists(learnt, error);
   if (is_there)
-    files::stored_cost(learnt, 0, datum->origin.range, job.sink());  // damage is told, whatever its data are
+    files::stored_cost(learnt, 0, datum->origin.range, job.sink());  // reports damage, whatever its data are
   if (job.failed()) return {};
-  DiagnosticSink told;  // a file that is gone, or of another grid than --set asks for, is not needed
+  DiagnosticSink told;  // the file is not required: it may be missing, or of another grid than that of --set
   std::optional<files::Trajectories> on = files::load_learnt_trajectories(problem, job.source(), told);
   const bool knows_training = on.has_value();
   if (is_there && !on && told.has_errors())
@@ -159,7 +159,7 @@ TestedScene open_scene(Job& job, const std::shared_ptr<const driver::Compiled>& 
   return {training::TrainingScene::open_on(job.source(), compiled, std::move(*on), where, job.sink()), knows_training};
 }
 
-/// Where the task begins, with what --set says.
+/// The initial values of the task, with those of --set.
 struct Beginning {
   std::vector<training::UnknownPart> parts;
   Eigen::VectorXd values;
@@ -172,7 +172,7 @@ Beginning beginning_of(const training::TrainingScene& scene) {
           Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()))};
 }
 
-/// What TASK.training holds: as many trials as the task wants. False after a diagnostic.
+/// Loads TASK.training: as many trials as the task has. False after a diagnostic.
 bool take_found(Job& job, const std::string& folder, const training::TrainingScene& scene, const Beginning& begin,
                 training::TestedValues& tested) {
   const std::string& task = scene.task().name;
@@ -206,7 +206,7 @@ bool take_found(Job& job, const std::string& folder, const training::TrainingSce
   return true;
 }
 
-/// False after a diagnostic. Settings and files of weights stand above what was found.
+/// False after a diagnostic. Settings and files of weights override the values found.
 bool take_values(Job& job, const TestOptions& options, const training::TrainingScene& scene,
                  training::TestedValues& tested) {
   const model::Problem& problem = *scene.compiled->problem;
@@ -280,7 +280,7 @@ Json test_on_trajectories(Job& job, const TestOptions& options) {
 // ---- of any other task
 // -------------------------------------------------------------------------------------------------
 
-/// Where the task begins, or what optimize found, with files of weights and settings above it; nullopt after a
+/// Initial values of the task, or those found by optimize, overridden by files of weights and settings; nullopt after a
 /// diagnostic.
 std::optional<Eigen::VectorXd> values_to_test(Job& job, const TestOptions& options, const TaskRun& run) {
   const model::Problem& problem = run.session->problem();

@@ -34,7 +34,7 @@ std::string trial_text(const training::Trials& trials, std::size_t trial) {
   return trials.count() == 1 ? "" : fmt::format("trial {} of {}, ", trial + 1, trials.count());
 }
 
-/// TASK.training in the folder of --out.
+/// Saves TASK.training in the folder of --out.
 class TrainingCheckpoint {
  public:
   TrainingCheckpoint(Job& job, const training::Trials& trials, CheckpointInterval interval)
@@ -42,7 +42,7 @@ class TrainingCheckpoint {
         interval_(interval),
         path_(std::filesystem::path(job.options().out) / (trials.present().scene().task().name + ".training")) {}
 
-  /// False after a diagnostic.
+  /// Returns false after a diagnostic.
   bool resume(training::Trials& trials) {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) {
@@ -70,7 +70,7 @@ class TrainingCheckpoint {
   void save(const training::Trials& trials) {
     if (job_.options().out.empty() || saved_ == trials.made()) return;
     last_ = Clock::now();
-    DiagnosticSink again;  // one message is enough; a full disk may have room again later
+    DiagnosticSink again;  // one message is enough; a full disk may have space again later
     if (files::write_file(path_, trials.save(), has_failed_ ? again : job_.sink())) {
       saved_ = trials.made();
     } else if (!std::exchange(has_failed_, true)) {
@@ -87,7 +87,7 @@ class TrainingCheckpoint {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Epochs worth a line: the first ones, then about forty.
+/// Epochs that are printed: the first ones, then about forty.
 bool is_shown_epoch(int epoch, int epochs) {
   return epoch <= 5 || epoch == epochs || epoch % std::max(1, epochs / 40) == 0;
 }
@@ -99,17 +99,17 @@ std::string line_of(int number, const training::Epoch& epoch) {
   return text + fmt::format(" {} steps\n", epoch.unroll);
 }
 
-/// What a trial has to say since it was looked at last.
+/// Prints the epochs of a trial since the last call.
 void tell_epochs(Job& job, const training::Trainer& trainer, std::size_t& told) {
   const training::TrainingState& state = trainer.state();
   for (; told < state.epochs.size(); ++told) {
     if (is_shown_epoch(static_cast<int>(told) + 1, trainer.epochs()))
       job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
-    std::fflush(job.options().streams.out);  // into a file, too, where a training of hours is looked at
+    std::fflush(job.options().streams.out);  // so that the file of a long training can be watched
   }
 }
 
-/// Seconds that it took.
+/// Returns the seconds it took.
 double run_training(Job& job, training::Trials& trials, TrainingCheckpoint& checkpoint, bool quiet) {
   Progress progress(job.options().streams.err, false, quiet);
   std::size_t told = trials.present().state().epochs.size(), running = trials.running();
@@ -210,7 +210,7 @@ Json epochs_json(const training::Trainer& trainer) {
   return epochs;
 }
 
-/// What is known of any trial.
+/// The results of any trial.
 Json trial_json(const training::Trial& trial) {
   const training::TrainingState& state = trial.trainer->state();
   Json json = {{"iterations", state.updates.made},
@@ -232,7 +232,7 @@ void say_end(Job& job, const training::Trial& trial, const std::string& name) {
                       training::describe(trial.end)));
 }
 
-/// The best trial as if it were the only one, then all of them.
+/// Reports the best trial like a single one, then all of them.
 void report_training(Job& job, const training::Trials& trials, const TaskRun& run, double seconds, Json& json) {
   const training::Trial& best = trials.all()[trials.best()];
   const std::string& name = best.trainer->scene().task().name;
@@ -268,7 +268,7 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   return job.failed() ? std::nullopt : interval;
 }
 
-/// Of one training; not a number where a checkpoint does not tell.
+/// Mean processor seconds of one training; NaN if a checkpoint lacks it.
 double mean_cost(const training::Trials& trials) {
   double sum = 0;
   for (const training::Trial& trial : trials.all()) sum += trial.cpu_seconds;
@@ -288,7 +288,7 @@ training::TestedValues tested_values(const training::Trials& trials, const train
 
 bool is_drawn(const model::Test& test) { return test.kind == model::Test::Kind::number && training::is_compared(test); }
 
-/// Of a chart a test that has plain scenes beside it has to be there.
+/// A chart needs a test with plain scenes for comparison.
 bool can_be_drawn(Job& job, const training::TrainingScene& scene) {
   const model::Task& task = scene.task();
   if (std::ranges::any_of(task.tests, is_drawn)) return true;
@@ -298,14 +298,14 @@ bool can_be_drawn(Job& job, const training::TrainingScene& scene) {
   return false;
 }
 
-/// Where Ctrl-C stops the tests of a training that is done.
+/// Advice if Ctrl-C stops the tests of a completed training.
 std::string how_to_test(const Job& job, const OptimizeOptions& options) {
   if (options.out.empty()) return "with --out what was found is kept, and dpde test with --from runs its tests";
   if (options.chart) return "the same command goes on with the training that is done";
   return fmt::format("dpde test {} {} --from {} runs them", options.file, job.name(), options.out);
 }
 
-/// All of the task; of a chart those that can be drawn.
+/// All tests of the task; for a chart those that can be drawn.
 std::unique_ptr<training::TestScenes> open_tests(Job& job, const training::TrainingScene& scene, bool is_chart) {
   const model::Task& task = scene.task();
   std::vector<model::Test> tests = task.tests;
@@ -326,7 +326,7 @@ std::optional<bool> learns_from_trajectories(Job& job) {
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return std::nullopt;
   options->backend.reset();
-  DiagnosticSink told;  // what is no error is told when the source is compiled for use
+  DiagnosticSink told;  // warnings are reported when the source is compiled for use
   const Preparing preparing(job);
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, told);
   for (std::size_t k = 0; !compiled && k < told.all().size(); ++k) job.sink().add(told.all()[k]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde tune: the cheapest scheme, cells, step and precision that meets a tolerance, proven by a run.
+// dpde tune: finds the cheapest scheme, cells, step and precision that meet a tolerance, and proves it by a run.
 #include "chart/tune.h"
 
 #include <fmt/format.h>
@@ -25,7 +25,8 @@ namespace dpde::tools {
 
 namespace {
 
-constexpr double reference_part = 3;  // the reference is known to this part of the tolerance, or it proves nothing
+constexpr double reference_part =
+    3;  // the reference must be accurate to this fraction of the tolerance, otherwise it proves nothing
 
 struct TuneCommand : CommonOptions {
   ChartWishes wishes;
@@ -41,11 +42,11 @@ Json chosen_json(const chart::Point& point) {
   return json;
 }
 
-/// What a line of the scene says behind its step; "" where no Courant number splits that.
+/// The rest of a scene's line after its step; "" without a Courant number.
 std::string courant_text(const ast::File& file, const model::Problem& chosen) {
   if (!(chosen.courant > 0)) return "";
   std::string text = fmt::format(", courant {}", chosen.courant);
-  DiagnosticSink unread;  // it was compiled: nothing to say
+  DiagnosticSink unread;  // it was compiled before: no new messages
   for (const ast::Declaration& declaration : ast::with_whole_scenes(file, unread).value_or(file).declarations) {
     const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);
     if (scene == nullptr || scene->name.name != chosen.scene) continue;
@@ -57,7 +58,7 @@ std::string courant_text(const ast::File& file, const model::Problem& chosen) {
   return text;
 }
 
-/// To paste: a scheme block with all that the chosen one has, and lines of the scene.
+/// Text to paste: a scheme block with all settings of the chosen one, and lines of the scene.
 std::string text_to_paste(const chart::Point& point, const driver::Compiled& compiled) {
   const model::Problem& chosen = *compiled.problem;
   model::Scheme scheme = chosen.scheme;
@@ -118,7 +119,7 @@ void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choic
   }
 }
 
-/// That of the option, of the chart block or of the scene's line; sets what the error is of. 0 after a diagnostic.
+/// From the option, the chart block or the scene's line; also sets the error measure. 0 after a diagnostic.
 double find_tolerance(Job& job, const TuneCommand& options, ChartScene& scene) {
   const std::optional<model::Accuracy>& accuracy = scene.session->problem().accuracy;
   if (accuracy && scene.options.measures.empty()) {
@@ -132,7 +133,7 @@ double find_tolerance(Job& job, const TuneCommand& options, ChartScene& scene) {
   return 0;
 }
 
-/// Whether the references can prove the tolerance; a diagnostic where not.
+/// Whether the references are accurate enough for the tolerance; adds a diagnostic if not.
 bool is_known_well(Job& job, const ChartScene& scene, const chart::References& references, bool of_gradient,
                    double tolerance) {
   const double uncertainty = of_gradient ? references.gradient.uncertainty() : references.states.uncertainty();
@@ -145,7 +146,7 @@ bool is_known_well(Job& job, const ChartScene& scene, const chart::References& r
   return false;
 }
 
-/// Along each axis, in units of the scene's: a run that is the reference has twice as many.
+/// Along each axis, in units of the scene's: the run of the reference has twice as many.
 double most_cells_of(Job& job, const TuneCommand& options, const ChartScene& scene) {
   const int cells = scene.session->problem().axes.front().cells;
   if (scene.reference_cells == 0) return options.most_cells;
@@ -191,11 +192,11 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   int runs = 0;
   const auto tell = [&](const std::string& what) {
     ++runs;
-    progress.show(what, runs, runs + 10);  // how many there will be nobody knows
+    progress.show(what, runs, runs + 10);  // the final number is unknown
   };
   const chart::TuneOptions tuning{scene.options, tolerance, most_cells, options.gradient, {}, tell};
   chart::Choice choice = chart::tune(job.source(), tuning, problem, scene.wishes, references);
-  if (choice.chosen && !chart::is_complete(*choice.chosen)) choice.chosen.reset();  // stopped while it was proved
+  if (choice.chosen && !chart::is_complete(*choice.chosen)) choice.chosen.reset();  // stopped before it was proved
   report_reference(job, scene, references, result);
   report_choice(job, scene, choice, tolerance, result);
   if (choice.chosen && chosen_json(*choice.chosen).value<std::string>("real", "") == "f32")

@@ -34,7 +34,7 @@ Json told(Job& job, const report::Report& report) {
   return report.json;
 }
 
-/// Why a certificate may fail where no derivative is wrong.
+/// Reasons for a failed certificate although no derivative is wrong.
 std::string help_of(const std::optional<analysis::ToleranceEffect>& effect, double steady) {
   if (effect && effect->left > 0)
     return fmt::format(
@@ -56,7 +56,7 @@ Json verify_one(Job& job) {
   if (!options) return result;
   const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
-  options->takes_jumps = true;                // the certificate tells
+  options->takes_jumps = true;                // the certificate reports them
   options->selection.keeps_params = *learns;  // each run of the data may have its own
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
@@ -72,7 +72,7 @@ Json verify_one(Job& job) {
   auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
   const auto as_written = shared;
   if (analysis::has_loose_solves(*shared)) {
-    DiagnosticSink silent;  // all was said before
+    DiagnosticSink silent;  // everything was reported before
     compiled = driver::compile(job.source(), analysis::with_solves_done(*shared), silent);
     if (compiled) shared = std::make_shared<driver::Compiled>(std::move(*compiled));
   }

@@ -5,7 +5,7 @@
 
 namespace dpde::tools {
 
-/// In lines: version, commit, LLVM, and the processor that this runs on.
+/// Lines with version, commit, LLVM, and the processor in use.
 std::string version_text();
 
 }  // namespace dpde::tools

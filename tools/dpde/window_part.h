@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The controls found for a window, on disk while the others are sought.
+// Stores the controls found for a window on disk while others are still being optimised.
 #pragma once
 
 #include <filesystem>
@@ -9,14 +9,14 @@
 
 namespace dpde::tools {
 
-/// TASK.nc.RUN.FRAME beside TASK.nc: what it is of, its numbers, then a checksum of all before it. Written atomically.
+/// TASK.nc.RUN.FRAME next to TASK.nc: key, numbers, and a checksum of all before it. Written atomically.
 class WindowPart {
  public:
   WindowPart(const std::filesystem::path& file, std::uint64_t key, const training::Window& window);
 
-  /// Reports machine-failed; false then.
+  /// Reports machine-failed and returns false on failure.
   bool save(const training::FoundControls& found, DiagnosticSink& sink) const;
-  /// nullopt where it is not there, damaged or of another search.
+  /// nullopt if the file does not exist, is damaged or belongs to another search.
   std::optional<training::FoundControls> load() const;
   void remove() const;
 
