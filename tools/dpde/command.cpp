@@ -39,8 +39,8 @@ Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
     if (d.kind->severity != Severity::error) continue;
     const std::string_view code = d.kind->code;
     Exit exit = Exit::wrong_input;
-    if (code.starts_with("E08") && code != "E0808" && code != "E0809")
-      exit = Exit::failed;  // these two are found before any run
+    // E0808 and E0809 are found before any run.
+    if (code.starts_with("E08") && code != "E0808" && code != "E0809") exit = Exit::failed;
     if (code == "E0902" || code == "E0903" || code == "E0910") exit = Exit::machine_failed;
     // A machine failure outranks wrong input, which outranks a failed run.
     worst = std::max(worst, exit);

@@ -14,8 +14,7 @@ namespace dpde::tools {
 
 namespace {
 
-constexpr std::string_view found_magic =
-    "dpdefnd1";  // followed by the task, its unknowns and their values, and a checksum
+constexpr std::string_view found_magic = "dpdefnd1";  // then: the task, its unknowns, their values, a checksum
 
 std::string file_of_found(const TaskRun& run) { return run.task().name + ".found"; }
 

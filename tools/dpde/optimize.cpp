@@ -128,8 +128,8 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
                  files::EvaluationLog* log) {
   Progress progress(options.streams.err, false, options.quiet || options.json);
   Outcome outcome;
-  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session,
-                                              run.session->steps());  // for the first gradient
+  // For the first gradient.
+  std::optional<analysis::AdjointWatch> watch(std::in_place, *run.session, run.session->steps());
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
     if (log != nullptr && log->next(loss, gradient)) return loss;

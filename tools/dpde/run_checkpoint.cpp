@@ -95,8 +95,7 @@ void RunCheckpoint::save(int step, const std::vector<void*>& states) {
     for (void* state : states) {
       std::vector<double>& values = restart.states.emplace_back(session_.workspace().cell_count());
       copy_out(session_.workspace().layout(), state, values);
-      if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); }))
-        return;  // the run is about to end
+      if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) return;  // the run will end
     }
     restart.record = record_.save();
     if (driver::save_restart(path_, restart, job_.sink())) frames_.remove_others();

@@ -91,8 +91,7 @@ int run_command(const std::vector<std::string>& arguments, const Streams& stream
   if (unknown.empty()) unknown = unknown_instruction_set();
   if (!unknown.empty()) return report_usage(unknown, json, streams);
   try {
-    app.parse(std::vector<std::string>(arguments.rbegin(),
-                                       arguments.rend()));  // CLI11 expects the arguments in reverse order
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 expects reverse order
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return report_usage(error.what(), json, streams);
     std::ostringstream asked;  // --help, --version

@@ -332,8 +332,8 @@ void Stability::scan_against(const Sweep& sweep, Json& result) {
     progress_.show(fmt::format("{} = {:.5g}", sweep.name, sweep.values[i]), static_cast<int>(i) + 1, options_.points);
   }
   const bool is_any_run = std::ranges::any_of(rows, [](const Json& row) { return !row.contains("failure"); });
-  if (!is_any_run && !rows.empty())
-    open(job_.sink(), {{sweep.name, fmt::format("{}", sweep.values.front())}});  // reports the error
+  // reports the error
+  if (!is_any_run && !rows.empty()) open(job_.sink(), {{sweep.name, fmt::format("{}", sweep.values.front())}});
   result["predicted"] = Json::array();
   result["measured"] = Json::array();
   result["ratio"] = Json::array();

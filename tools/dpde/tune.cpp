@@ -25,8 +25,7 @@ namespace dpde::tools {
 
 namespace {
 
-constexpr double reference_part =
-    3;  // the reference must be accurate to this fraction of the tolerance, otherwise it proves nothing
+constexpr double reference_part = 3;  // the reference must be accurate to 1/3 of the tolerance to prove anything
 
 struct TuneCommand : CommonOptions {
   ChartWishes wishes;

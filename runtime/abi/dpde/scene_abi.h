@@ -81,8 +81,7 @@ typedef struct dpde_loss {
   dpde_second full;    /* null programs: no unknown affects the loss, or see dpde_scene::no_second */
   dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is not a
                           sum of squares */
-  const char*
-      average; /* not null: not a loss itself; its sum over the states is this parameter of losses of averages */
+  const char* average; /* not null: not a loss; it adds to this parameter of losses of averages */
   int32_t of_averages; /* 1: computed from such parameters, once a run; `at` is empty */
   double weight;       /* factor of the contribution of each state */
 } dpde_loss;
@@ -124,8 +123,8 @@ typedef struct dpde_put_in {
   const char* in;
 } dpde_put_in;
 
-/* A divisor of a formula or the argument of a switch, as a field that `watched` computes. The gradient is wrong if
- * its sign changes in a cell (for a switch: if the switch changes). */
+/* A divisor of a formula or the argument of a switch, as a field that `watched` computes. A gradient lacks the effect
+ * of a change: of the sign in a cell; of a switch in any case, also from cell to cell. */
 typedef struct dpde_watched {
   const char* field;
   const char *below, *above; /* states of `watched_step`; null: it does not occur in the step */

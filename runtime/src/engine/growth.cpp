@@ -55,8 +55,7 @@ std::vector<Growth> growths_of(Engine& engine, const std::vector<double>& before
                                int steps, double t, double suspicious) {
   std::vector<Growth> result;
   std::vector<double> further;
-  Communicator* const ranks =
-      engine.options().ranks;  // values of the whole grid, so that all ranks make the extra step, or none
+  Communicator* const ranks = engine.options().ranks;  // global values: all ranks make the extra step, or none
   for (std::size_t s = 0; s < engine.states().size(); ++s) {
     const Growth growth{engine.states()[s].name, largest_of(ranks, before[s]),
                         largest_of(ranks, largest_magnitude(engine.workspace().layout(), end[s]))};

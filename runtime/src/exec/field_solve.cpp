@@ -298,8 +298,7 @@ void FieldSolve::run(void* const* fields, const double* params, const std::funct
     if (find_on_tape(fields, key)) return;
     if (solve_rows(fields)) return keep_on_tape(fields, key);
   }
-  if (!is_made &&
-      is_finite(layout_, fields[solve_.rights[0]])) {  // before there are vectors, since setup needs memory too
+  if (!is_made && is_finite(layout_, fields[solve_.rights[0]])) {  // before vectors exist: setup needs memory too
     const ProcessorWatch setup(note_->setup, shelf_->team());
     make_solver(fields, apply);
     key = tape_key(fields);
@@ -379,8 +378,7 @@ void FieldSolve::note(const SolveReport& report) {
   note_->most_iterations = std::max(note_->most_iterations, report.iterations);
   const bool is_missed = !report.converged && solve_.warns != 0;
   const bool is_worst = is_missed && (note_->missed == 0 || report.residual > note_->residual);
-  if (is_worst && operator_->size() <= most_cells_tried)
-    note_->advice = advice_for(report);  // holds a copy of the system
+  if (is_worst && operator_->size() <= most_cells_tried) note_->advice = advice_for(report);  // copies the system
   if (report.residual >= note_->residual) {
     note_->residual = report.residual;
     note_->tolerance = report.bound;

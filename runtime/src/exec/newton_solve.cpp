@@ -22,9 +22,8 @@ constexpr int most_newton_steps = 50, most_halvings = 8;
 /// In units of rounding. An image takes about 32 operations (a difference of order 8 along three axes has 27 terms),
 /// each with an error of half a unit of the unknowns' contribution.
 constexpr double roundings = 16;
-constexpr int moves = 4;  // random perturbations of the unknowns: cancellation in one of them is not in all
-constexpr int most_growing =
-    1;  // steps longer than the previous one: the iteration wanders, and may converge to another solution
+constexpr int moves = 4;         // random perturbations of the unknowns: cancellation in one of them is not in all
+constexpr int most_growing = 1;  // steps longer than the previous one: it may converge to another solution
 
 /// 2-norm, scaled so that squares of large numbers do not overflow.
 double length(std::span<const double> values) {

@@ -111,8 +111,7 @@ class SafetensorsHeaderReader : public HeaderText {
       return;
     }
     const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;  // continuation bytes, six bits each
-    add((0xff00U >> (more + 1) & 0xffU) |
-        code >> (6 * more));  // leading byte: as many 1 bits as bytes, a 0, the highest bits
+    add((0xff00U >> (more + 1) & 0xffU) | code >> (6 * more));   // a 1 bit for each byte, a 0, the highest bits
     for (int i = more; i-- > 0;) add(0x80 | (code >> (6 * i) & 0x3f));
   }
 

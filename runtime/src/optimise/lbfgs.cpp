@@ -168,8 +168,7 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
               const Scale& scale) {
   const double product = step.dot(change);
   const double length = scale.size() == 0 ? step.norm() : step.cwiseQuotient(scale).norm();
-  if (!(product > 1e-14 * length * scaled(change, scale).norm()))
-    return;  // so that the approximation stays positive definite
+  if (!(product > 1e-14 * length * scaled(change, scale).norm())) return;  // keeps the approximation positive definite
   if (pairs.size() == memory) pairs.pop_front();
   pairs.push_back({std::move(step), std::move(change), 1 / product});
 }

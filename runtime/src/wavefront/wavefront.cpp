@@ -317,8 +317,7 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
     to = std::max(to, regions[number][last].to + plan.levels[number].lag);
   }
   for (const WavefrontCopy& copy : plan.copies) {
-    if (rings.copies)
-      from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // the lowest row of its copies
+    if (rings.copies) from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // lowest copied row
   }
   for (int64_t place = from; place < to; place += plan.rows_at_once) {
     for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) {

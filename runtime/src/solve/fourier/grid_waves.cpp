@@ -50,8 +50,7 @@ GridWavesOf<Real>::GridWavesOf(const std::array<std::int64_t, 3>& cells, const s
   if (axes.empty()) axes.push_back(0);
   if (axes.size() > 1) lines_.count = cells[axes[1]];
   if (axes.size() > 2) lines_.planes = cells[axes[2]];
-  const Sides first =
-      cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // an axis of one cell: only the mean
+  const Sides first = cells[axes.front()] == 1 ? Sides::even_even : sides[axes.front()];  // one cell: only the mean
   make_first(axes.front(), cells[axes.front()], first);
   for (std::size_t i = 1; i < axes.size(); ++i)
     make_stage(axes[i], cells[axes[i]], sides[axes[i]], i + 1 == axes.size());

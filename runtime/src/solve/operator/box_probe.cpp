@@ -50,8 +50,7 @@ void BoxProbe::take(const GridPlace& colour, bool has_values) {
     for (std::size_t x = 0, number = row * n; x < n; ++x, ++number) {
       if (to_[number] == 0) continue;
       offset[0] = axes_[0].offset(static_cast<std::int64_t>(x), colour[0]);
-      if (offset[0] == AxisColours::none)
-        continue;  // an entry there would be found by the comparison with arbitrary values
+      if (offset[0] == AxisColours::none) continue;  // the comparison with arbitrary values would find an entry
       const std::size_t k = number_of_offset(offset);
       if (has_values) column(k)[number] = to_[number];
     }

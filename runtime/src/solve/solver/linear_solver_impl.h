@@ -35,8 +35,7 @@ struct Rooms {
 struct LinearSolver::Impl {
   Impl(std::shared_ptr<const GridOperator> given, SolveOptions wanted, const Team& of)
       : options(std::move(wanted)), team(of), a(std::move(given)), largest_row(a->largest_row()) {
-    if (options.method == SolverMethod::automatic)
-      options.preconditioning = Preconditioning::automatic;  // automatic includes it
+    if (options.method == SolverMethod::automatic) options.preconditioning = Preconditioning::automatic;  // included
     const auto size = static_cast<std::size_t>(a->size());
     choose();
     if (has_own_right()) right.assign(size, 0.0);
