@@ -122,7 +122,7 @@ void Engine::take_datum(std::string_view name, std::vector<int> at) {
   std::ranges::find(data_, name, &Datum::name)->at = std::move(at);
 }
 
-/// Whether a program of formulas has a field to compute that was not given. Training samples start anew again and
+/// Whether a program of formulas has a field to compute that was not given. Training samples restart again and
 /// again, each with states from the data, and formulas of states may cost as much as many steps.
 bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
   return std::any_of(program.fields + program.input_count, program.fields + program.field_count, [&](const char* name) {

@@ -144,7 +144,7 @@ void copy_interior(const dpde_layout& layout, void* to, const FieldView& from) {
 
 void add_interior(const dpde_layout& layout, void* to, const FieldView& from, const Team& team) {
   pair_rows(layout, to, from, team, []<class To>(To* row, const auto* values, int64_t count) {
-#pragma omp simd  // g++ -O2 takes one value after the other unless it is told
+#pragma omp simd  // without it g++ -O2 does not vectorise
     for (int64_t x = 0; x < count; ++x) row[x] += static_cast<To>(values[x]);
   });
 }
@@ -196,7 +196,7 @@ double largest(const dpde_layout& layout, const void* base) {
       Real most = -std::numeric_limits<Real>::infinity();
 #pragma omp simd reduction(max                 \
                            : most) reduction(| \
-                                             : has_nan)  // g++ -O2 takes one value after the other unless it is told
+                                             : has_nan)  // without this pragma g++ -O2 does not vectorise the loop
       for (int64_t x = 0; x < layout.cells[0]; ++x) {
         most = row[x] > most ? row[x] : most;
         has_nan |= static_cast<int>(row[x] != row[x]);

@@ -4,8 +4,8 @@
 //
 // Fills exchange halos at subdomain interfaces themselves (fill.h). Sweeps that read across an interface need more: the
 // adjoint of a term between walls has no fill, since masks keep its reads inside the grid, but not inside the subgrid.
-// So the halo of a field is exchanged before a sweep reads it, unless it is up to date. prepare() makes that of inputs
-// so.
+// So the halo of a field is exchanged before a sweep reads it, unless it is up to date. prepare() updates those of
+// inputs.
 #pragma once
 
 #include <cstddef>

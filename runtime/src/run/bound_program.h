@@ -55,7 +55,7 @@ struct ParamBar {
   size_t sum, param;
 };
 
-/// The field x_bar of an adjoint, and the index of x among the sought fields.
+/// The field x_bar of an adjoint, and the index of x among the unknown fields.
 struct FieldBar {
   int field;
   size_t number;

@@ -38,7 +38,7 @@ class GradientSums {
   void add_params(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   /// The same for control fields.
   void add_fields(const Executor& executor, const std::vector<FieldBar>& fields, int n);
-  /// Memory of the sum of sought field `number` in step n; doubles.
+  /// Memory of the sum of unknown field `number` in step n; doubles.
   void* field(size_t number, int n) const { return pool_.base(static_cast<int64_t>(sought_[number].at(n))); }
   /// Whether steps n and n - 1 add to the same sum.
   bool continues(size_t number, int n) const { return sought_[number].at(n) == sought_[number].at(n - 1); }
@@ -75,7 +75,7 @@ class GradientSums {
   std::deque<WeightBars> weights_;  // a deque keeps addresses: programs add to them
   std::vector<SoughtField> sought_;
   dpde_layout layout_{};  // that of the states, but with doubles
-  FieldPool pool_;        // one for each sought field, or for each of its intervals
+  FieldPool pool_;        // one for each unknown field, or for each of its intervals
 };
 
 }  // namespace dpde

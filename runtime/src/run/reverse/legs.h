@@ -48,7 +48,7 @@ class Legs {
     Wavefront step, adjoint;
     std::vector<size_t> results_of;  // of each swap of the adjoint: index of the state
     std::vector<void*> results;
-    std::vector<double*> totals;  // sums of the sought fields, in the intervals of the leg
+    std::vector<double*> totals;  // sums of the unknown fields, in the intervals of the leg
   };
   std::optional<Block> make_block(int steps, bool chooses) const;
   bool plan_marks(int steps);

@@ -15,7 +15,7 @@
 
 namespace dpde {
 
-/// In single precision an adjoint adds to sought fields in floats over a few steps, for which that is accurate enough;
+/// In single precision an adjoint adds to unknown fields in floats over a few steps, for which that is accurate enough;
 /// these sums are then added in doubles.
 class SingleTotals {
  public:
