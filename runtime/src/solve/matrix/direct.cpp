@@ -78,8 +78,8 @@ void DirectSolver::solve_by_factors() {
   factors_->solve({right_.data(), free_.size()}, {solution_.data(), free_.size()});
 }
 
-/// Applied twice to any vector, the inverse of a singular matrix grows it by about 1/(smallest singular value), more
-/// than rounding of the entries allows.
+/// Two steps of inverse iteration: for a singular matrix each enlarges the vector by about 1/(smallest singular value),
+/// more than rounding of the entries allows.
 bool DirectSolver::is_singular(double size) {
   constexpr double most = 3e14;
   for (Eigen::Index i = 0; i < right_.size(); ++i) right_[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i));

@@ -31,7 +31,7 @@ enum class Preconditioning { automatic, multigrid, none, network };
 
 struct SolveOptions {
   SolverMethod method = SolverMethod::automatic;
-  double tolerance = 1e-12;  // of |A*x - b|/|b|, or rounding of A*x; for direct methods at least 1e-9
+  double tolerance = 1e-12;  // of |A*x - b|/|b|, or rounding of A*x; for non-iterative methods at least 1e-9
   int most_iterations = 200;
   SmootherKind smoother = SmootherKind::automatic;  // of multigrid
   Preconditioning preconditioning = Preconditioning::automatic;
