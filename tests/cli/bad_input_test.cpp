@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every verb with everything a user can get wrong: a message and the right exit status, never a crash or a hang.
 #include <algorithm>
-#include <set>
 
 #include "command_support.h"
-#include "source/error_codes.h"
-#include "support/setting.h"
 
 namespace dpde::testing {
 namespace {
@@ -252,59 +249,6 @@ TEST_F(BadInput, CodesAreExplainedByAnExample) {
   EXPECT_NE(dpde("explain E0801").out.find("# $ dpde run blow-up.dpde\n"), std::string::npos);
   EXPECT_EQ(dpde("explain E0807").status, 0);  // no example
   EXPECT_EQ(dpde("explain E9999").status, 2);
-}
-
-/// Where the text has a marker.
-std::set<int> marked_lines(const std::string& text, const std::string& marker) {
-  std::set<int> marked;
-  std::istringstream lines(text);
-  int number = 1;
-  for (std::string line; std::getline(lines, line); ++number) {
-    if (line.find(marker) != std::string::npos) marked.insert(number);
-  }
-  return marked;
-}
-
-TEST_F(BadInput, NothingBeginsWithCoefficientsThatAreNotFinite) {
-  write("k.dpde", content(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics/runs/coefficient-not-finite.dpde"));
-  for (const std::string command : {"run k.dpde s", "gradient k.dpde", "optimize k.dpde", "check k.dpde s"}) {
-    const Outcome outcome = dpde(command);
-    EXPECT_NE(outcome.status, 0) << command;
-    EXPECT_NE(outcome.err.find("E0813]: the coefficient k is not finite in cell (0) at x = 1.0625"), std::string::npos)
-        << command << "\n"
-        << outcome.err;
-  }
-}
-
-/// Each example of a run has its code, at the lines that say so, by the last of the commands in front of it.
-TEST_F(BadInput, ExamplesOfRunsHaveTheirCodes) {
-  std::vector<fs::path> examples;
-  for (const auto& entry : fs::directory_iterator(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics/runs"))
-    examples.push_back(entry.path());
-  std::ranges::sort(examples);
-  EXPECT_GE(examples.size(), 30u);
-  for (std::size_t i = 0; i < examples.size(); ++i) {
-    if (!is_tried(i, 8)) continue;
-    const std::string name = examples[i].stem(), text = content(examples[i]);
-    const auto* kind = std::ranges::find(diagnostic_kinds, name, &DiagnosticKind::name);
-    ASSERT_NE(kind, std::end(diagnostic_kinds)) << name;
-    const std::string code(kind->code);
-    fs::create_directory(path(name));
-    fs::copy(examples[i], path(name));
-    Outcome last;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line) && line.starts_with("# $ dpde ");)
-      last = shell("cd " + name + " && $DPDE " + line.substr(9) + " --json");
-    std::set<int> told;
-    const Json json = last.json();
-    ASSERT_TRUE(json.contains("diagnostics")) << name;
-    for (const Json& said : json["diagnostics"]) {
-      if (said["code"].get<std::string>() == code) told.insert(said.contains("line") ? said["line"].get<int>() : 0);
-    }
-    EXPECT_FALSE(told.empty()) << name << "\n" << last.err;
-    const std::set<int> marked = marked_lines(text, "#~ " + code);
-    if (!marked.empty()) EXPECT_EQ(told, marked) << name;
-  }
 }
 
 }  // namespace

@@ -1,106 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks tests/diagnostics: every kind of this level is produced by its file, at the line that says so, and nothing else
-// is. A mistake without a place (of a setting or a selection) counts at the line that begins with "# set:" or
-// "# select:".
+// Tables of mistakes, more than one has words of its own for. Words: tests/diagnostics.
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <regex>
-#include <set>
-#include <sstream>
 
 #include "model/model_support.h"
 
 namespace dpde::model {
 namespace {
-
-namespace fs = std::filesystem;
-
-const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics";
-
-/// The kinds that the parser reports of a text that one can show.
-bool is_of_syntax(const DiagnosticKind& kind) {
-  const std::string code(kind.code);
-  const bool is_shown = kind.name != "file-too-large" && kind.name != "nesting-too-deep";
-  return (code.starts_with("E01") || code.starts_with("E02")) && kind.name != "unknown-unit" && is_shown;
-}
-
-/// The kinds that model::from_ast reports, and those.
-bool is_of_model(const DiagnosticKind& kind) {
-  const std::string code(kind.code);
-  if (is_of_syntax(kind)) return true;
-  if (code.starts_with("E03") || code.starts_with("E05")) return code.substr(3) < "50";
-  if (kind.name == "unknown-in-boundary") return true;
-  return code.starts_with("E04") || code.starts_with("E07") || code.starts_with("W03") || code.starts_with("W07");
-}
-
-using Places = std::multiset<std::pair<int, std::string>>;  // line, code
-
-struct Case {
-  Selection selection;
-  int headline = 1;  // where mistakes without a place are expected
-  Places expected;
-};
-
-Case read_case(const SourceFile& source) {
-  Case result;
-  const std::regex set(R"(^# set: *([^ =]+)=([^#]*[^# ]).*)"), select(R"(^# select: *([^# ]*).*)"),
-      marker("#~ ([EW][0-9]+)");
-  for (int number = 1; number <= source.line_count(); ++number) {
-    const std::string line(source.line(number));
-    std::smatch match;
-    if (std::regex_match(line, match, set)) result.selection.overrides[match[1]] = match[2];
-    if (std::regex_match(line, match, select)) result.selection.name = match[1];
-    if (line.starts_with("# set:") || line.starts_with("# select:")) result.headline = number;
-    if (std::regex_search(line, match, marker)) result.expected.emplace(number, match[1]);
-  }
-  return result;
-}
-
-SourceFile read_source(const fs::path& path) {
-  std::ifstream in(path);
-  std::stringstream text;
-  text << in.rdbuf();
-  return SourceFile(path.filename(), text.str());
-}
-
-class DiagnosticFile : public testing::TestWithParam<const DiagnosticKind*> {};
-
-TEST_P(DiagnosticFile, GivesItsCodeAtItsLine) {
-  const fs::path path = folder / (std::string(GetParam()->name) + ".dpde");
-  ASSERT_TRUE(fs::exists(path)) << "no test triggers " << GetParam()->code << " " << GetParam()->name;
-  const SourceFile source = read_source(path);
-  const Case test = read_case(source);
-  ASSERT_FALSE(test.expected.empty());
-  DiagnosticSink sink;
-  const ast::File file = ast::parse(source, sink);
-  ASSERT_EQ(sink.all().empty(), !is_of_syntax(*GetParam())) << sink.all().front().message;
-  if (sink.all().empty()) from_ast(file, test.selection, sink);
-  Places found;
-  for (const Diagnostic& d : sink.all()) {
-    found.emplace(d.range.is_known() ? source.locate(d.range.begin).line : test.headline, d.kind->code);
-    EXPECT_EQ(d.message.find("{}"), std::string::npos) << d.message;
-  }
-  EXPECT_EQ(found, test.expected);
-  EXPECT_TRUE(std::any_of(sink.all().begin(), sink.all().end(),
-                          [](const Diagnostic& d) { return d.kind->name == GetParam()->name; }));
-}
-
-std::vector<const DiagnosticKind*> kinds_of_model() {
-  std::vector<const DiagnosticKind*> kinds;
-  for (const DiagnosticKind& kind : diagnostic_kinds) {
-    if (is_of_model(kind)) kinds.push_back(&kind);
-  }
-  return kinds;
-}
-
-INSTANTIATE_TEST_SUITE_P(Model, DiagnosticFile, testing::ValuesIn(kinds_of_model()), [](const auto& info) {
-  std::string name(info.param->name);
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-});
-
-// ---- more ways into the same kinds ---------------------------------------------------------------------------------
 
 TEST(Diagnostics, SeveralAtOnce) {
   const Outcome outcome = outcome_of(text_with("k*lapp(u) + q", 1, "  boundary u: x = 0\n  nu = 3\n"));

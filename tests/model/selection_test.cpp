@@ -57,6 +57,8 @@ TEST(Selection, TheOnlyTaskElseTheOnlyScene) {
   EXPECT_EQ(outcome_of(two_scenes, {"wave", {}, ""}).code_and_hint(), "E0318 known here: t, a, b");
   EXPECT_EQ(outcome_of(two_scenes + "task t2 : a { unknown k; minimise mean(u) }").code_and_hint(),
             "E0319 name one of: t, t2, a, b");
+  EXPECT_EQ(outcome_of("model m { field u; dt(u) = -u }").code_and_hint(),  // the command does not come so far
+            "E0320 write scene NAME : MODEL { grid ...; initial ...; time ... }");
 }
 
 TEST(Selection, WhichScheme) {

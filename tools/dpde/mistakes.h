@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A text for each kind of mistake in a model, generated from tests/diagnostics at configuration. For mistakes that show
-// when the model runs, from its folder `runs`, preceded by the commands.
+// A text for each kind of mistake, generated from tests/diagnostics at configuration. For mistakes that show when the
+// model runs, the commands precede it.
 #pragma once
 
 #include <string_view>

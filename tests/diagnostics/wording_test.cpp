@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the command says about each file of this folder, compared with the text beside it. README.md of tests has the
+// rules of these files. DPDE_BLESS=1 writes the texts instead (tools/bless).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <regex>
+#include <set>
+
+#include "cli/command_support.h"
+#include "source/error_codes.h"
+#include "support/setting.h"
+
+namespace dpde::testing {
+namespace {
+
+const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics";
+
+constexpr std::string_view command_mark = "# $ dpde ", case_mark = "#| ";
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+struct Case {
+  std::string heading;  // "" for the file as it stands
+  std::string text;
+};
+
+/// The file as it stands, and a case more for each line that begins with "#| ": there that line takes the place of the
+/// line above it. Each stays where it is, so that messages tell places of the file.
+std::vector<Case> cases_of(const std::string& text) {
+  const std::vector<std::string> lines = lines_of(text);
+  std::vector<Case> cases{{"", text}};
+  std::size_t replaced = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::size_t at = lines[i].find_first_not_of(' ');
+    if (at == std::string::npos || lines[i].compare(at, case_mark.size(), case_mark) != 0) {
+      replaced = i;
+      continue;
+    }
+    std::vector<std::string> changed = lines;
+    changed[replaced] = "";
+    changed[i].replace(at, case_mark.size(), case_mark.size(), ' ');
+    std::string heading = lines[i].substr(at + case_mark.size());
+    heading.resize(std::min(heading.find("#~"), heading.size()));
+    heading.resize(heading.find_last_not_of(' ') + 1);
+    cases.push_back({std::to_string(i + 1) + ": " + heading, joined(changed)});
+  }
+  return cases;
+}
+
+/// Those of the lines "# $ dpde ..."; without one, the file is checked.
+std::vector<std::string> commands_of(const std::string& text, const std::string& file) {
+  std::vector<std::string> commands;
+  for (const std::string& line : lines_of(text)) {
+    const std::size_t end = std::min(line.find("#~"), line.size());
+    if (line.starts_with(command_mark)) commands.push_back(line.substr(command_mark.size(), end - command_mark.size()));
+  }
+  if (commands.empty()) commands.push_back("check " + file);
+  return commands;
+}
+
+using Places = std::set<std::pair<int, std::string>>;  // line, code
+
+/// At "#~ E0301" and the like. A message without a place belongs to the line of a command.
+Places marked_places(const std::string& text) {
+  Places marked;
+  const std::regex code("[EW][0-9]{4}");
+  const std::vector<std::string> lines = lines_of(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string marks = lines[i].substr(std::min(lines[i].find("#~"), lines[i].size()));
+    const int place = lines[i].starts_with(command_mark) ? 0 : static_cast<int>(i + 1);
+    for (std::sregex_iterator match(marks.begin(), marks.end(), code), end; match != end; ++match)
+      marked.emplace(place, match->str());
+  }
+  return marked;
+}
+
+Places told_places(const std::string& transcript) {
+  Places told;
+  const std::regex place(R"(^(?:[^ :]+:(\d+):\d+: |[^ :]+: |)(?:error|warning)\[([EW]\d+)\]: .*)");
+  for (const std::string& line : lines_of(transcript)) {
+    std::smatch match;
+    if (std::regex_match(line, match, place)) told.emplace(match[1].matched ? std::stoi(match[1]) : 0, match[2]);
+  }
+  return told;
+}
+
+/// All that a test goes through, of which a run takes a while.
+std::vector<std::string> files_of_folder() {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() == ".dpde")
+      files.push_back(fs::relative(entry.path(), folder).replace_extension().generic_string());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+class Wording : public Command, public ::testing::WithParamInterface<std::string> {
+ protected:
+  /// Of all commands, as the user sees it.
+  std::string transcript_of(const Case& test, const std::string& file) const {
+    for (const auto& entry : fs::directory_iterator(path("."))) fs::remove_all(entry.path());  // of the last case
+    write(file, test.text);
+    const std::vector<std::string> commands = commands_of(test.text, file);
+    std::string transcript = test.heading.empty() ? "" : "\n--- " + test.heading + "\n";
+    for (const std::string& command : commands) {
+      const Outcome outcome = dpde(command);
+      if (commands.size() > 1) transcript += "$ dpde " + command + "\n";
+      transcript += outcome.err.empty() ? "no message\n" : outcome.err;
+      EXPECT_EQ(outcome.status != 0, outcome.err.find("error[") != std::string::npos) << command << outcome.err;
+    }
+    return transcript;
+  }
+};
+
+TEST_P(Wording, IsThatOfTheFileBeside) {
+  const fs::path source = folder / (GetParam() + ".dpde"), golden = folder / (GetParam() + ".out");
+  const std::string text = content(source);
+  const std::vector<Case> cases = cases_of(text);
+  std::string all;
+  for (const Case& test : cases) all += transcript_of(test, source.filename());
+  EXPECT_EQ(all.find("{}"), std::string::npos) << "a message lacks an argument";
+  if (setting("DPDE_BLESS", 0) != 0) std::ofstream(golden, std::ios::binary) << all;
+  EXPECT_EQ(all, content(golden)) << "tools/bless " << GetParam() << " writes what is said now";
+  const auto* kind = std::ranges::find(diagnostic_kinds, source.stem().string(), &DiagnosticKind::name);
+  if (kind != std::end(diagnostic_kinds)) {
+    EXPECT_NE(all.find("[" + std::string(kind->code) + "]"), std::string::npos) << "the file is called " << kind->name;
+  }
+  const Places marked = marked_places(text);
+  if (!marked.empty()) EXPECT_EQ(told_places(all), marked);
+}
+
+std::string name_of(const ::testing::TestParamInfo<std::string>& info) {
+  std::string name = info.param;
+  std::ranges::replace_if(
+      name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Diagnostics, Wording, ::testing::ValuesIn(files_of_folder()), name_of);
+
+}  // namespace
+}  // namespace dpde::testing
