@@ -18,7 +18,7 @@ namespace {
 
 const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics";
 
-constexpr std::string_view command_mark = "# $ dpde ", case_mark = "#| ";
+constexpr std::string_view command_mark = "# $ dpde ", case_mark = "#| ", part_mark = "# ---";
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -38,25 +38,49 @@ struct Case {
   std::string text;
 };
 
-/// The file as it stands, and a case more for each line that begins with "#| ": there that line takes the place of the
-/// line above it. Each stays where it is, so that messages tell places of the file.
-std::vector<Case> cases_of(const std::string& text) {
-  const std::vector<std::string> lines = lines_of(text);
-  std::vector<Case> cases{{"", text}};
-  std::size_t replaced = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const std::size_t at = lines[i].find_first_not_of(' ');
-    if (at == std::string::npos || lines[i].compare(at, case_mark.size(), case_mark) != 0) {
+bool begins_with(const std::string& line, std::string_view mark) {
+  return std::string_view(line).substr(std::min(line.find_first_not_of(' '), line.size())).starts_with(mark);
+}
+
+/// "12: " and the line, without what only tests read.
+std::string heading_of(const std::vector<std::string>& lines, std::size_t i, std::string_view mark) {
+  std::string heading = lines[i].substr(lines[i].find(mark) + mark.size());
+  heading.resize(std::min(heading.find("#~"), heading.size()));
+  heading.resize(heading.find_last_not_of(' ') + 1);
+  return std::to_string(i + 1) + ":" + (heading.starts_with(' ') || heading.empty() ? "" : " ") + heading;
+}
+
+/// Of the lines from `begin` to `end`: they alone, and a case more for each line that begins with "#| ": there that line
+/// takes the place of the line above it. Each stays where it is, so that messages tell places of the file.
+void add_cases(const std::vector<std::string>& lines, std::size_t begin, std::size_t end, const std::string& heading,
+               std::vector<Case>& cases) {
+  std::vector<std::string> alone(lines.size());
+  std::copy(lines.begin() + begin, lines.begin() + end, alone.begin() + begin);
+  cases.push_back({heading, joined(alone)});
+  std::size_t replaced = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (!begins_with(lines[i], case_mark)) {
       replaced = i;
       continue;
     }
-    std::vector<std::string> changed = lines;
+    std::vector<std::string> changed = alone;
     changed[replaced] = "";
-    changed[i].replace(at, case_mark.size(), case_mark.size(), ' ');
-    std::string heading = lines[i].substr(at + case_mark.size());
-    heading.resize(std::min(heading.find("#~"), heading.size()));
-    heading.resize(heading.find_last_not_of(' ') + 1);
-    cases.push_back({std::to_string(i + 1) + ": " + heading, joined(changed)});
+    changed[i].replace(lines[i].find(case_mark), case_mark.size(), case_mark.size(), ' ');
+    cases.push_back({heading_of(lines, i, case_mark), joined(changed)});
+  }
+}
+
+/// Those of each part; a line that begins with "# ---" begins the next part.
+std::vector<Case> cases_of(const std::string& text) {
+  const std::vector<std::string> lines = lines_of(text);
+  std::vector<Case> cases;
+  std::string heading;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= lines.size(); ++i) {
+    if (i < lines.size() && !lines[i].starts_with(part_mark)) continue;
+    add_cases(lines, begin, i, heading, cases);
+    if (i < lines.size()) heading = heading_of(lines, i, part_mark);
+    begin = i;
   }
   return cases;
 }
@@ -65,8 +89,9 @@ std::vector<Case> cases_of(const std::string& text) {
 std::vector<std::string> commands_of(const std::string& text, const std::string& file) {
   std::vector<std::string> commands;
   for (const std::string& line : lines_of(text)) {
-    const std::size_t end = std::min(line.find("#~"), line.size());
-    if (line.starts_with(command_mark)) commands.push_back(line.substr(command_mark.size(), end - command_mark.size()));
+    if (!begins_with(line, command_mark)) continue;
+    const std::size_t begin = line.find(command_mark) + command_mark.size();
+    commands.push_back(line.substr(begin, std::min(line.find("#~"), line.size()) - begin));
   }
   if (commands.empty()) commands.push_back("check " + file);
   return commands;
@@ -81,7 +106,7 @@ Places marked_places(const std::string& text) {
   const std::vector<std::string> lines = lines_of(text);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::string marks = lines[i].substr(std::min(lines[i].find("#~"), lines[i].size()));
-    const int place = lines[i].starts_with(command_mark) ? 0 : static_cast<int>(i + 1);
+    const int place = begins_with(lines[i], command_mark) ? 0 : static_cast<int>(i + 1);
     for (std::sregex_iterator match(marks.begin(), marks.end(), code), end; match != end; ++match)
       marked.emplace(place, match->str());
   }
