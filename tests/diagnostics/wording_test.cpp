@@ -50,8 +50,8 @@ std::string heading_of(const std::vector<std::string>& lines, std::size_t i, std
   return std::to_string(i + 1) + ":" + (heading.starts_with(' ') || heading.empty() ? "" : " ") + heading;
 }
 
-/// Of the lines from `begin` to `end`: they alone, and a case more for each line that begins with "#| ": there that line
-/// takes the place of the line above it. Each stays where it is, so that messages tell places of the file.
+/// Of the lines from `begin` to `end`: they alone, and a case more for each line that begins with "#| ": there that
+/// line takes the place of the line above it. Each stays where it is, so that messages tell places of the file.
 void add_cases(const std::vector<std::string>& lines, std::size_t begin, std::size_t end, const std::string& heading,
                std::vector<Case>& cases) {
   std::vector<std::string> alone(lines.size());

@@ -47,15 +47,5 @@ TEST(Coupling, InDataOfATask) {
   EXPECT_EQ(p.task->data.size(), 2u);
 }
 
-TEST(Coupling, OfWhatDoesNotFitIsRefused) {
-  EXPECT_EQ(message(scene_of("tracer, heat", "k = 1; u = 0; w = 0; initial c = 1")),
-            "2 diagnostics: E0303 c is given twice; "
-            "E0303 the equation of c is given twice;");
-  EXPECT_EQ(message(scene_of("flow, tracr", "nu = 1")), "there is no model called tracr | did you mean tracer?");
-  EXPECT_EQ(message(scene_of("flow, flow", "nu = 1")), "model flow is given twice | ");
-  EXPECT_EQ(message(scene_of("flow, numbers", "nu = 1; initial u = 0; initial q = 0")),
-            "2 diagnostics: E0303 u is given twice; E0307 expected a number but this is a vector of 2 components;");
-}
-
 }  // namespace
 }  // namespace dpde::model

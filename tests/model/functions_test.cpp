@@ -44,29 +44,6 @@ TEST(Operators, ReadNeighbours) {
   EXPECT_EQ(with(d, "slope(k) + u + 0*w*c"), "(k - k)/hx + u");
 }
 
-TEST(Functions, ThatAreWrongAreRefused) {
-  EXPECT_EQ(message_at("function f(a) = f(a)\n", "f(u)"),
-            "function f is defined by itself: f -> f | functions are put in where they are called");
-  EXPECT_EQ(message_at("function f(a) = a + k\n", "f(u)"), "k is not known here | known here: a");
-  EXPECT_EQ(message_at("function f(apple) = aple\n", "f(u)"), "aple is not known here | did you mean apple?");
-  EXPECT_EQ(message_at("function f(a, a) = a\n", "u"), "parameter a is given twice | ");
-  EXPECT_EQ(message_at("function f(a) = a\nfunction f(b) = b\n", "u"), "f is given twice | ");
-  EXPECT_EQ(message_at("function sin(a) = a\n", "u"),
-            "sin has a meaning of its own and cannot name a function | choose another name");
-  EXPECT_EQ(message_at("function f(a) = a\n", "f(u, 2)"), "f takes 1 argument, not 2 | ");
-  EXPECT_EQ(message_at("function fluxes(a) = a\n", "fluxs(u)"),
-            "there is no function called fluxs | did you mean fluxes?");
-  EXPECT_EQ(message_at("function f(a) = a[+1]\n", "f(u)"),
-            "the neighbour a[...] cannot appear in a formula | neighbours are read in kernels and operators; formulas "
-            "have dx, lap and the like");
-  EXPECT_EQ(message_at("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"),
-            "the neighbour x[...] cannot appear in an operator | neighbours are those of its parameters");
-  EXPECT_EQ(message_at("operator o(a) order 1 = (a[+1] - a)/hx\n", "o(u)", 2),
-            "expected 2 offsets but this has 1 | the scene has 2 axes");
-  EXPECT_EQ(message_at("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"),
-            "99 cells is not a distance between -64 and 64 | ");
-}
-
 /// Each function calls the one before twice: 2^40 calls, none of which leave a trace in the result.
 TEST(Functions, ThatExplodeAreStopped) {
   std::string definitions = "function f0(a) = a\n";

@@ -44,46 +44,5 @@ TEST(ImplicitPart, IsWhatTheSchemeSays) {
   EXPECT_EQ(split_by(Implicit::all), "k*d(u, x, 2) - 2*advect(c, u) + u^2*v + t | 0");
 }
 
-TEST(ImplicitSchemes, SayWhatTheyDoNotGoWith) {
-  const std::string heat = text_with("k*lap(u) - u");
-  EXPECT_EQ(refusal_of(heat, {{"time", "ars222"}}), "");
-  EXPECT_EQ(refusal_of(heat, {{"time", "backward_euler"}}), "");
-  EXPECT_EQ(refusal_of(heat, {{"time", "crank_nicolson"}}),
-            "time = crank_nicolson does not go with an equation for u with more of the fields in it than is solved "
-            "for: E0555 take time = ars222, which takes other terms explicitly");
-  EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"lap", "spectral"}}),
-            "time = ars443 does not go with derivatives by Fourier series: E0555 take dx and lap = central(4), or time "
-            "= etdrk4");
-  EXPECT_EQ(refusal_of("model flow {\n  vector u\n  field p\n  dt(u) = lap(u) - grad(p)\n  0 = div(u) gives p\n}\n"
-                       "scene s : flow {\n  grid x = 0 .. 1, cells 8, periodic\n  grid y = 0 .. 1, cells 8, periodic\n"
-                       "  initial u = (0, 0)\n  time 0 .. 1, step 1/64\n}\n",
-                       {{"time", "ars222"}, {"dx", "spectral"}, {"lap", "spectral"}, {"advect", "spectral"}}),
-            "time = ars222 does not go with derivatives by Fourier series: E0555 take time = rk4, or velocities on "
-            "faces and dx and lap = central(2)");
-  EXPECT_EQ(refusal_of(heat, {{"time", "ars443"}, {"dealias", "two_thirds"}}),
-            "time = ars443 does not go with dealias = two_thirds: E0555 take time = etdrk4");
-  EXPECT_EQ(
-      refusal_of(text_with("-advect(c, u) + lap(u)"), {{"time", "imex_euler"}, {"advect", "maccormack"}}),
-      "time = imex_euler does not go with advection along the flow in one step with other terms: E0555 write split "
-      "= lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)");
-  EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}}),
-            "time = backward_euler does not go with equations in which it finds nothing to solve for: E0555 it takes "
-            "terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; take time = "
-            "rk2, or implicit = all for other terms too");
-  EXPECT_EQ(refusal_of(text_with("-u"), {{"time", "backward_euler"}, {"implicit", "all"}}), "");
-  EXPECT_EQ(refusal_of(text_with("-u"), {{"implicit", "all"}}),
-            "time = rk4 does not go with implicit = all: E0555 take time = ars222, or leave implicit out");
-  EXPECT_EQ(
-      refusal_of("scheme c { time = ars222; implicit = all; split = lie(sources, diffusion) }\n"
-                 "model m { field u; dt(u) = lap(u) - u^2 }\n"
-                 "scene s : m with c { grid x = 0 .. 1, cells 8, periodic; initial u = 1; time 0 .. 1, step 0.1 }\n",
-                 {}),
-      "time = ars222 does not go with implicit = all and steps in parts: E0555 take implicit = linear, or leave "
-      "split out");
-  EXPECT_EQ(refusal_of(text_with("lap(u)", 1, "  subcycle u in 2\n"), {{"time", "ars222"}}),
-            "time = ars222 does not go with equations that make several steps within each: E0555 take time = rk2 or "
-            "rk4");
-}
-
 }  // namespace
 }  // namespace dpde::model

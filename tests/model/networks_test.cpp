@@ -51,11 +51,6 @@ Network network_of(const std::string& layers, int inputs, int outputs, std::vect
   return made.network.value();
 }
 
-/// Of layers on two axes, the second one bounded.
-std::string problems_in(const std::string& layers, int inputs = 2, int outputs = 2) {
-  return make("network n(u) {\n" + layers + "\n}", NetworkFrame{inputs, outputs, {periodic, bounded}}).problems;
-}
-
 TEST(Networks, AreLayersInOrder) {
   const Network n = network_of(
       "initial xavier, seed 7\nconv 8, 5, stride = 2, groups = 2, bias = 0; leaky_relu(0.2)\nupsample 2; conv out, 3, "
@@ -184,33 +179,6 @@ TEST(Networks, RepeatWithSharedWeights) {
   EXPECT_EQ(network::bias_begin(n, 12), -1);
   EXPECT_EQ(make(network::print(n)).problems, "");
   EXPECT_EQ(make(network::print(n)).network, n);
-  EXPECT_EQ(problems_in("repeat 2 shared { conv 4, 3 }\nconv out, 1"),
-            "2:8 E0338 a pass begins with 2 channels, another one with 4: they cannot share weights | end the body "
-            "with as many channels as go into it, or write repeat without shared\n");
-}
-
-TEST(Networks, SayWhatIsWrongWithSharedWeightsAndOrientations) {
-  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 3, weights = a, gain = 2)"),
-            "3:34 E0338 gain is that of the weights of the other layer | leave it out\n");
-  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 5, weights = a)"),
-            "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("let a = relu(in)\nout = conv(a, 2, 5, weights = a)"),
-            "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("out = conv(in, 2, 5, weights = in)"),
-            "2:32 E0338 in is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("conv 2, 5, weights = 3"),
-            "2:22 E0338 weights are those of a value that has a name | write weights = v1, where let v1 = conv(...) "
-            "stands above\n");
-  EXPECT_EQ(problems_in("reorient x = y"), "2:1 E0338 two axes lie along y | each axis stands once: x = -y, y = x\n");
-  EXPECT_EQ(problems_in("reorient x = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
-  EXPECT_EQ(problems_in("reorient z = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
-  EXPECT_EQ(problems_in("reorient x = -2"),
-            "2:14 E0338 this is no axis | write x = -x for the other direction, x = y, y = x for exchanged axes\n");
-  EXPECT_EQ(
-      problems_in("reorient channels = (1, 1)"),
-      "2:25 E0338 each of the 2 channels stands once, with - where its sign changes | as in channels = (-2, 1)\n");
-  EXPECT_EQ(problems_in("reorient channels = 1"), "2:21 E0338 these are 1 of 2 channels\n");
-  EXPECT_EQ(problems_in("reorient 3").substr(0, 11), "2:1 E0305 r");
 }
 
 TEST(Networks, HavePaddingOfTheirScene) {
@@ -221,96 +189,6 @@ TEST(Networks, HavePaddingOfTheirScene) {
   EXPECT_EQ(padding("padding reflect", {bounded, periodic}), (std::vector{Padding::reflect, Padding::periodic}));
   EXPECT_EQ(padding("padding y zero", {bounded, bounded}), (std::vector{Padding::replicate, Padding::zero}));
   EXPECT_EQ(padding("padding periodic", {periodic}), (std::vector{Padding::periodic}));
-  EXPECT_EQ(problems_in("padding x zero\nrelu"),
-            "2:11 E0338 axis x is periodic, and its padding cannot be zero | one word without an axis holds for "
-            "bounded axes only\n");
-  EXPECT_EQ(problems_in("padding periodic\nrelu"),
-            "2:9 E0338 axis y is bounded, and its padding cannot be periodic | write zero, replicate or reflect\n");
-  EXPECT_EQ(problems_in("padding wrap\nrelu"),
-            "2:9 E0338 wrap is no padding | choose one of: zero, replicate, reflect\n");
-  EXPECT_EQ(problems_in("padding zero, reflect\nrelu"),
-            "2:9 E0338 of several paddings each is that of an axis | write padding x zero, y replicate\n");
-  EXPECT_EQ(problems_in("padding z zero\nrelu"), "2:9 E0321 the scene has no axis z\n");
-  EXPECT_EQ(problems_in("padding w zero\nrelu"), "2:9 E0402 w is not an axis\n");
-  EXPECT_EQ(problems_in("padding zero\npadding zero\nrelu"), "3:1 E0211 the padding is written twice\n");
-}
-
-TEST(Networks, SayWhatIsWrongWithALayer) {
-  EXPECT_EQ(problems_in("cnv 2, 3"), "2:1 E0337 there is no layer called cnv | did you mean conv?\n");
-  EXPECT_EQ(problems_in("attention 2").substr(0, 66),
-            "2:1 E0337 there is no layer called attention | understood here: co");
-  EXPECT_EQ(problems_in("conv 2"), "2:1 E0305 conv takes 2 arguments, not 1 | as in conv 32, 5\n");
-  EXPECT_EQ(problems_in("conv 2, 4"), "2:9 E0338 an extent of 4 has no middle | write 3 or 5\n");
-  EXPECT_EQ(problems_in("conv 2.5, 3"),
-            "2:6 E0338 the number of channels of conv is a whole number from 1 to 65536, not 2.5\n");
-  EXPECT_EQ(problems_in("conv 2, 3, strid = 2"), "2:12 E0207 strid is not an option of conv | did you mean stride?\n");
-  EXPECT_EQ(problems_in("dense 2, stride = 2").substr(0, 46), "2:10 E0207 stride is not an option of dense | ");
-  EXPECT_EQ(problems_in("relu slope = 2"), "2:6 E0207 slope is not an option of relu | it is written relu\n");
-  EXPECT_EQ(problems_in("conv 2, 3, bias = 0, bias = 1"), "2:22 E0211 bias is written twice\n");
-  EXPECT_EQ(problems_in("conv 9, 3, groups = 3"),
-            "2:21 E0338 3 groups do not divide the channels: 2 go in, 9 come out\n");
-  EXPECT_EQ(problems_in("conv 2, 3, initial = kaiming"), "2:22 E0338 weights begin as he, xavier or zero\n");
-  EXPECT_EQ(problems_in("relu 3"), "2:1 E0305 relu takes 0 arguments, not 1 | as in relu\n");
-  EXPECT_EQ(problems_in("mean_pool 1"), "2:11 E0338 the factor of mean_pool is a whole number from 2 to 64, not 1\n");
-  EXPECT_EQ(problems_in("add 2").substr(0, 34), "2:1 E0338 add takes two values | w");
-  EXPECT_EQ(problems_in("initial kaiming\nrelu"), "2:9 E0338 weights begin as he, xavier or zero\n");
-  EXPECT_EQ(problems_in("initial seed 0.5\nrelu"), "2:14 E0336 0.5 is no seed: a whole number from 0 on, below 2^53\n");
-  EXPECT_EQ(problems_in("real f16\nrelu"), "2:6 E0338 f16 is no precision | choose one of: f32, f64\n");
-  EXPECT_EQ(problems_in("repeat 0 { relu }"), "2:8 E0372 a repeat makes 1 to 1024 passes, not 0\n");
-  EXPECT_EQ(problems_in("repeat 1000 { repeat 1000 { repeat 1000 { repeat 1000 { } } } }"),
-            "2:50 E0338 the body of repeat has no layers\n");
-  EXPECT_EQ(problems_in("repeat 1000 { repeat 2 { relu } }"), "2:26 E0338 the network has more than 1024 layers\n");
-  EXPECT_EQ(problems_in("repeat 2 { padding zero; relu }"),
-            "2:12 E0311 this line cannot appear in a block of layers | write it above the layers of the network\n");
-  EXPECT_EQ(problems_in("repeat 17 { skip { relu } }\nconv out, 1"),
-            "2:13 E0338 this makes 131072 channels, more than 65536\n");
-}
-
-TEST(Networks, SayWhereShapesDoNotFit) {
-  EXPECT_EQ(problems_in("conv 32, 3\nresidual { conv 16, 3; relu }\nconv out, 3"),
-            "3:1 E0338 the body of residual makes 16 channels of 32 | end it with conv 32, 1, or write skip to keep "
-            "the channels of both\n");
-  EXPECT_EQ(problems_in("skip { mean_pool 2; relu }\nconv out, 1"),
-            "2:1 E0338 the body of skip begins on the grid of the fields and ends on a grid 2 times coarser | write "
-            "upsample 2 at its end\n");
-  EXPECT_EQ(problems_in("residual { }\nrelu"), "2:1 E0338 the body of residual has no layers\n");
-  EXPECT_EQ(problems_in("relu; upsample 2"),
-            "2:7 E0338 upsample 2 cannot undo what made the grid here: it is the grid of the fields | a pool or a "
-            "stride before it makes a coarser grid\n");
-  EXPECT_EQ(
-      problems_in("mean_pool 3; upsample 2"),
-      "2:14 E0338 upsample 2 cannot undo what made the grid here: it is a grid 3 times coarser | write upsample 3\n");
-  EXPECT_EQ(problems_in("mean_pool 2\nconv out, 3, stride = 3\nrelu"),
-            "4:1 E0338 the network ends on a grid 6 times coarser | write upsample 6\n");
-  EXPECT_EQ(problems_in("conv 3, 3\nrelu"),
-            "3:1 E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another "
-            "extent\n");
-  EXPECT_EQ(problems_in("padding zero"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
-  EXPECT_EQ(problems_in("repeat 3 { mean_pool 64 }"),
-            "2:12 E0338 the grid here is 262144 times coarser than that of the fields, more than 4096\n");
-}
-
-TEST(Networks, SayWhatIsWrongWithValues) {
-  EXPECT_EQ(problems_in("let a = relu(in)"),
-            "1:9 E0338 network n has no output | write out = and a value at its end\n");
-  EXPECT_EQ(problems_in("let a = relu(in)\nout = relu(in)"), "2:5 E0338 nothing uses the value a\n");
-  EXPECT_EQ(problems_in("let a = relu(b)\nout = a"), "2:14 E0301 b is not known here | known here: in\n");
-  EXPECT_EQ(problems_in("let a = relu(in)\nlet a = relu(in)\nout = a"), "3:5 E0303 a is given twice\n");
-  EXPECT_EQ(problems_in("let out = relu(in)"),
-            "2:5 E0304 out has a meaning of its own and cannot name a value | write out = ... without let\n");
-  EXPECT_EQ(problems_in("a = relu(in)"), "2:1 E0338 a has no let before it | write let a = ...\n");
-  EXPECT_EQ(problems_in("relu\nout = tanh(in)"),
-            "2:1 E0338 layers are written as words or as values, not as both | write let v = relu(in), or no let and "
-            "no out =\n");
-  EXPECT_EQ(problems_in("out = relu(in)\nlet b = relu(in)"), "3:1 E0338 nothing can stand behind out = ...\n");
-  EXPECT_EQ(problems_in("out = in"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
-  EXPECT_EQ(problems_in("out = in + in"), "2:7 E0338 a value is a name or a layer | write let v2 = relu(v1)\n");
-  EXPECT_EQ(problems_in("out = add(in)"), "2:7 E0305 add takes 2 values, not 1 | write let c = add(a, b)\n");
-  EXPECT_EQ(problems_in("out = relu()"), "2:7 E0305 relu takes 1 value, not 0 | write let v = relu(in, ...)\n");
-  EXPECT_EQ(problems_in("out = add(in, conv(in, 3, 1))"), "2:7 E0338 add has values of 2 and 3 channels\n");
-  EXPECT_EQ(problems_in("out = concat(in, mean_pool(in, 2))", 1),
-            "2:7 E0338 concat has values on the grid of the fields and on a grid 2 times coarser | write upsample 2 at "
-            "its end\n");
 }
 
 TEST(Networks, BelowTheModelCountTheirChannels) {
@@ -351,26 +229,6 @@ TEST(Networks, OfScenesThatNothingCallsAreDropped) {
   EXPECT_EQ(problem.dropped.back(), "network n: nothing calls it");
 }
 
-TEST(Networks, OfScenesAreChecked) {
-  EXPECT_EQ(
-      problem_in("network n(u: vector, nu) -> vector { conv 3, 3 }"),
-      "E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent");
-  EXPECT_EQ(
-      problem_in("network n(u: vector, nu) { conv 3, 3 }"),
-      "E0338 the last layer has 3 channels, but the network has 1 output | end with conv out, 1 or another extent");
-  EXPECT_EQ(problem_in("network n(u: vector, nu) -> a, b, c { relu; conv in, 1 }"), "");
-  EXPECT_EQ(problem_in("network n(u, u) -> scalar { conv out, 3 }"), "E0303 input u is given twice");
-  EXPECT_EQ(problem_in("network n(u) -> a, a { conv out, 3 }"), "E0303 output a is given twice");
-  EXPECT_EQ(problem_in("network n(u) -> a, vector { conv out, 3 }"),
-            "E0338 vector stands alone, or each output has a name | write -> vector, or -> a, b");
-  EXPECT_EQ(problem_in("network sin(u) { conv out, 3 }"),
-            "E0304 sin has a meaning of its own and cannot name a network | choose another name");
-  EXPECT_EQ(problem_in("network n(u) { conv out, 3 }\nfunction n(a) = a"), "E0303 n is given twice");
-  EXPECT_EQ(problem_in("network n(2) -> 1 { conv out, 3 }").substr(0, 60),
-            "E0338 network n counts its channels, which only hand-written");
-  EXPECT_EQ(problem_in("network n(u) { conv hidden, 3; conv out, 3 }").substr(0, 30), "E0301 hidden is not known here");
-}
-
 TEST(Networks, StandWhereTheirMechanismCarries) {
   const auto refusal = [](const std::string& line, const std::string& symmetries = "") {
     const Outcome outcome = outcome_of(
@@ -390,21 +248,6 @@ TEST(Networks, StandWhereTheirMechanismCarries) {
   EXPECT_EQ(refusal("initial u = n(x)"), "");
   EXPECT_EQ(refusal("c = 2*n(x)"), "");
   EXPECT_EQ(refusal("observe a = mean(n(u))"), "");
-  EXPECT_EQ(refusal("initial u = n(x)", "symmetric galilean(u)"),
-            "E0311 the mean that galilean takes cannot appear in an initial state | use a network without it: what "
-            "goes in here is known beforehand");
-  EXPECT_EQ(refusal("boundary u = n(x)"),
-            "E0311 the network n cannot appear in a boundary value | write c = n(...) of coordinates and parameters "
-            "for a coefficient c of the model, and c as the boundary value");
-  EXPECT_EQ(refusal("f = n(x) every 0.5"),
-            "E0311 the network n cannot appear in a control field | write the network where the control stands: in the "
-            "equation or the event");
-  EXPECT_EQ(refusal("g = n(1) every 0.5"),
-            "E0311 the network n cannot appear in a control | write the network where the control stands: in the "
-            "equation or the event");
-  EXPECT_EQ(refusal("exact u = n(x)"),
-            "E0311 the network n cannot appear in an exact solution | networks stand in equations, events, initial "
-            "states, coefficients, observables, losses and tests");
 }
 
 /// They would be half a cell off.
@@ -440,8 +283,6 @@ TEST(Networks, OfOneOutputHaveNoComponents) {
                      grid + "; time 0 .. 1, step 0.1; initial u = 0; after step: u += " + term + " }");
       return outcome.diagnostics.empty() ? "" : outcome.code_and_hint();
     };
-    EXPECT_EQ(told("", "n(u).x"), "E0328 write n(...) alone, or network n(...) -> vector");
-    EXPECT_EQ(told("-> scalar", "n(u).x"), "E0328 write n(...) alone, or network n(...) -> vector");
     EXPECT_EQ(told("-> scalar", "n(u)"), "");
     EXPECT_EQ(told("-> vector", "n(u).x"), "");
     EXPECT_EQ(told("-> x", "n(u).x"), "");

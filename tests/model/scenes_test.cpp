@@ -154,78 +154,17 @@ TEST(Scenes, OfLongChainsEnd) {
   EXPECT_EQ(with(chain + "let q = a19999\n").substr(0, 5), "E0317");
 }
 
-TEST(Scenes, CheckLetsThatNobodyReads) {
-  const auto with = [](const std::string& let) {
-    return outcome_of(
-               "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1, cells 8, periodic\n"
-               "initial u = 1; time 0 .. 1, step 1/8; let q = " +
-               let + "}")
-        .code_and_hint();
-  };
-  EXPECT_EQ(with("1 + missing"), "E0301 known here: pi, q, t, u, x, y, z");
-  EXPECT_EQ(with("q"), "E0315 it is made of itself");
-  EXPECT_EQ(with("sin(x)*t + u + mean(u)"), "0 diagnostics:");
-}
-
 TEST(Scenes, ReplaceAllOutputs) {
   const Problem b = changed("scene b = a { output u }", "b");
   EXPECT_EQ(lines_with(b, "output"), std::vector<std::string>{"output u"});
 }
 
-TEST(Scenes, ThatCannotBeMadeAreReported) {
-  const auto code = [](const std::string& more) {
-    return outcome_of(written_out + more, {"a", {}, ""}).code_and_hint();
-  };
-  EXPECT_EQ(code("scene b = aa { cells 4 }"), "E0318 did you mean a?");
-  EXPECT_EQ(code("scene b = m { cells 4 }"), "E0318 m is a model: scene b : m {");
-  EXPECT_EQ(code("scene b = b { cells 4 }"), "E0339 a scene is made from one that is written out");
-  EXPECT_EQ(outcome_of(written_out + "scene b = a { cells 4, 4, 4 }", {"b", {}, ""}).diagnostics.front().hint,
-            "write one number for all axes, or one for each");
-  EXPECT_EQ(outcome_of(written_out + "scene b = a { grid x = 0 .. 2, cells 4; grid y = 0 .. 2, cells 4; cells 5 }",
-                       {"b", {}, ""})
-                .diagnostics.front()
-                .message,
-            "the cells of x is given twice");
-}
-
-TEST(Scenes, LetsStandInTheSceneAlone) {
-  const std::string text = R"(
-model m { field u; param k; dt(u) = RATE }
-scene s : m { grid x = 0 .. 1, cells 8, periodic; k = 1; let q = LET; initial u = q; time 0 .. 1, step 1/8 }
-)";
-  const auto outcome = [&](std::string rate, std::string let) {
-    std::string whole = text;
-    whole.replace(whole.find("RATE"), 4, rate);
-    whole.replace(whole.find("LET"), 3, let);
-    return outcome_of(whole).code_and_hint();
-  };
-  EXPECT_EQ(outcome("u*q", "2"), "E0311 write param q in the model, and q = ... in the scene");
-  EXPECT_EQ(outcome("u*k", "q + 1"), "E0315 it is made of itself");
-  EXPECT_EQ(outcome("u*k", "u + 1"), "E0315 it is made of itself");
-  EXPECT_EQ(outcome("u*k", "w"), "E0301 known here: k, pi, q, t, u, x, y, z");
-}
-
 TEST(Scenes, FormulasStandForWhatTheyGive) {
-  const std::string model = "model m { vector w; field h; coefficient b; mask o; dt(w) = b*w*o; dt(h) = 0*h }\n";
-  const auto scene = [&](const std::string& lines, const std::string& more = "") {
-    return outcome_of(model + "scene s : m { grid x = 0 .. 1, cells 8, periodic; time 0 .. 1, step 1/8; o = x < 0.5\n" +
-                          lines + "}\n" + more,
-                      {more.empty() ? "s" : "t", {}, ""});
-  };
-  const Outcome fine = scene("b = 2*x; initial w = 3*x; initial h = 1 - b + w.x");
-  ASSERT_TRUE(fine.problem);
-  EXPECT_EQ(lines_with(*fine.problem, "initial h"), std::vector<std::string>{"initial h = 1 - 2*x + 3*x"});
-  const auto why = [&](const Outcome& outcome) {
-    const std::string hint = outcome.code_and_hint();
-    return hint.substr(hint.rfind(": ") + 2);
-  };
-  EXPECT_EQ(why(scene("b = load(\"b.npy\"); initial w = 0; initial h = b")), "it is loaded");
-  EXPECT_EQ(why(scene("b = 1; initial w = 0; initial h = o")), "it is a mask");
-  EXPECT_EQ(why(scene("b = 1; initial w = 0; initial h = b", "task t : s { unknown b; minimise mean(h) }")),
-            "it is an unknown of the task");
-  EXPECT_EQ(why(scene("b = 1; initial w = x; initial h = w.x", "task t : s { unknown initial w; minimise mean(h) }")),
-            "it is an unknown of the task");
-  EXPECT_EQ(scene("b = h; initial w = 0; initial h = b").diagnostics.front().hint, "it is made of itself");
+  const Problem problem = problem_of(
+      "model m { vector w; field h; coefficient b; mask o; dt(w) = b*w*o; dt(h) = 0*h }\n"
+      "scene s : m { grid x = 0 .. 1, cells 8, periodic; time 0 .. 1, step 1/8; o = x < 0.5\n"
+      "b = 2*x; initial w = 3*x; initial h = 1 - b + w.x }\n");
+  EXPECT_EQ(lines_with(problem, "initial h"), std::vector<std::string>{"initial h = 1 - 2*x + 3*x"});
 }
 
 TEST(Scenes, ValuesOfTheModelFollowThoseOfTheScene) {
@@ -265,38 +204,6 @@ TEST(Scenes, WithoutAGridAreOneCell) {
   EXPECT_EQ(fine.problem->axes.front().cells, 1);
   EXPECT_EQ(with("-dx(a)", "0").code_and_hint(), needs_a_grid("axis x"));
   EXPECT_EQ(with("-a", "sin(x)").code_and_hint(), needs_a_grid("axis x"));
-}
-
-/// Wherever it stands: in a line of the model, of the scene or of the task.
-TEST(Scenes, WithoutAGridHaveNothingThatVaries) {
-  const auto with = [](std::string model, std::string scene, std::string task, const std::string& more = "") {
-    const std::string text =
-        more + "\nmodel m { field a; param k; " + model + "; dt(a) = -k*a }\nscene s : m { k = 2; " + scene +
-        "; initial a = 1; time 0 .. 1, step 1/8 }\ntask t : s { unknown k; " + task + "; minimise mean(a) }";
-    return outcome_of(text, {"t", {}, ""}).code_and_hint();
-  };
-  EXPECT_EQ(with("", "observe e = mean(a)^2; observe f = integral(k*a)", "test g = max(a)"), "0 diagnostics:");
-  EXPECT_EQ(with("", "observe e = a^2/2 - k*cos(a)", "minimise (a - 1)^2; test g = a"), "0 diagnostics:");
-  EXPECT_EQ(with("field b; dt(b) = lap(a)", "initial b = 0", ""), needs_a_grid("d(a, x, 2)"));
-  EXPECT_EQ(with("field b; dt(b) = advect(b, a)", "initial b = 0", ""), needs_a_grid("advect(b, a)"));
-  EXPECT_EQ(with("field b on faces.x; dt(b) = 0*a", "initial b = 0", ""), needs_a_grid("on faces.x"));
-  EXPECT_EQ(with("vector b; dt(b) = -b", "initial b = 0", ""),
-            needs_a_grid("a vector, which has a component for each axis,"));
-  EXPECT_EQ(with("", "boundary a = 0", ""), needs_a_grid("a boundary"));
-  EXPECT_EQ(with("", "coordinates polar", ""), needs_a_grid("coordinates"));
-  EXPECT_EQ(with("", "observe e = sample(a, at = 7)", ""), needs_a_grid("sample"));
-  EXPECT_EQ(with("", "observe e = mean(x*a)", ""), needs_a_grid("axis x"));
-  EXPECT_EQ(with("", "observe e = mean(mean(a, x))", ""), needs_a_grid("axis x"));
-  EXPECT_EQ(with("", "after step: a = a - lap(a)", ""), needs_a_grid("d(a, x, 2)"));
-  EXPECT_EQ(with("", "", "minimise mean(div(grad(a))^2)"), needs_a_grid("dx(dx(a))"));
-  EXPECT_EQ(with("", "", "test e = mean(dx(a))"), needs_a_grid("axis x"));
-  EXPECT_EQ(with("", "", "data d on faces.x = load(\"d.npy\")"), needs_a_grid("on faces.x"));
-  const std::string wide = "network n(u) -> scalar { conv 1, 3 }", narrow = "network n(u) -> scalar { conv 1, 1 }";
-  EXPECT_EQ(with("field b; dt(b) = n(a)", "initial b = 0", "", wide),
-            needs_a_grid("network n, whose layers read other cells,"));
-  EXPECT_EQ(with("field b; dt(b) = n(a)", "initial b = 0", "", narrow), "0 diagnostics:");
-  const std::string shift = "operator near(u) order 1 = u[+1] - u";
-  EXPECT_EQ(with("field b; dt(b) = near(a)", "initial b = 0", "", shift).substr(0, 5), "E0401");
 }
 
 TEST(Scenes, CellsOfAnAxisGoBeforeThoseOfAll) {

@@ -32,13 +32,6 @@ Problem overridden(const std::string& name, const std::map<std::string, std::str
   return problem_of(two_scenes, {name, overrides, scheme});
 }
 
-std::string refusal(const std::string& key, const std::string& value) {
-  const Outcome outcome = outcome_of(two_scenes, {"a", {{key, value}}, ""});
-  if (outcome.diagnostics.empty()) return "";
-  EXPECT_FALSE(outcome.diagnostics[0].range.is_known());
-  return outcome.diagnostics[0].message + "; " + outcome.diagnostics[0].hint;
-}
-
 TEST(Selection, NamesInOrder) {
   const SourceFile source("test.dpde", two_scenes);
   DiagnosticSink sink;
@@ -115,28 +108,6 @@ TEST(Settings, SchemeKeys) {
   EXPECT_EQ(overridden("a", {}).scheme.real, Precision::f64);
   EXPECT_EQ(overridden("a", {{"real", "f32"}}).scheme.real, Precision::f32);
   EXPECT_NE(print(overridden("a", {{"real", "f32"}}).scheme).find("; real = f32 }"), std::string::npos);
-}
-
-TEST(Settings, Refusals) {
-  EXPECT_EQ(refusal("nu", "1"),
-            "there is nothing called nu to set; known here: k, advect, dx, lap, dealias, implicit, solve, smoother, "
-            "preconditioner, guess, project, time, "
-            "real, networks, "
-            "cells, cells.x, cells.y, step, end, courant, ...");
-  EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
-  EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
-  EXPECT_EQ(
-      refusal("time", "rk3"),
-      "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4, ssp_rk3, bs32, dopri5, "
-      "verlet, ab2, ab3, leapfrog, etdrk2, etdrk4, backward_euler, crank_nicolson, imex_euler, ars222, ars443");
-  EXPECT_EQ(refusal("real", "f16"), "real cannot be set to f16: there is no such choice; choose one of: f64, f32");
-  EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
-  EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");
-  EXPECT_EQ(refusal("cells", "0"), "the number of cells is a whole number from 1 to 2147483647, not 0; ");
-  EXPECT_EQ(refusal("step", "0"), "the time step must be positive, not 0; ");
-  EXPECT_EQ(refusal("end", "-1"), "the run must end after its begin 0, not at -1; ");
-  EXPECT_NE(refusal("k", "2 +"), "");
-  EXPECT_NE(refusal("k", ""), "");
 }
 
 }  // namespace

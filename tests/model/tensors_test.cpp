@@ -22,11 +22,6 @@ std::string right_sides(const std::string& of_u, const std::string& of_p, int ax
   return text;
 }
 
-std::string tensor_refusal(const std::string& of_u, const std::string& of_p, int axes = 2,
-                           const std::string& lets = "") {
-  return message(tensor_text(of_u, of_p, axes, lets) + "}\n");
-}
-
 TEST(Tensors, GradientAndDivergence) {
   EXPECT_EQ(right_sides("div(grad(u))", "trace(grad(u))", 2),
             "u.x: dx(dx(u.x)) + dy(dy(u.x))\nu.y: dx(dx(u.y)) + dy(dy(u.y))\np: dx(u.x) + dy(u.y)\n");
@@ -99,32 +94,6 @@ TEST(Tensors, LieOnEdges) {
   EXPECT_EQ(placements("field e on edges.z", 3), "110 ");
   EXPECT_EQ(placements("field e on edges.z", 2), "110 ");
   EXPECT_EQ(placements("field e on edges.x", 2), "010 ");
-}
-
-TEST(Tensors, OfTheWrongKindAreRefused) {
-  EXPECT_EQ(tensor_refusal("grad(u)", "0"),
-            "what takes a vector is not defined for a tensor | div(S) and dot(S, v) make vectors of a tensor");
-  EXPECT_EQ(tensor_refusal("0", "grad(u)"),
-            "expected a number but this is a tensor of 4 components | a component as (S).xy is a number; trace(S) and "
-            "inner(S, T) make one of tensors");
-  EXPECT_EQ(tensor_refusal("grad(u)*u", "0"),
-            "'*' is not defined for a tensor and a vector | dot(S, v) is S times a vector, dot(v, S) a vector times S");
-  EXPECT_EQ(tensor_refusal("div(grad(u)*grad(u))", "0"),
-            "'*' is not defined for two tensors | inner(S, T) is the sum of the products of components");
-  EXPECT_EQ(tensor_refusal("div(grad(u) + p)", "0"),
-            "'+' is not defined for a tensor and a number | p*identity is a tensor of a number");
-  EXPECT_EQ(tensor_refusal("0", "dot(grad(u), grad(u))"),
-            "dot is not defined for two tensors | inner(S, T) is the sum of the products of components, dot(S, v) "
-            "takes a vector");
-  EXPECT_EQ(tensor_refusal("0", "trace(u)"),
-            "trace is not defined for a vector of 2 components | it takes a tensor: grad(v) of a vector, outer(a, b), "
-            "((a, b), (c, d))");
-  EXPECT_EQ(tensor_refusal("div(((p, p), (p, p), (p, p)))", "0"),
-            "expected 2 rows but this has 3 | a tensor has a row for each axis of the scene: ((a, b), (c, d)) on two");
-  EXPECT_EQ(tensor_refusal("0", "grad(u).x"), "x is not an axis | components of a tensor are called xx, xy, yx, ...");
-  EXPECT_EQ(tensor_refusal("0", "S.xz", 2, "  let S = grad(u)\n"),
-            "the scene has no axis z | axes of the scene: x, y; a grid line adds one");
-  EXPECT_EQ(tensor_refusal("0", "inner(u, grad(u))"), "expected 2 components but this has 4 | ");
 }
 
 }  // namespace

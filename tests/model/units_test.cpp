@@ -58,44 +58,6 @@ TEST(Units, OfEquationsFit) {
     EXPECT_EQ(misfit_of(rhs), "") << rhs;
 }
 
-TEST(Units, OfEquationsDoNotFit) {
-  EXPECT_EQ(misfit_of("k*dx(u)"), "this is in K*m/s, but dt(u) in K/s");
-  EXPECT_EQ(misfit_of("q + k*lap(u)*x"), "this is in K*m/s, but dt(u) in K/s");
-  EXPECT_EQ(misfit_of("q*(L + k)"), "this is in m^2/s, but L in m");
-  EXPECT_EQ(misfit_of("q*sin(x)"), "sin takes a pure number, but this is in m");
-  EXPECT_EQ(misfit_of("q*exp(-50*x^2)"), "exp takes a pure number, but this is in m^2");
-  EXPECT_EQ(misfit_of("q*2^x"), "an exponent takes a pure number, but this is in m");
-  EXPECT_EQ(misfit_of("if(x > u, q, q)"), "this is in K, but x in m");
-  EXPECT_EQ(misfit_of("if(x > 0.5, q, k)"), "this is in m^2/s, but q in K/s");
-  EXPECT_EQ(misfit_of("min(q, u)"), "this is in K, but q in K/s");
-  EXPECT_EQ(misfit_of("0.1*lap(u)"), "this is in K/m^2, but dt(u) in K/s");
-  EXPECT_EQ(misfit_of("integral(u)*v/L"), "this is in K*m/s, but dt(u) in K/s");
-  EXPECT_EQ(misfit_of("inject(q*L, at = v)"), "this is in m/s, but a place in m");
-  EXPECT_EQ(misfit_of("sqrt(q)"), "this is in K^(1/2)/s^(1/2), but dt(u) in K/s");
-  EXPECT_EQ(misfit_of("(q - u)*free"), "this is in K, but q in K/s");
-}
-
-TEST(Units, PointAtTheTerm) {
-  const std::string text = rod("q - k*dx(u) + q");
-  const Outcome outcome = outcome_of(text);
-  ASSERT_EQ(outcome.diagnostics.size(), 1u);
-  const SourceRange range = outcome.diagnostics[0].range;
-  EXPECT_EQ(text.substr(static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.end - range.begin)),
-            "k*dx(u)");
-  EXPECT_EQ(outcome.diagnostics[0].hint,
-            "a factor in 1/m is missing: write it as a param, with this unit or with none");
-}
-
-TEST(Units, OfOtherScaleAreNotConverted) {
-  const std::string other = "  param w = 1 in km/h\n";
-  EXPECT_EQ(message(rod("-w*dx(u)", other)),
-            "this is in K*km/(h*m), but dt(u) in K/s: nothing converts them | 1 K*km/(h*m) is 0.277778 K/s: write both "
-            "in one unit");
-  EXPECT_EQ(misfit(rod("-w*dx(u)*v/v", "  param w = 1 in m/min\n")),
-            "this is in K/min, but dt(u) in K/s: nothing converts them");
-  EXPECT_EQ(misfit(rod("q", "  param w = 2 in N/kg\n  let a = w + v*v/L\n")), "");
-}
-
 TEST(Units, OfLets) {
   EXPECT_EQ(misfit(rod("flux/L", "  let flux = -k*dx(u)\n")), "");
   EXPECT_EQ(misfit(rod("flux", "  let flux = -k*dx(u)\n")), "this is in K*m/s, but dt(u) in K/s");
@@ -104,37 +66,6 @@ TEST(Units, OfLets) {
   EXPECT_EQ(misfit(rod("q", "  let idle = k + u\n")), "this is in K, but k in m^2/s");
   EXPECT_EQ(misfit(rod("q", "", "  let n = 2*pi in 1/m\n  let w = cos(n*x)\n")), "");
   EXPECT_EQ(misfit(rod("q", "", "  let w = cos(2*x)\n")), "cos takes a pure number, but this is in m");
-}
-
-TEST(Units, OfLinesOfTheScene) {
-  EXPECT_EQ(misfit(rod("q", "", "  k = 0.01/pi\n")), "");
-  EXPECT_EQ(misfit(rod("q", "", "  k = v*L\n")), "");
-  EXPECT_EQ(misfit(rod("q", "", "  k = v\n")), "this is in m/s, but k in m^2/s");
-  EXPECT_EQ(misfit(rod("q", "", "  k = 1 in m^2/s\n")), "");
-  EXPECT_EQ(misfit(rod("q", "", "  k = 1 in m/s\n")), "this is in m/s, but k in m^2/s");
-  EXPECT_EQ(misfit(rod("q", "", "  exact u = x\n")), "this is in m, but u in K");
-  EXPECT_EQ(misfit(rod("q", "", "  exact u = q*t\n")), "");
-  EXPECT_EQ(misfit(rod("q", "", "  observe a = integral(u) in K*m\n")), "");
-  EXPECT_EQ(misfit(rod("q", "", "  observe a = integral(u) in K\n")), "this is in K*m, but a in K");
-  EXPECT_EQ(misfit(rod("q", "", "  after step: u = max(u, q)\n")), "this is in K/s, but u in K");
-  EXPECT_EQ(misfit(rod("q", "", "  every L/8: u = 0\n")).substr(0, 30), "this is in m, but the time in ");
-  EXPECT_EQ(misfit(rod("q", "  param T = 1 in s\n", "  output u every T/8\n")), "");
-}
-
-std::string walls(const std::string& sides) {
-  return "model m { field u in K; param h = 1 in K/m, c = 2 in W/(m*K), a = 1 in W/(m^2*K), s = 1 in m/s\n"
-         "param w = 1 in W/m^2; dt(u) = 0*u }\nscene r : m { grid x = 0 .. 1 in m, cells 8\n initial u = 0\n boundary "
-         "u: " +
-         sides + "\n time 0 .. 1 in s, step 1 }\n";
-}
-
-TEST(Units, OfWalls) {
-  EXPECT_EQ(misfit(walls("x.low = 300, x.high = gradient(h)")), "");
-  EXPECT_EQ(misfit(walls("x.low = h, x.high = zero_gradient")), "this is in K/m, but u in K");
-  EXPECT_EQ(misfit(walls("all = gradient(c)")).substr(0, 20), "this is in W/(K*m), ");
-  EXPECT_EQ(misfit(walls("all = mixed(a, c, w)")), "");
-  EXPECT_EQ(misfit(walls("all = mixed(c, a, w)")).substr(0, 10), "2 diagnost");
-  EXPECT_EQ(misfit(walls("all = mixed(a, c, h)")).substr(0, 19), "this is in K/m, but");
 }
 
 const std::string flow_with_units = R"(
@@ -259,21 +190,6 @@ scene ball : m {
       "coordinates polar; boundary u = 0; initial u = 0; time 0 .. 1 in s, step 1\n"
       "observe heat = integral(u) }";
   EXPECT_EQ(problem_of(disc).unit_of("heat"), "K*m^2");
-}
-
-TEST(Units, OfTasks) {
-  const auto task = [](const std::string& lines) {
-    return rod("k*lap(u)", "", "", "") + "scene truth = rod { k = 2 }\ntask find : rod { unknown k from 1\n" + lines +
-           " }\n";
-  };
-  const std::string data = "data d = u from scene truth at t = 1; ";
-  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) at t = 1")), "");
-  EXPECT_EQ(misfit(task(data + "minimise mean((u - d*x)^2) at t = 1")), "this is in K*m, but u in K");
-  EXPECT_EQ(misfit(task("minimise mean((u - 3)^2)")), "");
-  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) + k^2 at t = 1")),
-            "this is in m^4/s^2, but mean((u - d)^2) in K^2");
-  EXPECT_EQ(misfit(task(data + "minimise mean((u - d)^2) + free*k^2 at t = 1")), "");
-  EXPECT_EQ(misfit(task("data e = load(\"e.npy\") in m; minimise mean((u - e)^2)")), "this is in m, but u in K");
 }
 
 TEST(Units, OfScenesMadeFromOthersStay) {

@@ -26,11 +26,6 @@ std::string equations(const std::string& of_u, const std::string& of_p, int axes
   return text;
 }
 
-std::string message_of(const std::string& of_u, const std::string& of_p, int axes = 2,
-                       const std::string& model_lines = "") {
-  return message(vector_text(of_u, of_p, axes, "", model_lines));
-}
-
 TEST(Vectors, HaveAComponentForEachAxis) {
   EXPECT_EQ(equations("-advect(u, u) - grad(p)", "-div(u)", 1), "u.x: -advect(u.x, u.x) - dx(p)\np: -dx(u.x)\n");
   EXPECT_EQ(equations("-advect(u, u) - grad(p)", "-div(u)", 2),
@@ -81,37 +76,6 @@ TEST(Vectors, HaveNamesThatNothingElseCanHave) {
   EXPECT_EQ(message("model m { vector u; field u; dt(u) = 0 }\nscene s : m {\n  grid x = 0 .. 1, cells 2, periodic\n"
                     "  initial u = 0\n  time 0 .. 1, step 1\n}\n"),
             "u is given twice | ");
-}
-
-TEST(Vectors, OfTheWrongKindAreRefused) {
-  EXPECT_EQ(
-      message_of("u + 1", "0"),
-      "'+' is not defined for a vector and a number | a number may scale a vector, not be added to it; div(v) and "
-      "dot(a, b) make numbers");
-  EXPECT_EQ(message_of("u*u", "0"), "'*' is not defined for two vectors | dot(a, b) multiplies vectors");
-  EXPECT_EQ(message_of("p", "0"), "expected 2 components but this has 1 | one component an axis: (vx, vy)");
-  EXPECT_EQ(message_of("(p, p, p)", "0"), "expected 2 components but this has 3 | one component an axis: (vx, vy)");
-  EXPECT_EQ(message_of("0", "u"),
-            "expected a number but this is a vector of 2 components | a component as (v).x is a number; dot(a, b) and "
-            "div(v) make one of vectors");
-  EXPECT_EQ(message_of("0", "u.z"), "the scene has no axis z | components of u: u.x, u.y");
-  EXPECT_EQ(message_of("0", "p.x"),
-            "p is a field and has no components | declare it with vector p in place of field p");
-  EXPECT_EQ(message_of("0", "q.x"), "q.x is not known here | did you mean u.x?");
-  EXPECT_EQ(message_of("0", "bracket(p, p)", 1),
-            "bracket is not defined for one axis | a grid line for y adds an axis");
-  EXPECT_EQ(message_of("0", "dot(curl(u), u)", 1), "curl is not defined for one axis | a grid line for y adds an axis");
-}
-
-TEST(Vectors, ThatAreNotCompleteAreRefused) {
-  EXPECT_EQ(message(vector_text("0", "0", 2, "  initial u.x = 0\n")),
-            "field u.y has no initial state | write initial u.y = 0 in scene s");
-  EXPECT_EQ(message(vector_text("0", "0", 2, "  exact p = 0\n")),
-            "field u has no initial state | write initial u = 0 in scene s");
-  EXPECT_EQ(message(vector_text("0", "0", 2, "  initial u = 0\n  initial u.x = 0\n")),
-            "the initial state of u.x is given twice | ");
-  EXPECT_EQ(message(vector_text("0", "0", 2, "  initial u = 1\n")),
-            "expected 2 components but this has 1 | one component an axis: (vx, vy)");
 }
 
 TEST(Vectors, HaveBoundariesOfTheirComponents) {

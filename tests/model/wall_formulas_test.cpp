@@ -22,57 +22,6 @@ TEST(WallFormulas, AreMadeOfFieldsThere) {
   EXPECT_EQ(message(walled("mixed(1, 2, q*w.x)")), "0 diagnostics:");
 }
 
-TEST(WallFormulas, ThatCannotBeHadAreRefused) {
-  EXPECT_EQ(message(walled("0", "gradient(q)")),
-            "a formula of fields cannot appear in the boundary of r, which lies on faces | formulas of fields hold for "
-            "fields at cell centres");
-  EXPECT_EQ(message(walled("w.y")),
-            "a formula of fields cannot appear in the boundary at x.high, where w.y is not known | it takes fields at "
-            "cell centres and those on faces across x");
-  EXPECT_EQ(message(walled("r", "gradient(1)")),
-            "a formula of fields cannot appear in the boundary at x.high, where r follows from its slope | give r a "
-            "value there, or outflow");
-  EXPECT_EQ(
-      message(walled("r", "0", "time = rk4", "1 .. 0")),
-      "a formula of fields cannot appear in the boundary at x.high, where the arrays of r hold no value | let the "
-      "axis end there: grid x = 0 .. 1");
-  EXPECT_EQ(message(walled("gradient(-q)", "0", "time = ars222")),
-            "time = ars222 does not go with a formula of fields at a wall | take time = rk4 or ssp_rk3");
-  EXPECT_EQ(message(walled("gradient(-q)", "0", "time = euler; split = lie(diffusion)")),
-            "a formula of fields cannot appear in the boundary of a scene whose steps are split | leave out split");
-  EXPECT_EQ(message(walled("mixed(q, 1, 0)")),
-            "field q cannot appear in a weight of mixed | in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the "
-            "wall; a and b are made of numbers, parameters and t");
-}
-
-TEST(WallFormulas, OfWhatIsSolvedForAreRefused) {
-  EXPECT_EQ(
-      message("model m { field q; solve lap(p) = q for p; dt(q) = p }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n"
-              "  initial q = 0\n  time 0 .. 1, step 1/8\n  boundary q = 0\n  boundary p = q\n}\n"),
-      "a formula of fields at a wall cannot appear in the boundary of p | give it a value or a slope of numbers, "
-      "parameters, coordinates, t and coefficients");
-}
-
-TEST(Hints, OfVectorsThatBelongOnEdges) {
-  const auto said = [](const std::string& e, const std::string& b) {
-    const Outcome outcome =
-        outcome_of("model m { vector E " + e + "; vector B " + b +
-                   "; dt(E) = curl(B); dt(B) = -curl(E) }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n"
-                   "  grid y = 0 .. 1, cells 4, periodic\n  grid z = 0 .. 1, cells 4, periodic\n  initial E = 0\n"
-                   "  initial B = 0\n  time 0 .. 1, step 1/8\n}\n");
-    if (outcome.diagnostics.empty()) return std::string();
-    const Diagnostic& last = outcome.diagnostics.back();
-    return last.message + " | " + last.hint;
-  };
-  EXPECT_EQ(said("on edges", "on faces"), "");
-  EXPECT_EQ(said("on edges", ""),
-            "E.y is at edges along y, but here its value at faces across x is wanted | write interpolate(E.y)");
-  EXPECT_EQ(
-      said("", "on faces"),
-      "E.y is at cell centres, but here its value at edges along y is wanted | write interpolate(E.y), or declare "
-      "vector E on edges where all of it is wanted there");
-}
-
 TEST(OneAxis, NumbersAndVectorsAreTheSame) {
   const std::string text =
       "model m { field p; vector D; param k; dt(p) = k - D*grad(p); dt(D) = 0 }\nscene s : m {\n"

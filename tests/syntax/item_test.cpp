@@ -60,14 +60,6 @@ TEST(Items, OfRepeats) {
   EXPECT_EQ(text.substr(program.items[0].range.begin, 8), "repeat 8");
 }
 
-TEST(Items, RepeatsThatAreNot) {
-  EXPECT_EQ(problems_of("program p { repeat { run k } }"), "1:20 E0201 expected a whole number but found '{'\n");
-  EXPECT_EQ(problems_of("program p {\n  repeat 3 run k\n  run k\n}").substr(0, 10), "2:12 E0201");
-  EXPECT_EQ(problems_of("program p {\n  repeat 3 {\n    run k\n").substr(0, 10), "2:12 E0205");
-  EXPECT_EQ(problems_of("program p {\n  repeat 3 {\n    keep k\n    run 5\n  }\n  fill\n}").size() > 0, true);
-  EXPECT_EQ(problems_of("model m { repeat 3 { } }").substr(0, 10), "1:11 E0203");
-}
-
 TEST(Items, OfControls) {
   const Model model =
       only_block<Model>("model m { control F, G; control field H on faces.x; control vector V, W; control field }");

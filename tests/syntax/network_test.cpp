@@ -16,9 +16,6 @@ Block only_network_block(const std::string& text) {
   return file.declarations.size() == 1 ? std::get<Block>(file.declarations[0].kind) : Block{};
 }
 
-const std::string words_of_networks =
-    "understood here: padding, initial, symmetric, real, host, repeat, residual, skip, let, a layer such as conv 32, 5";
-
 TEST(Networks, AsLayers) {
   const std::string text =
       "network corrector(u: vector, nu) -> vector {\n"
@@ -111,24 +108,6 @@ TEST(Networks, OnOneLine) {
   EXPECT_EQ(formatted("network k(a) {\n  residual {\n  tanh }\n}"), "network k(a) {\n  residual {\n    tanh\n  }\n}\n");
 }
 
-TEST(Networks, ThatAreNot) {
-  EXPECT_EQ(problems_of("network n { relu }"), "1:11 E0201 expected '(' but found '{'\n");
-  EXPECT_EQ(problems_of("network n() { relu }"), "1:11 E0201 expected the name of an input but found ')'\n");
-  EXPECT_EQ(problems_of("network n(u: constant) { relu }"),
-            "1:14 E0201 expected 'vector' or 'scalar' but found 'constant'\n");
-  EXPECT_EQ(problems_of("network n(u) -> { relu }"),
-            "1:17 E0201 expected scalar, vector, or names of outputs but found '{'\n");
-  EXPECT_EQ(problems_of("network n(u) {\n  conv 32,\n  5 3\n  3\n  initial 7\n}"),
-            "3:5 E0201 expected the end of the line but found '3'\n"
-            "4:3 E0201 expected an item of the network but found '3' | " +
-                words_of_networks +
-                "\n"
-                "5:11 E0201 expected he, xavier, zero or seed but found '7'\n");
-  EXPECT_EQ(problems_of("network n(u) { residual conv 3, 2 }"), "1:25 E0201 expected '{' but found 'conv'\n");
-  EXPECT_EQ(problems_of("model m { residual { } }").substr(0, 50),
-            "1:11 E0203 'residual' is not understood in a model");
-}
-
 TEST(Networks, InsideOneAnotherUpToALimit) {
   const auto nested = [](int depth) {
     std::string open, close;
@@ -173,14 +152,6 @@ TEST(Statements, OfNetworks) {
   EXPECT_FALSE(adjoint.weights);
   EXPECT_EQ(adjoint.by.at(0).name, "c_bar");
   EXPECT_EQ(adjoint.to.at(0).name, "a_bar");
-}
-
-TEST(Statements, OfNetworksThatAreNot) {
-  EXPECT_EQ(problems_of("program p { apply n(a) by c to d }"), "1:24 E0201 expected 'to' but found 'by'\n");
-  EXPECT_EQ(problems_of("program p { apply n(a) to d weights }"),
-            "1:29 E0201 expected the end of the line but found 'weights'\n");
-  EXPECT_EQ(problems_of("program p { adjoint n(a) to d }"), "1:26 E0201 expected 'by' but found 'to'\n");
-  EXPECT_EQ(problems_of("program p { apply n() to d }"), "1:21 E0201 expected the name of a field but found ')'\n");
 }
 
 }  // namespace
