@@ -32,7 +32,6 @@ const std::map<std::string, int> larger{
     {"compiler/src/driver/compile/pipeline.h Compiled", 16},
     {"compiler/src/driver/scene/scene_table.cpp SceneTable::Storage", 21},
     {"compiler/src/files/trajectories.h Trajectories", 16},
-    {"compiler/src/model/from_ast/elaboration.h Elaboration", 33},
     {"compiler/src/model/model.h Problem", 31},
     {"compiler/src/network/network.h Layer", 16},
     {"compiler/src/stability/step_limit.h FrozenAnalysis", 19},

@@ -134,7 +134,7 @@ Words words_in_lines() {
   const std::regex asked(R"re((?:at|accept|expect)_word\("([a-z_0-9]+)"\))re");
   Words words;
   for (const char* part : {"chart", "declaration", "expression", "kernel", "network", "physics", "task"}) {
-    const std::string text = content(std::string("compiler/src/syntax/parse_") + part + ".cpp");
+    const std::string text = content(std::string("compiler/src/syntax/parse/parse_") + part + ".cpp");
     for (auto found = std::sregex_iterator(text.begin(), text.end(), asked); found != std::sregex_iterator(); ++found)
       if (!left_out.contains((*found)[1])) words.insert((*found)[1]);
   }

@@ -87,6 +87,59 @@ struct MaskForce {
   Expr rate;
 };
 
+/// The blocks of the text that the problem is made of.
+struct ChosenBlocks {
+  const ast::Task* task = nullptr;  // none when a scene is selected
+  const ast::Scene* scene = nullptr;
+  std::optional<ast::Model> coupled;      // of a scene of several models: their items together
+  const ast::Model* model = nullptr;      // this, or
+  const ast::Program* program = nullptr;  // this
+};
+
+/// Names that stand for formulas, and what else names mean.
+struct ElaboratedNames {
+  Scope scope;
+  std::map<std::string, TypedExpr> lets;
+  std::map<std::string, const ast::Expr*> scene_lets;
+  bool are_too_deep = false;              // too many formulas of the scene name one another: reported
+  std::map<std::string, int> axis_names;  // of coordinates, beside x, y and z: r, theta, lon, lat
+};
+
+struct ElaboratedParams {
+  std::map<std::string, std::optional<double>> values;  // nullopt after an error
+  std::set<std::string> unknowns;                       // of the task
+  std::set<std::string> controls;                       // vary in time
+  std::set<std::string> fixed;                          // something is made of them once: see made_once
+  std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+};
+
+struct ElaboratedNetworks {
+  std::vector<DeclaredNetwork> declared;  // all of the file
+  std::set<std::string> called;
+};
+
+struct ElaboratedSolves {
+  std::set<std::string> solved;       // unknowns of the model's solves: lets with a boundary
+  std::vector<State> guesses;         // first guesses of the next step: states, but not yet among them
+  std::set<std::string> multipliers;  // fields that constraints give
+};
+
+struct ElaboratedMasks {
+  std::map<std::string, MaskForce> forces;  // of fields that are held
+  std::map<std::string, Expr> moving;       // those that hold t or controls: 1 inside, else 0
+};
+
+struct ElaboratedAverages {
+  struct Average {
+    std::string name;  // of the number that stands for it
+    Expr value;
+    Origin origin;
+  };
+  std::vector<Average> of_loss;  // of the loss that is being read
+  bool are_taken = false;
+  int count = 0;  // of all losses
+};
+
 struct Elaboration {
   Elaboration(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
@@ -95,42 +148,17 @@ struct Elaboration {
   const Selection& selection;
   DiagnosticSink& sink;
   Settings settings;
-
-  const ast::Task* task = nullptr;  // none when a scene is selected
-  const ast::Scene* scene = nullptr;
-  std::optional<ast::Model> coupled;      // of a scene of several models: their items together
-  const ast::Model* model = nullptr;      // this, or
-  const ast::Program* program = nullptr;  // this
-
   Problem problem;
-  Scope scope;
-  std::map<std::string, TypedExpr> lets;
-  std::map<std::string, const ast::Expr*> scene_lets;
-  bool names_are_too_deep = false;                      // too many formulas of the scene name one another: reported
-  std::map<std::string, int> axis_names;                // of coordinates, beside x, y and z: r, theta, lon, lat
-  int expansions = 0;                                   // of functions and operators of the file
-  std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
-  std::set<std::string> unknowns;                       // parameters that are unknowns of the task
-  std::set<std::string> controls;                       // parameters that vary in time
-  std::set<std::string> fixed;                          // parameters of which something is made once: see made_once
-  std::set<std::string> used;                           // parameters and coefficients that were read anywhere
-  std::vector<OpenPlace> open_places;                   // of all formulas
-  std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis
-  std::vector<DeclaredNetwork> networks;                // all of the file
-  std::set<std::string> called_networks;
-  std::set<std::string> solved;              // what the model solves for: lets with a boundary
-  std::vector<State> guesses;                // what these begin with in the next step: states, but not yet among them
-  std::set<std::string> multipliers;         // fields that constraints give
-  std::map<std::string, MaskForce> forces;   // of fields that are held
-  std::map<std::string, Expr> moving_masks;  // those that hold t or controls: 1 inside, else 0
-  struct Average {
-    std::string name;  // of the number that stands for it
-    Expr value;
-    Origin origin;
-  };
-  std::vector<Average> averages;  // of the loss that is being read
-  bool takes_averages = false;
-  int averages_named = 0;  // of all losses
+  ChosenBlocks blocks;
+  ElaboratedNames names;
+  ElaboratedParams params;
+  ElaboratedNetworks networks;
+  ElaboratedSolves solves;
+  ElaboratedMasks masks;
+  ElaboratedAverages averages;
+  std::vector<OpenPlace> open_places;        // of all formulas
+  std::vector<WeightedSide> weighted_sides;  // as often as they are written for a field and an axis
+  int expansions = 0;                        // of functions and operators of the file
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

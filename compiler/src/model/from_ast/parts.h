@@ -137,7 +137,7 @@ void report_no_grid(Elaboration& elaboration, const std::string& what, SourceRan
 void bind_networks(Elaboration& elaboration);
 /// network_symmetries.cpp: what its block says in `symmetric` is done to the network that `declared` has.
 void bind_symmetries(Elaboration& elaboration, DeclaredNetwork& declared);
-/// nullptr where the file has none of this name; who calls it adds the name to elaboration.called_networks.
+/// nullptr where the file has none of this name; who calls it adds the name to elaboration.networks.called.
 const DeclaredNetwork* find_network(const Elaboration& elaboration, const std::string& name);
 /// Those that were called become the problem's.
 void keep_called_networks(Elaboration& elaboration);

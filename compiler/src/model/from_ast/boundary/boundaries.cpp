@@ -44,8 +44,8 @@ std::optional<NamedSides> find_place(Elaboration& elaboration, const ast::Identi
 /// A number or a parameter whose value is 0.
 bool is_zero(const Elaboration& elaboration, const Expr& e) {
   const auto* param = std::get_if<Param>(&e->kind);
-  const auto found = param ? elaboration.values.find(param->name) : elaboration.values.end();
-  return is_constant(e, 0) || (found != elaboration.values.end() && found->second && *found->second == 0);
+  const auto found = param ? elaboration.params.values.find(param->name) : elaboration.params.values.end();
+  return is_constant(e, 0) || (found != elaboration.params.values.end() && found->second && *found->second == 0);
 }
 
 /// Whether the call has `count` arguments without names.
@@ -148,8 +148,8 @@ std::vector<std::string> missing_sides(const Elaboration& elaboration,
 void check_complete(Elaboration& elaboration, const State& state, const std::vector<std::array<SourceRange, 2>>& seen) {
   const std::vector<std::string> missing = missing_sides(elaboration, seen);
   if (missing.empty()) return;
-  SourceRange range = elaboration.scene->name.range;
-  for (const auto& [grid, item] : items_of<ast::GridItem>(elaboration.scene->items)) {
+  SourceRange range = elaboration.blocks.scene->name.range;
+  for (const auto& [grid, item] : items_of<ast::GridItem>(elaboration.blocks.scene->items)) {
     if (grid.axis.name == missing.front().substr(0, missing.front().find('.'))) range = grid.axis.range;
   }
   elaboration.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
@@ -193,7 +193,7 @@ bool reads_around(const Problem& problem, const std::string& field) {
 
 std::optional<SourceRange> boundary_of_side(const Elaboration& elaboration, const std::string& state,
                                             const std::string& place) {
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.blocks.scene->items)) {
     const std::vector<std::string> components = components_of(elaboration, item.field.name);
     if (std::ranges::find(components, state) == components.end()) continue;
     for (const ast::BoundarySide& side : item.sides) {
@@ -287,7 +287,7 @@ ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, 
 /// The component of a vector that the side names as a whole; "" where it does not.
 std::string component_of(const Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index) {
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
-  const Symbol* meaning = word ? elaboration.scope.find(word->name) : nullptr;
+  const Symbol* meaning = word ? elaboration.names.scope.find(word->name) : nullptr;
   const std::vector<std::string> names =
       meaning && meaning->is_vector ? components_of(elaboration, word->name) : std::vector<std::string>{};
   return index < names.size() ? names[index] : "";
@@ -305,7 +305,7 @@ ast::BoundarySide part_of(Elaboration& elaboration, const ast::BoundarySide& sid
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const auto* call = std::get_if<ast::Call>(&side.value->kind);
   const std::vector<std::string> functions = formulas::function_names();
-  const bool is_kind = (word && !elaboration.scope.find(word->name)) ||
+  const bool is_kind = (word && !elaboration.names.scope.find(word->name)) ||
                        (call && std::find(functions.begin(), functions.end(), call->callee) == functions.end());
   if (count == 1 || is_kind || (number && number->value == 0)) return side;
   elaboration.sink.report(
@@ -323,7 +323,7 @@ std::vector<AxisSides> boundary_of_solved(Elaboration& elaboration, const std::s
   unknown.name = name;
   unknown.boundary.resize(elaboration.problem.axes.size());
   std::vector<std::array<SourceRange, 2>> seen(elaboration.problem.axes.size());
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.blocks.scene->items)) {
     if (item.field.name != name) continue;
     SidesOfField into{name, unknown.boundary, seen};
     for (const ast::BoundarySide& side : item.sides) bind_side(elaboration, side, into);
@@ -340,9 +340,9 @@ void bind_boundaries(Elaboration& elaboration) {
     state.boundary.resize(elaboration.problem.axes.size());
     seen[state.name].resize(elaboration.problem.axes.size());
   }
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
-    if (elaboration.solved.contains(item.field.name)) continue;
-    if (elaboration.multipliers.contains(item.field.name)) {
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.blocks.scene->items)) {
+    if (elaboration.solves.solved.contains(item.field.name)) continue;
+    if (elaboration.solves.multipliers.contains(item.field.name)) {
       elaboration.sink.report(
           "not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
           fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
@@ -370,7 +370,7 @@ void bind_boundaries(Elaboration& elaboration) {
     }
   }
   for (const State& state : elaboration.problem.states) {
-    const bool is_given = state.velocity_of.empty() && !elaboration.multipliers.contains(state.name);
+    const bool is_given = state.velocity_of.empty() && !elaboration.solves.multipliers.contains(state.name);
     if (is_given) check_complete(elaboration, state, seen[state.name]);
     check_open_walls(elaboration, state);
   }

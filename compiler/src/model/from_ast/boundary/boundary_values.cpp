@@ -53,7 +53,7 @@ class BoundaryValues {
 
   /// The first value along the wall that is none; nullopt where there is none, or values are not known.
   std::optional<double> not_finite(const Expr& value, const Wall& wall, double t) const {
-    KnownValues values = elaboration_.values;
+    KnownValues values = elaboration_.params.values;
     values["t"] = t;
     const Expr formula = with_known(value, values);
     if (!is_formula(formula)) return std::nullopt;

@@ -33,7 +33,7 @@ bool holds_second(const Elaboration& elaboration, const Expr& e, const std::stri
     const auto* moment = std::get_if<Binary>(&reduce->operand->kind);
     return force.second.rate == reduce->operand || (moment && moment->right == force.second.rate);
   };
-  if (reduce && std::ranges::any_of(elaboration.forces, is_it)) return false;
+  if (reduce && std::ranges::any_of(elaboration.masks.forces, is_it)) return false;
   if (std::holds_alternative<Derivative>(e->kind) && reads(e, state) && nested_order(e) >= 2) return true;
   bool found = false;
   for_each_part(e, [&](const Expr& part) { found = found || holds_second(elaboration, part, state); });

@@ -122,7 +122,7 @@ class OnWall {
 
   /// What a constraint gives has an image without a slope, but where it is 0 on an open wall.
   bool is_extrapolated(const std::string& name) const {
-    if (!elaboration_.multipliers.contains(name)) return false;
+    if (!elaboration_.solves.multipliers.contains(name)) return false;
     const AxisSides& sides = elaboration_.problem.find_state(name)->boundary[static_cast<std::size_t>(wall_.axis)];
     return !condition_of((wall_.is_low ? sides.low : sides.high).kind).gives_value();
   }

@@ -93,7 +93,7 @@ void check_wall_weights(Elaboration& elaboration) {
   for (const WeightedSide& side : elaboration.weighted_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;
-    std::optional<WallMisfit> misfit = misfit_of_wall(elaboration.problem, side, elaboration.values);
+    std::optional<WallMisfit> misfit = misfit_of_wall(elaboration.problem, side, elaboration.params.values);
     if (!misfit && elaboration.problem.task) {
       when = fmt::format(" where task {} begins", elaboration.problem.task->name);
       misfit = misfit_of_wall(elaboration.problem, side, values_at_start(elaboration));

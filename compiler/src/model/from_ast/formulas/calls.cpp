@@ -36,7 +36,7 @@ std::string_view called_elsewhere(std::string_view function) {
 }
 
 TypedExpr unknown_call(FormulaScope& here, const ast::Call& e) {
-  if (const Symbol* meaning = here.elaboration.scope.find(e.callee)) {
+  if (const Symbol* meaning = here.elaboration.names.scope.find(e.callee)) {
     here.elaboration.sink.report("not-a-function", e.callee_range, {e.callee, std::string(word_for(meaning->role))},
                                  fmt::format("write {}*(...) to multiply", e.callee));
     return {};

@@ -97,7 +97,7 @@ Expr opposite(const Expr& e) {
 }
 
 bool is_state(const Elaboration& elaboration, const std::string& name) {
-  const Symbol* meaning = elaboration.scope.find(name);
+  const Symbol* meaning = elaboration.names.scope.find(name);
   return meaning != nullptr && meaning->role == Role::state;
 }
 
@@ -109,7 +109,7 @@ std::string differentiated_below(const Elaboration& elaboration, const std::stri
   const std::string axes = name.substr(line + 1);
   const std::string known = std::string("xyz").substr(0, elaboration.problem.axes.size());
   if (axes.find_first_not_of(known) != std::string::npos || axes.size() > 4) return "";
-  if (elaboration.scope.find(written)->is_vector)
+  if (elaboration.names.scope.find(written)->is_vector)
     return axes.size() == 1 ? fmt::format("write {}.{}", written, axes) : "";
   const bool is_one_axis = axes.find_first_not_of(axes[0]) == std::string::npos;
   if (axes.size() > 1 && is_one_axis) return fmt::format("write d({}, {}, {})", written, axes[0], axes.size());
@@ -169,8 +169,8 @@ void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin)
 std::string reason_for_zero(FormulaScope& here, const ast::Expr& e);
 
 bool is_sought(FormulaScope& here, const std::string& name) {
-  if (!here.elaboration.task) return false;
-  const auto unknowns = items_of<ast::UnknownItem>(here.elaboration.task->items);
+  if (!here.elaboration.blocks.task) return false;
+  const auto unknowns = items_of<ast::UnknownItem>(here.elaboration.blocks.task->items);
   return std::any_of(unknowns.begin(), unknowns.end(),
                      [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
@@ -178,7 +178,7 @@ bool is_sought(FormulaScope& here, const std::string& name) {
 /// At a wall a coefficient has the value of the cell that touches it; fields of models go on to it as straight lines.
 bool is_known_at_walls(FormulaScope& here, const Symbol& meaning, const std::string& name) {
   if (here.context != FormulaContext::boundary || meaning.role == Role::datum) return false;
-  if (meaning.role == Role::state) return here.elaboration.program == nullptr;
+  if (meaning.role == Role::state) return here.elaboration.blocks.program == nullptr;
   const std::vector<std::string> names = components_of(here.elaboration, name);
   return std::all_of(names.begin(), names.end(), [&](const std::string& component) {
     const Coefficient* coefficient = here.elaboration.problem.find_coefficient(component);
@@ -187,8 +187,8 @@ bool is_known_at_walls(FormulaScope& here, const Symbol& meaning, const std::str
 }
 
 TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange range) {
-  here.elaboration.used.insert(name);
-  if (here.elaboration.unknowns.contains(name) && !rules_of(here.context).unknowns) {
+  here.elaboration.params.used.insert(name);
+  if (here.elaboration.params.unknowns.contains(name) && !rules_of(here.context).unknowns) {
     if (here.context == FormulaContext::mask) {
       here.elaboration.sink.report("unknown-in-mask", range, {name, here.subject},
                                    "write a smooth mask as a coefficient, as 0.5*(1 - tanh((|x - " + name +
@@ -203,7 +203,7 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
                  : "it must be known before the run: write a number, or a parameter that is not sought");
     return {};
   }
-  if (here.elaboration.controls.contains(name)) {
+  if (here.elaboration.params.controls.contains(name)) {
     const bool may_vary = rules_of(here.context).time || here.context == FormulaContext::quantity;
     const bool is_allowed = may_vary && here.context != FormulaContext::control &&
                             here.context != FormulaContext::control_field &&
@@ -212,8 +212,8 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
   }
   const bool is_number = here.context == FormulaContext::number || here.context == FormulaContext::stretch ||
                          here.context == FormulaContext::scale;
-  const auto value = here.elaboration.values.find(name);
-  if (value == here.elaboration.values.end()) {
+  const auto value = here.elaboration.params.values.find(name);
+  if (value == here.elaboration.params.values.end()) {
     if (!is_number) return number_of(param(name, {range}));  // reported at the end
     here.elaboration.sink.report(
         "used-before-value", range, {name},
@@ -222,7 +222,7 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
   }
   if (!value->second) return is_number ? TypedExpr{} : number_of(param(name, {range}));
   const bool folds =
-      here.is_of_step() && !here.elaboration.selection.keeps_params && !here.elaboration.unknowns.contains(name);
+      here.is_of_step() && !here.elaboration.selection.keeps_params && !here.elaboration.params.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));
 }
@@ -292,8 +292,10 @@ void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin)
 std::string reason_for_zero(FormulaScope& here, const ast::Expr& e) {
   std::set<std::string> zeros, ones;
   ast::for_each_name(e, [&](const std::string& name) {
-    const auto found = here.elaboration.values.find(name);
-    if (found == here.elaboration.values.end() || !found->second || here.elaboration.unknowns.contains(name)) return;
+    const auto found = here.elaboration.params.values.find(name);
+    if (found == here.elaboration.params.values.end() || !found->second ||
+        here.elaboration.params.unknowns.contains(name))
+      return;
     if (*found->second == 0) zeros.insert(name + " is 0");
     if (*found->second == 1) ones.insert(name + " is 1");
   });
@@ -388,19 +390,19 @@ std::optional<Expr> as_number(FormulaScope& here, const TypedExpr& value, Source
 TypedExpr named(FormulaScope& here, const ast::Name& e, SourceRange range) {
   if (const auto running = here.variables.find(e.name); running != here.variables.end()) return running->second;
   if (here.function) return name_in_function(here, e.name, range);
-  const Symbol* meaning = here.elaboration.scope.find(e.name);
+  const Symbol* meaning = here.elaboration.names.scope.find(e.name);
   if (!meaning && !vector_of(e.name).empty()) return component(here, {e.name, range});
-  const auto axis = meaning ? here.elaboration.axis_names.end() : here.elaboration.axis_names.find(e.name);
-  if (axis != here.elaboration.axis_names.end()) return named(here, {axis_name(axis->second)}, range);
+  const auto axis = meaning ? here.elaboration.names.axis_names.end() : here.elaboration.names.axis_names.find(e.name);
+  if (axis != here.elaboration.names.axis_names.end()) return named(here, {axis_name(axis->second)}, range);
   if (!meaning && e.name == "identity") return identity(here);
   if (!meaning) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
       here.elaboration.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
-    } else if (!here.elaboration.scope.is_refused(e.name)) {
+    } else if (!here.elaboration.names.scope.is_refused(e.name)) {
       here.elaboration.sink.report("unknown-name", range, {e.name}, [&] {
         const std::string differentiated = differentiated_by(here.elaboration, e.name);
-        return differentiated.empty() ? did_you_mean(e.name, here.elaboration.scope.names()) : differentiated;
+        return differentiated.empty() ? did_you_mean(e.name, here.elaboration.names.scope.names()) : differentiated;
       });
     }
     return {};
@@ -415,16 +417,16 @@ TypedExpr named(FormulaScope& here, const ast::Name& e, SourceRange range) {
       if (!allowed.fields && !is_known_at_walls(here, *meaning, e.name))
         return refuse(here, fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(here, e.name, range);
-      here.elaboration.used.insert(e.name);
-      if (const auto mask = here.elaboration.moving_masks.find(e.name); mask != here.elaboration.moving_masks.end())
+      here.elaboration.params.used.insert(e.name);
+      if (const auto mask = here.elaboration.masks.moving.find(e.name); mask != here.elaboration.masks.moving.end())
         return number_of(mask->second);
       return number_of(field(e.name, {range}));
     case Role::parameter: return parameter(here, e.name, range);
     case Role::let: {
-      if (here.elaboration.scene_lets.contains(e.name)) return scene_let(here, e.name, range);
+      if (here.elaboration.names.scene_lets.contains(e.name)) return scene_let(here, e.name, range);
       if (!allowed.fields) return refuse(here, "let " + e.name, range);
-      const auto found = here.elaboration.lets.find(e.name);
-      return found == here.elaboration.lets.end() ? TypedExpr{} : found->second;
+      const auto found = here.elaboration.names.lets.find(e.name);
+      return found == here.elaboration.names.lets.end() ? TypedExpr{} : found->second;
     }
     case Role::coordinate:
       if (!allowed.coordinates) return refuse(here, "coordinate " + e.name, range);

@@ -84,7 +84,7 @@ std::string_view place_of(FormulaContext purpose);
 std::string describe(const TypedExpr& value);
 
 // Numbers of which something is made here and not again, as the grid or another parameter: from then on the parameters
-// in them are fixed (Elaboration::fixed).
+// in them are fixed (ElaboratedParams::fixed).
 /// The number that `e` means, made of numbers and parameters that have values; nullopt after a diagnostic. `what` is
 /// for messages: "the step".
 std::optional<double> evaluate(Elaboration& elaboration, const ast::Expr& e, const std::string& what);

@@ -15,7 +15,7 @@ namespace {
 bool moves(const Elaboration& elaboration, const Expr& condition) {
   return any_part(condition, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
-    return param != nullptr && (param->name == "t" || elaboration.controls.contains(param->name));
+    return param != nullptr && (param->name == "t" || elaboration.params.controls.contains(param->name));
   });
 }
 
@@ -28,7 +28,7 @@ Expr stored(const std::string& name, const Expr& formula, Origin origin) {
 }  // namespace
 
 void bind_masks(Elaboration& elaboration) {
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
     auto& coefficients = elaboration.problem.coefficients;
     const auto mask = std::ranges::find(coefficients, item.name.name, &Coefficient::name);
     if (mask == coefficients.end() || !mask->is_mask || is_load(item.value)) continue;
@@ -41,7 +41,7 @@ void bind_masks(Elaboration& elaboration) {
       mask->value.formula = value;
       continue;
     }
-    elaboration.moving_masks.emplace(item.name.name, stored(item.name.name, value, {at}));
+    elaboration.masks.moving.emplace(item.name.name, stored(item.name.name, value, {at}));
     coefficients.erase(mask);
   }
 }

@@ -260,7 +260,7 @@ MeasureList Measures::name(const std::string& name) {
     if (whole != arguments_->end()) return part_of(whole->second);
   }
   // A name that the file gives something is that.
-  const Symbol* meaning = elaboration_.scope.find(name);
+  const Symbol* meaning = elaboration_.names.scope.find(name);
   if (lets_.contains(name)) return of_let(name);
   if (meaning != nullptr && meaning->declared.is_known()) return {of_name(name)};
   if (name == "pi" || name == "identity") return {{Measure::Kind::number}};

@@ -61,7 +61,7 @@ std::vector<Placement> places_of_others(const Placements& placements, const Appl
 bool is_active(const Elaboration& elaboration, const Expr& argument) {
   return any_part(argument, [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
-    return std::holds_alternative<Field>(part->kind) || (param && elaboration.unknowns.contains(param->name));
+    return std::holds_alternative<Field>(part->kind) || (param && elaboration.params.unknowns.contains(param->name));
   });
 }
 

@@ -38,7 +38,7 @@ std::string hint_for_word(const Elaboration& elaboration, const std::string& wor
 
 /// What is written, in which the residual is a field of its own name; nullopt where something was reported.
 std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Expr& written, const std::string& name) {
-  if (elaboration.scope.find(residual) != nullptr) {
+  if (elaboration.names.scope.find(residual) != nullptr) {
     elaboration.sink.report(
         "solve-does-not-fit", written.range(),
         {name, "residual stands for what its iterations leave here, and for something else in the model"},
@@ -50,16 +50,17 @@ std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Exp
                             hint_for_word(elaboration, word->name));
     return std::nullopt;
   }
-  elaboration.scope.declare(residual, {Role::let, written.range()});
+  elaboration.names.scope.declare(residual, {Role::let, written.range()});
   const auto stands_for_itself = [&](const std::string& own) {
-    return elaboration.lets.emplace(own, TypedExpr{TypedExpr::Type::number, {field(own, {written.range()})}}).second;
+    return elaboration.names.lets.emplace(own, TypedExpr{TypedExpr::Type::number, {field(own, {written.range()})}})
+        .second;
   };
   stands_for_itself(residual);
   const bool is_open = stands_for_itself(name);  // what is sought, which has no meaning yet
   const std::optional<Expr> value = formulas::number({elaboration, FormulaContext::equation, name}, written);
-  elaboration.lets.erase(residual);
-  if (is_open) elaboration.lets.erase(name);
-  elaboration.scope.forget(residual);
+  elaboration.names.lets.erase(residual);
+  if (is_open) elaboration.names.lets.erase(name);
+  elaboration.names.scope.forget(residual);
   return value;
 }
 
@@ -108,13 +109,13 @@ bool is_used(Elaboration& elaboration, const Expr& value, const Solve& solved) {
 
 bool add_preconditioner(Elaboration& elaboration, const std::optional<ast::Expr>& written, Solve& solved) {
   if (!written) return true;
-  std::set<std::string> called = elaboration.called_networks;
+  std::set<std::string> called = elaboration.networks.called;
   const std::optional<Expr> value = read_preconditioner(elaboration, *written, solved.name);
   if (!value || !is_preconditioner(elaboration, *value, written->range(), solved)) return false;
   if (is_used(elaboration, *value, solved)) {
     solved.preconditioner = in_terms_of(*value, solved.name);
   } else {
-    elaboration.called_networks = std::move(called);  // a task that learns what nothing calls has no gradient of it
+    elaboration.networks.called = std::move(called);  // a task that learns what nothing calls has no gradient of it
   }
   return true;
 }

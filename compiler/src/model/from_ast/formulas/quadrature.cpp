@@ -186,7 +186,7 @@ std::optional<Expr> gauss_sum(FormulaScope& here, const ast::Call& e, const Expr
 /// places and times.
 void look_at_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
   constexpr double digits = 1e-6;
-  KnownValues known = here.elaboration.values;
+  KnownValues known = here.elaboration.params.values;
   known["t"] = here.elaboration.problem.t_begin;
   if (!is_formula(with_known(whole, known))) return;
   here.is_in_parts = true;

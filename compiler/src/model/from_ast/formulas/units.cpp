@@ -51,21 +51,22 @@ class UnitLines {
     for (const ast::Model* model : models()) {
       for (const ast::Item& item : model->items) declare(item);
     }
-    for (const ast::Item& item : elaboration_.scene->items) declare(item);
+    for (const ast::Item& item : elaboration_.blocks.scene->items) declare(item);
     measure_axes();
-    for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration_.scene->items)) tell_observable(item);
-    if (elaboration_.task != nullptr) {
-      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.task->items)) tell_data(item);
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration_.blocks.scene->items))
+      tell_observable(item);
+    if (elaboration_.blocks.task != nullptr) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.blocks.task->items)) tell_data(item);
     }
-    if (elaboration_.model != nullptr) {
-      for (const ast::Item& item : elaboration_.model->items) check_model(item);
+    if (elaboration_.blocks.model != nullptr) {
+      for (const ast::Item& item : elaboration_.blocks.model->items) check_model(item);
     }
-    for (const ast::Item& item : elaboration_.scene->items) check_scene(item);
+    for (const ast::Item& item : elaboration_.blocks.scene->items) check_scene(item);
     for (const ast::NamedFormula& each : elaboration_.selection.shown) {
       if (each.value) shown_[each.name.name] = measures_.of(*each.value);
     }
-    if (elaboration_.task == nullptr) return;
-    for (const ast::Item& item : elaboration_.task->items) check_task(item);
+    if (elaboration_.blocks.task == nullptr) return;
+    for (const ast::Item& item : elaboration_.blocks.task->items) check_task(item);
   }
 
   /// Into the problem, by the names that files and pictures have.
@@ -102,7 +103,7 @@ class UnitLines {
       if (list.size() == 1 && (is_part || !is_let)) note(shown.name, list.front());
       if (!is_let && has_parts) note(shown.name, list[std::string_view("xyz").find(shown.name.back())]);
     }
-    for (const std::string& name : elaboration_.solved) note(name, measures_.of_name(name));
+    for (const std::string& name : elaboration_.solves.solved) note(name, measures_.of_name(name));
     if (!problem.task) return;
     for (const Datum& datum : problem.task->data) note(datum.name, measures_.of_name(datum.name));
   }
@@ -111,8 +112,9 @@ class UnitLines {
   /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
   /// Programs have none.
   std::vector<const ast::Model*> models() const {
-    std::vector<const ast::Model*> all{find_declaration<ast::Model>(elaboration_.file, elaboration_.scene->of.name)};
-    for (const ast::Identifier& name : elaboration_.scene->also)
+    std::vector<const ast::Model*> all{
+        find_declaration<ast::Model>(elaboration_.file, elaboration_.blocks.scene->of.name)};
+    for (const ast::Identifier& name : elaboration_.blocks.scene->also)
       all.push_back(find_declaration<ast::Model>(elaboration_.file, name.name));
     std::erase(all, nullptr);
     return all;
@@ -147,19 +149,21 @@ class UnitLines {
   /// Angles are pure numbers, whether that is told or not.
   void measure_axes() {
     MeasuredAxes axes;
-    for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.scene->items)) axes.time = told_by(item.unit);
+    for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.blocks.scene->items))
+      axes.time = told_by(item.unit);
     axes.coordinates.resize(elaboration_.problem.axes.size());
-    for (const auto& [name, axis] : elaboration_.axis_names) {
+    for (const auto& [name, axis] : elaboration_.names.axis_names) {
       const bool is_angle = name == "theta" || name == "lon" || name == "lat";
       if (is_angle) axes.coordinates.at(static_cast<std::size_t>(axis)) = {Measure::Kind::number};
     }
-    for (const auto& [item, range] : items_of<ast::GridItem>(elaboration_.scene->items)) {
+    for (const auto& [item, range] : items_of<ast::GridItem>(elaboration_.blocks.scene->items)) {
       const int axis = axis_of(elaboration_, item.axis.name);
       if (item.unit) axes.coordinates.at(static_cast<std::size_t>(axis)) = told_by(item.unit);
     }
     axes.lengths = axes.coordinates;
     measures_.set_axes(axes);
-    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.scene->items)) stretch(axes, item);
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.blocks.scene->items))
+      stretch(axes, item);
     measures_.set_axes(std::move(axes));
   }
 
@@ -190,7 +194,7 @@ class UnitLines {
     Measure measure = told_by(item.unit);
     const auto* name = std::get_if<ast::Name>(&item.value->kind);
     const auto* other = item.scene ? find_declaration<ast::Scene>(elaboration_.file, item.scene->name) : nullptr;
-    const bool is_alike = other != nullptr && other->of.name == elaboration_.scene->of.name && name != nullptr;
+    const bool is_alike = other != nullptr && other->of.name == elaboration_.blocks.scene->of.name && name != nullptr;
     if (!item.unit && is_alike) measure = measure_in(*other, name->name);
     measures_.tell(item.name.name, measure);
     if (other != nullptr) compare(*other, item.scene->range);
@@ -207,7 +211,7 @@ class UnitLines {
     for (const auto& [item, where] : items_of<ast::TimeItem>(other.items))
       measures_.fits(told_by(item.unit), measures_.axes().time, range, "the time of this scene");
     for (const auto& [item, where] : items_of<ast::ValueItem>(other.items)) {
-      if (item.unit && other.of.name == elaboration_.scene->of.name)
+      if (item.unit && other.of.name == elaboration_.blocks.scene->of.name)
         measures_.fits(told_by(item.unit), measures_.of_name(item.name.name), item.unit->range, item.name.name);
     }
     for (const auto& [item, where] : items_of<ast::GridItem>(other.items)) {
@@ -378,9 +382,9 @@ class UnitLines {
 
 void check_units(Elaboration& elaboration) {
   if (elaboration.sink.has_errors()) return;
-  const bool any = (elaboration.model != nullptr && tells_unit(elaboration.model->items)) ||
-                   tells_unit(elaboration.scene->items) ||
-                   (elaboration.task != nullptr && tells_unit(elaboration.task->items));
+  const bool any = (elaboration.blocks.model != nullptr && tells_unit(elaboration.blocks.model->items)) ||
+                   tells_unit(elaboration.blocks.scene->items) ||
+                   (elaboration.blocks.task != nullptr && tells_unit(elaboration.blocks.task->items));
   if (!any) return;
   UnitLines lines(elaboration);
   lines.read();

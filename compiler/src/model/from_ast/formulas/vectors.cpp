@@ -90,7 +90,7 @@ std::optional<std::vector<Expr>> as_vector(FormulaScope& here, const TypedExpr& 
 }
 
 std::optional<std::vector<Expr>> components(FormulaScope& here, const ast::Expr& e, const std::string& name) {
-  const Symbol* meaning = here.elaboration.scope.find(state_name(name));
+  const Symbol* meaning = here.elaboration.names.scope.find(state_name(name));
   if (!meaning || !meaning->is_vector) {
     const auto value = number(here, e);
     return value ? std::optional(std::vector<Expr>{*value}) : std::nullopt;
@@ -105,7 +105,7 @@ std::optional<std::vector<Expr>> components(FormulaScope& here, const ast::Expr&
 TypedExpr vector(FormulaScope& here, const std::string& name, SourceRange range) {
   TypedExpr result{TypedExpr::Type::vector, {}};
   for (const std::string& component : components_of(here.elaboration, name)) {
-    here.elaboration.used.insert(component);
+    here.elaboration.params.used.insert(component);
     result.parts.push_back(field(component, {range}));
   }
   return result;
@@ -114,16 +114,16 @@ TypedExpr vector(FormulaScope& here, const std::string& name, SourceRange range)
 /// u.x where that is no field by itself: of a let, or a mistake.
 TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
   const std::string base = vector_of(name.name);
-  const Symbol* meaning = here.elaboration.scope.find(base);
+  const Symbol* meaning = here.elaboration.names.scope.find(base);
   if (meaning && meaning->is_vector && here.axis_count() == 0) return named(here, ast::Name{base}, name.range);
-  const auto found = here.elaboration.lets.find(base);
+  const auto found = here.elaboration.names.lets.find(base);
   const std::string part = name.name.substr(base.size() + 1);
   const int axis = axis_of(here.elaboration, part);
   const auto of_tensor = [&](const TypedExpr& whole) {
     const auto value = tensor_component(here, whole, {part, name.range});
     return value ? number_of(*value) : TypedExpr{};
   };
-  if (here.elaboration.scene_lets.contains(base)) {
+  if (here.elaboration.names.scene_lets.contains(base)) {
     const TypedExpr whole = scene_let(here, base, name.range);
     if (whole.type == TypedExpr::Type::tensor) return of_tensor(whole);
     const bool fits = whole.type == TypedExpr::Type::vector && axis >= 0 && axis < here.axis_count();
@@ -131,17 +131,17 @@ TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
       report_unknown(here.elaboration, name, [] { return std::vector<std::string>(); });
     return fits ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
   }
-  if (found != here.elaboration.lets.end() && found->second.type == TypedExpr::Type::vector && axis >= 0 &&
+  if (found != here.elaboration.names.lets.end() && found->second.type == TypedExpr::Type::vector && axis >= 0 &&
       axis < here.axis_count()) {
     const TypedExpr whole = named(here, ast::Name{base}, name.range);
     return whole.type == TypedExpr::Type::none ? whole : number_of(whole.parts[axis]);
   }
-  if (found != here.elaboration.lets.end() && found->second.type == TypedExpr::Type::tensor) {
+  if (found != here.elaboration.names.lets.end() && found->second.type == TypedExpr::Type::tensor) {
     const TypedExpr whole = named(here, ast::Name{base}, name.range);
     return whole.type == TypedExpr::Type::none ? whole : of_tensor(whole);
   }
-  const bool failed_before = meaning && meaning->role == Role::let && found == here.elaboration.lets.end();
-  if (!failed_before) report_unknown(here.elaboration, name, [&] { return here.elaboration.scope.names(); });
+  const bool failed_before = meaning && meaning->role == Role::let && found == here.elaboration.names.lets.end();
+  if (!failed_before) report_unknown(here.elaboration, name, [&] { return here.elaboration.names.scope.names(); });
   return {};
 }
 

@@ -79,7 +79,7 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
 
 void fix_params(Elaboration& elaboration, const Expr& formula) {
   any_part(formula, [&](const Expr& part) {
-    if (const auto* param = std::get_if<Param>(&part->kind)) elaboration.fixed.insert(param->name);
+    if (const auto* param = std::get_if<Param>(&part->kind)) elaboration.params.fixed.insert(param->name);
     return false;
   });
 }
@@ -87,7 +87,7 @@ void fix_params(Elaboration& elaboration, const Expr& formula) {
 std::optional<double> made_once(Elaboration& elaboration, const Expr& formula, SourceRange range,
                                 std::optional<double> t) {
   fix_params(elaboration, formula);
-  auto known = elaboration.values;
+  auto known = elaboration.params.values;
   if (t) known["t"] = t;
   const Value value = value_of(formula, known);
   if (value.mistake.empty()) return value.number;

@@ -13,7 +13,7 @@ namespace {
 template <class Item, class Add>
 void for_each_declared(const Elaboration& elaboration, const Item& item, Role role, const Add& add) {
   for (const ast::Identifier& name : item.names) {
-    const Symbol* meaning = elaboration.scope.find(name.name);
+    const Symbol* meaning = elaboration.names.scope.find(name.name);
     if (meaning && meaning->role == role && meaning->declared == name.range) add(name.name);
   }
 }
@@ -27,18 +27,18 @@ std::string moved_field(const ast::EquationItem& item) {
 /// The velocity u_t of each field with an equation dt(dt(u)) = ...
 void declare_velocities(Elaboration& elaboration) {
   std::set<std::string> moved;
-  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.blocks.model->items)) {
     const std::string field = moved_field(item);
-    const Symbol* meaning = elaboration.scope.find(field);
+    const Symbol* meaning = elaboration.names.scope.find(field);
     if (!meaning || meaning->role != Role::state || !moved.insert(field).second) continue;
     declare(elaboration, {velocity_name(field), item.field.range}, Role::state, meaning->is_vector);
   }
 }
 
 void bind_velocities(Elaboration& elaboration) {
-  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.blocks.model->items)) {
     const std::string field = moved_field(item), name = velocity_name(field);
-    const Symbol* meaning = elaboration.scope.find(name);
+    const Symbol* meaning = elaboration.names.scope.find(name);
     if (field.empty() || !meaning || meaning->declared != item.field.range) continue;
     const std::vector<std::string> moved = components_of(elaboration, field),
                                    components = declare_components(elaboration, name);
@@ -55,7 +55,7 @@ void bind_velocities(Elaboration& elaboration) {
 }  // namespace
 
 void declare_model(Elaboration& elaboration) {
-  for (const ast::Item& item : elaboration.model->items) {
+  for (const ast::Item& item : elaboration.blocks.model->items) {
     if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
       for (const ast::Identifier& name : fields->names) declare(elaboration, name, Role::state, fields->vector);
     }
@@ -68,17 +68,17 @@ void declare_model(Elaboration& elaboration) {
       }
     }
   }
-  for (const auto& [item, range] : items_of<ast::ControlItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::ControlItem>(elaboration.blocks.model->items)) {
     for (const ast::Identifier& name : item.names) {
       if (!declare(elaboration, name, Role::parameter)) continue;
       elaboration.problem.params.push_back({name.name});
-      elaboration.controls.insert(name.name);
+      elaboration.params.controls.insert(name.name);
     }
   }
   declare_velocities(elaboration);
-  if (!items_of<ast::FieldItem>(elaboration.model->items).empty()) return;
-  const bool has_solves = !items_of<ast::SolvedItem>(elaboration.model->items).empty();
-  elaboration.sink.report("no-field", elaboration.model->name.range, {elaboration.model->name.name},
+  if (!items_of<ast::FieldItem>(elaboration.blocks.model->items).empty()) return;
+  const bool has_solves = !items_of<ast::SolvedItem>(elaboration.blocks.model->items).empty();
+  elaboration.sink.report("no-field", elaboration.blocks.model->name.range, {elaboration.blocks.model->name.name},
                           has_solves
                               ? "a run takes steps of some field: write field rest and dt(rest) = 0 beside the solve, "
                                 "initial rest = 0, and one step of time"
@@ -86,7 +86,7 @@ void declare_model(Elaboration& elaboration) {
 }
 
 void bind_fields(Elaboration& elaboration) {
-  for (const ast::Item& item : elaboration.model->items) {
+  for (const ast::Item& item : elaboration.blocks.model->items) {
     if (const auto* fields = get_if<ast::FieldItem>(&item.kind)) {
       for_each_declared(elaboration, *fields, Role::state, [&](const std::string& name) {
         int number = fields->vector ? 0 : -1;

@@ -140,7 +140,7 @@ TypedExpr name_in_function(FormulaScope& here, const std::string& name, SourceRa
   }
   if (axis >= 0)
     return has_axis(here, axis, range) ? TypedExpr{TypedExpr::Type::number, {param(name, {range})}} : TypedExpr{};
-  const Symbol* meaning = here.elaboration.scope.find(name);
+  const Symbol* meaning = here.elaboration.names.scope.find(name);
   if (meaning && !meaning->declared.is_known()) {  // a coordinate, t or pi
     const FunctionScope* inside = here.function;
     here.function = nullptr;

@@ -55,7 +55,7 @@ std::vector<double> times_of_run(const Problem& problem) {
 }
 
 KnownValues values_at_start(const Elaboration& elaboration) {
-  KnownValues values = elaboration.values;
+  KnownValues values = elaboration.params.values;
   for (const Unknown& unknown : elaboration.problem.task->unknowns) {
     if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
     if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind))

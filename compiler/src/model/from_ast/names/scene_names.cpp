@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t max_names_of_names = 200;  // what the stack holds
 
 bool stands_in_model(const Elaboration& elaboration, SourceRange range) {
-  return elaboration.model && std::ranges::any_of(elaboration.model->items, [&](const ast::Item& item) {
+  return elaboration.blocks.model && std::ranges::any_of(elaboration.blocks.model->items, [&](const ast::Item& item) {
            return item.range.begin <= range.begin && range.end <= item.range.end;
          });
 }
@@ -31,12 +31,12 @@ Giver giver_of(const Elaboration& elaboration, const std::string& name, Role rol
   const std::string whole = vector_of(name);
   const auto gives = [&](const std::string& given) { return given == name || (!whole.empty() && given == whole); };
   if (role == Role::coefficient) {
-    for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+    for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
       if (gives(item.name.name)) return {&item.value};
     }
     return {};
   }
-  for (const auto& [item, range] : items_of<ast::InitialItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::InitialItem>(elaboration.blocks.scene->items)) {
     if (gives(item.field.name)) return {&item.value, item.projected.has_value()};
   }
   return {};
@@ -45,15 +45,15 @@ Giver giver_of(const Elaboration& elaboration, const std::string& name, Role rol
 /// What keeps the formula from standing for the name: then the name would be another field than it.
 std::string obstacle(const Elaboration& elaboration, const std::string& name, Role role, const Giver& giver) {
   const std::string whole = vector_of(name);
-  if (elaboration.task) {
-    for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+  if (elaboration.blocks.task) {
+    for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
       const std::string& sought = unknown.name.name;
       const bool is_it = sought == name || sought == whole || vector_of(sought) == name;
       if (is_it && unknown.initial == (role == Role::state)) return "it is an unknown of the task";
     }
   }
   const Coefficient* coefficient = elaboration.problem.find_coefficient(components_of(elaboration, name).front());
-  const bool is_mask = coefficient ? coefficient->is_mask : elaboration.moving_masks.contains(name);
+  const bool is_mask = coefficient ? coefficient->is_mask : elaboration.masks.moving.contains(name);
   if (is_mask || (coefficient && coefficient->is_control())) return is_mask ? "it is a mask" : "it is a control";
   if (giver.value == nullptr) return "it has no formula";
   if (giver.is_projected) return "its formula is projected";
@@ -65,8 +65,8 @@ std::string obstacle(const Elaboration& elaboration, const std::string& name, Ro
 }  // namespace
 
 void declare_scene_lets(Elaboration& elaboration) {
-  for (const auto& [item, range] : items_of<ast::LetItem>(elaboration.scene->items)) {
-    if (declare(elaboration, item.name, Role::let)) elaboration.scene_lets.emplace(item.name.name, &item.value);
+  for (const auto& [item, range] : items_of<ast::LetItem>(elaboration.blocks.scene->items)) {
+    if (declare(elaboration, item.name, Role::let)) elaboration.names.scene_lets.emplace(item.name.name, &item.value);
   }
 }
 
@@ -82,7 +82,7 @@ TypedExpr put_in(FormulaScope& here, const std::string& name, SourceRange range,
     return {};
   }
   if (here.open.size() > max_names_of_names) {
-    if (!std::exchange(here.elaboration.names_are_too_deep, true))
+    if (!std::exchange(here.elaboration.names.are_too_deep, true))
       here.elaboration.sink.report("too-large", range, {},
                                    fmt::format("more than {} formulas name one another in a row", max_names_of_names));
     here.open.erase(name);
@@ -104,8 +104,8 @@ TypedExpr scene_let(FormulaScope& here, const std::string& name, SourceRange ran
                                  fmt::format("write param {0} in the model, and {0} = ... in the scene", name));
     return {};
   }
-  here.elaboration.used.insert(name);
-  return put_in(here, name, range, [&] { return any(here, *here.elaboration.scene_lets.at(name)); });
+  here.elaboration.params.used.insert(name);
+  return put_in(here, name, range, [&] { return any(here, *here.elaboration.names.scene_lets.at(name)); });
 }
 
 TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meaning, SourceRange range) {
@@ -125,7 +125,7 @@ TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meani
       here.elaboration.problem.put_in.emplace_back(from, in);
   }
   const std::string whole = vector_of(name);
-  const bool is_part = !whole.empty() && here.elaboration.scope.find(whole);
+  const bool is_part = !whole.empty() && here.elaboration.names.scope.find(whole);
   return put_in(here, name, range, [&] {
     if (!is_part) {
       const auto parts = components(here, *giver.value, name);
@@ -144,8 +144,9 @@ TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meani
 
 void check_scene_lets(Elaboration& elaboration) {
   FormulaScope scope{elaboration, FormulaContext::quantity, "a let of the scene"};
-  for (const auto& [name, formula] : elaboration.scene_lets) {
-    if (!elaboration.used.contains(name)) formulas::any(scope, ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
+  for (const auto& [name, formula] : elaboration.names.scene_lets) {
+    if (!elaboration.params.used.contains(name))
+      formulas::any(scope, ast::Expr(ast::Node{ast::Name{name}, formula->range()}));
   }
 }
 

@@ -81,10 +81,10 @@ std::string hint_of_verb(const Elaboration& elaboration, const std::string& name
 }
 
 bool select_named(Elaboration& elaboration, const std::string& name) {
-  elaboration.task = find_declaration<ast::Task>(elaboration.file, name);
-  elaboration.scene = find_declaration<ast::Scene>(elaboration.file, name);
-  if (elaboration.scene) elaboration.task = nullptr;
-  if (elaboration.task || elaboration.scene) return true;
+  elaboration.blocks.task = find_declaration<ast::Task>(elaboration.file, name);
+  elaboration.blocks.scene = find_declaration<ast::Scene>(elaboration.file, name);
+  if (elaboration.blocks.scene) elaboration.blocks.task = nullptr;
+  if (elaboration.blocks.task || elaboration.blocks.scene) return true;
   const std::vector<std::string> fitting = joined(task_names(elaboration.file), scene_names(elaboration.file));
   const std::string of_verb = nearest_name(name, fitting).empty() ? hint_of_verb(elaboration, name) : "";
   elaboration.sink.report("unknown-block", {}, {"scene or task", name},
@@ -111,24 +111,25 @@ bool select_only(Elaboration& elaboration) {
 }
 
 bool select_scene_of_task(Elaboration& elaboration) {
-  if (!elaboration.task) return true;
+  if (!elaboration.blocks.task) return true;
   if (!elaboration.selection.beside.empty()) {
-    elaboration.scene = find_declaration<ast::Scene>(elaboration.file, elaboration.selection.beside);
-    if (!elaboration.scene)
+    elaboration.blocks.scene = find_declaration<ast::Scene>(elaboration.file, elaboration.selection.beside);
+    if (!elaboration.blocks.scene)
       report_unknown_block(elaboration, "scene", elaboration.selection.beside, {}, scene_names(elaboration.file));
-    return elaboration.scene != nullptr;
+    return elaboration.blocks.scene != nullptr;
   }
-  const ast::Identifier& of = elaboration.task->of;
-  elaboration.scene = find_declaration<ast::Scene>(elaboration.file, of.name);
-  if (!elaboration.scene) report_unknown_block(elaboration, "scene", of.name, of.range, scene_names(elaboration.file));
-  return elaboration.scene != nullptr;
+  const ast::Identifier& of = elaboration.blocks.task->of;
+  elaboration.blocks.scene = find_declaration<ast::Scene>(elaboration.file, of.name);
+  if (!elaboration.blocks.scene)
+    report_unknown_block(elaboration, "scene", of.name, of.range, scene_names(elaboration.file));
+  return elaboration.blocks.scene != nullptr;
 }
 
 /// false after a diagnostic.
 bool select_models(Elaboration& elaboration) {
-  std::map<std::string, SourceRange> seen{{elaboration.scene->of.name, elaboration.scene->of.range}};
-  std::vector<ast::Identifier> all{elaboration.scene->of};
-  all.insert(all.end(), elaboration.scene->also.begin(), elaboration.scene->also.end());
+  std::map<std::string, SourceRange> seen{{elaboration.blocks.scene->of.name, elaboration.blocks.scene->of.range}};
+  std::vector<ast::Identifier> all{elaboration.blocks.scene->of};
+  all.insert(all.end(), elaboration.blocks.scene->also.begin(), elaboration.blocks.scene->also.end());
   bool fine = true;
   for (const ast::Identifier& name : all) {
     const auto [first, is_new] = seen.emplace(name.name, name.range);
@@ -139,17 +140,17 @@ bool select_models(Elaboration& elaboration) {
     fine = fine && exists && first->second == name.range;
   }
   if (!fine) return false;
-  elaboration.coupled = coupled_model(elaboration.file, *elaboration.scene);
-  elaboration.model = &*elaboration.coupled;
+  elaboration.blocks.coupled = coupled_model(elaboration.file, *elaboration.blocks.scene);
+  elaboration.blocks.model = &*elaboration.blocks.coupled;
   return true;
 }
 
 bool select_model(Elaboration& elaboration) {
-  if (!elaboration.scene->also.empty()) return select_models(elaboration);
-  const ast::Identifier& of = elaboration.scene->of;
-  elaboration.model = find_declaration<ast::Model>(elaboration.file, of.name);
-  if (!elaboration.model) elaboration.program = find_declaration<ast::Program>(elaboration.file, of.name);
-  if (elaboration.model || elaboration.program) return true;
+  if (!elaboration.blocks.scene->also.empty()) return select_models(elaboration);
+  const ast::Identifier& of = elaboration.blocks.scene->of;
+  elaboration.blocks.model = find_declaration<ast::Model>(elaboration.file, of.name);
+  if (!elaboration.blocks.model) elaboration.blocks.program = find_declaration<ast::Program>(elaboration.file, of.name);
+  if (elaboration.blocks.model || elaboration.blocks.program) return true;
   report_unknown_block(elaboration, "model or program", of.name, of.range,
                        joined(names_of<ast::Model>(elaboration.file), names_of<ast::Program>(elaboration.file)));
   return false;
@@ -220,10 +221,10 @@ bool select(Elaboration& elaboration) {
   const std::string& name = elaboration.selection.name;
   if (!(name.empty() ? select_only(elaboration) : select_named(elaboration, name))) return false;
   if (!select_scene_of_task(elaboration) || !select_model(elaboration)) return false;
-  elaboration.problem.scene = elaboration.scene->name.name;
-  elaboration.problem.dropped = elaboration.scene->left_out;
-  if (elaboration.model) elaboration.problem.model = elaboration.model->name.name;
-  if (elaboration.program) elaboration.problem.program = elaboration.program->name.name;
+  elaboration.problem.scene = elaboration.blocks.scene->name.name;
+  elaboration.problem.dropped = elaboration.blocks.scene->left_out;
+  if (elaboration.blocks.model) elaboration.problem.model = elaboration.blocks.model->name.name;
+  if (elaboration.blocks.program) elaboration.problem.program = elaboration.blocks.program->name.name;
   return true;
 }
 

@@ -75,7 +75,7 @@ std::vector<std::optional<double>> cells_setting(Elaboration& elaboration, std::
 
 void apply_scheme_settings(Elaboration& elaboration) {
   for (const std::string& key : scheme_keys()) {
-    const Symbol* meaning = elaboration.scope.find(key);
+    const Symbol* meaning = elaboration.names.scope.find(key);
     if (meaning && meaning->role == Role::parameter) continue;  // a parameter of this name goes first
     const std::string* text = elaboration.settings.find(key);
     if (!text) continue;

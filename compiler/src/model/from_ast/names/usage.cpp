@@ -37,8 +37,8 @@ bool is_needed(const Problem& problem, const std::string& coefficient) {
 
 void drop_unused(Elaboration& elaboration) {
   Problem& problem = elaboration.problem;
-  for (Parameter& parameter : problem.params) parameter.is_fixed = elaboration.fixed.contains(parameter.name);
-  if (elaboration.program) return;
+  for (Parameter& parameter : problem.params) parameter.is_fixed = elaboration.params.fixed.contains(parameter.name);
+  if (elaboration.blocks.program) return;
   std::vector<Coefficient> kept;
   for (const Coefficient& coefficient : problem.coefficients) {
     if (is_needed(problem, coefficient.name)) {
@@ -49,10 +49,11 @@ void drop_unused(Elaboration& elaboration) {
   }
   problem.coefficients = std::move(kept);
   for (const Parameter& parameter : problem.params) {
-    if (elaboration.used.contains(parameter.name)) continue;
+    if (elaboration.params.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
     if (!elaboration.selection.beside.empty()) continue;  // the task's own scene may
-    elaboration.sink.report("unused-parameter", elaboration.scope.find(parameter.name)->declared, {parameter.name});
+    elaboration.sink.report("unused-parameter", elaboration.names.scope.find(parameter.name)->declared,
+                            {parameter.name});
   }
 }
 

@@ -47,7 +47,7 @@ void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
     elaboration.sink.report("reserved-name", source.name.range, {source.name.name, "network"}, "choose another name");
     return;
   }
-  if (const Symbol* meaning = elaboration.scope.find(source.name.name)) {
+  if (const Symbol* meaning = elaboration.names.scope.find(source.name.name)) {
     elaboration.sink.report("name-taken", source.name.range,
                             {source.name.name, "a " + std::string(word_for(meaning->role))},
                             "choose another name for the network");
@@ -82,11 +82,11 @@ void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
 
 /// Of a hand-written program: as its text says.
 void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared) {
-  const auto lines = items_of<ast::ApplyItem>(elaboration.program->items);
+  const auto lines = items_of<ast::ApplyItem>(elaboration.blocks.program->items);
   const auto calls_it = [&](const auto& line) { return line.kind.network.name == declared.source->name.name; };
   const bool is_applied = std::any_of(lines.begin(), lines.end(), calls_it);
   if (!is_applied && !counts_channels(*declared.source)) return;
-  if (is_applied) elaboration.called_networks.insert(declared.source->name.name);
+  if (is_applied) elaboration.networks.called.insert(declared.source->name.name);
   declared.network = network_from_ast(*declared.source, elaboration.sink);
   for (int c = 1; declared.network && declared.network->outputs > 1 && c <= declared.network->outputs; ++c)
     declared.outputs.push_back(fmt::format("c{}", c));
@@ -106,7 +106,7 @@ void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared
 void bind_weights(Elaboration& elaboration, const DeclaredNetwork& declared) {
   const std::string& name = declared.source->name.name;
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
     if (item.name.name != name) continue;
     const auto [first, is_new] = seen.emplace(name, item.name.range);
     if (!is_new) report_duplicate(elaboration, name, item.name.range, first->second);
@@ -153,9 +153,9 @@ void bind_networks(Elaboration& elaboration) {
   for (const ast::Declaration& declaration : elaboration.file.declarations) {
     const auto* source = std::get_if<ast::Network>(&declaration.kind);
     if (!source) continue;
-    DeclaredNetwork& declared = elaboration.networks.emplace_back();
+    DeclaredNetwork& declared = elaboration.networks.declared.emplace_back();
     declared.source = source;
-    if (elaboration.program) {
+    if (elaboration.blocks.program) {
       bind_network_of_program(elaboration, declared);
     } else {
       bind_network(elaboration, declared);
@@ -166,17 +166,18 @@ void bind_networks(Elaboration& elaboration) {
 }
 
 const DeclaredNetwork* find_network(const Elaboration& elaboration, const std::string& name) {
-  const auto found = std::ranges::find_if(
-      elaboration.networks, [&](const DeclaredNetwork& declared) { return declared.source->name.name == name; });
-  return found == elaboration.networks.end() ? nullptr : &*found;
+  const auto found = std::ranges::find_if(elaboration.networks.declared, [&](const DeclaredNetwork& declared) {
+    return declared.source->name.name == name;
+  });
+  return found == elaboration.networks.declared.end() ? nullptr : &*found;
 }
 
 void keep_called_networks(Elaboration& elaboration) {
   std::erase_if(elaboration.problem.weights,
-                [&](const GivenWeights& given) { return !elaboration.called_networks.contains(given.network); });
-  for (const DeclaredNetwork& declared : elaboration.networks) {
+                [&](const GivenWeights& given) { return !elaboration.networks.called.contains(given.network); });
+  for (const DeclaredNetwork& declared : elaboration.networks.declared) {
     if (!declared.network) continue;
-    if (elaboration.called_networks.contains(declared.source->name.name)) {
+    if (elaboration.networks.called.contains(declared.source->name.name)) {
       elaboration.problem.networks.push_back(*declared.network);
     } else {
       elaboration.problem.dropped.push_back(fmt::format("network {}: nothing calls it", declared.source->name.name));

@@ -50,7 +50,7 @@ void check_written_files(Elaboration& elaboration) {
       files.add(unknown.name + (is_initial ? "_initial.npy" : ".npy"), unknown.origin.range, unknown.name);
   }
   if (task.training) return add_tests(task.tests, files);
-  files.add(task.name + ".svg", elaboration.task->name.range, task.name);
+  files.add(task.name + ".svg", elaboration.blocks.task->name.range, task.name);
 }
 
 }  // namespace dpde::model

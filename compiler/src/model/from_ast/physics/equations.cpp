@@ -16,7 +16,7 @@ namespace {
 void bind_let(Elaboration& elaboration, const ast::LetItem& item) {
   TypedExpr value = formulas::definition({elaboration, FormulaContext::equation, "let " + item.name.name}, item.value);
   if (!declare(elaboration, item.name, Role::let)) return;
-  if (value.type != TypedExpr::Type::none) elaboration.lets.emplace(item.name.name, std::move(value));
+  if (value.type != TypedExpr::Type::none) elaboration.names.lets.emplace(item.name.name, std::move(value));
 }
 
 /// Whether iterations can be made that derivatives go through. That the operator is symmetric is seen where its
@@ -39,13 +39,13 @@ bool fits_iterations(Elaboration& elaboration, const Solve& solved, SourceRange 
 /// The name stands for itself in its own equation, and behind that for the field that solves it.
 void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRange range) {
   const std::string& name = item.unknown.name;
-  elaboration.solved.insert(name);
+  elaboration.solves.solved.insert(name);
   if (!declare(elaboration, item.unknown, Role::let)) return;
-  elaboration.lets[name] = {TypedExpr::Type::number, {field(name, {item.unknown.range})}};
+  elaboration.names.lets[name] = {TypedExpr::Type::number, {field(name, {item.unknown.range})}};
   FormulaScope scope{elaboration, FormulaContext::equation, name};
   const auto left = formulas::number(scope, item.left), right = formulas::number(scope, item.right);
   const auto starts = starts_of(elaboration, item.starts, name);
-  elaboration.lets.erase(name);
+  elaboration.names.lets.erase(name);
   if (!left || !right || !starts) return;
   const Expr difference = binary(BinaryOp::subtract, *left, *right);
   Origin nonlinear;
@@ -90,15 +90,15 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
   if (!item.iterations) add_guesses(elaboration, solved, {range});
   if (item.iterations && !fits_iterations(elaboration, solved, range)) return;
   if (!add_preconditioner(elaboration, item.preconditioner, solved)) return;
-  elaboration.lets[name] = {TypedExpr::Type::number, {solve(std::move(solved), {range})}};
+  elaboration.names.lets[name] = {TypedExpr::Type::number, {solve(std::move(solved), {range})}};
 }
 
 /// What constraints give has no rate: it is what it was until a stage of a step finds it anew.
 void bind_multipliers(Elaboration& elaboration, std::map<std::string, SourceRange>& seen) {
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.blocks.model->items)) {
     const std::vector<State*> states = find_states(elaboration, item.multiplier, "a constraint");
     if (states.empty() || !is_first(elaboration, "the constraint", item.multiplier, states, seen)) continue;
-    elaboration.multipliers.insert(states.front()->name);
+    elaboration.solves.multipliers.insert(states.front()->name);
     states.front()->rhs = 0.0;
     states.front()->origin = {range};
   }
@@ -107,13 +107,13 @@ void bind_multipliers(Elaboration& elaboration, std::map<std::string, SourceRang
 }  // namespace
 
 void bind_equations(Elaboration& elaboration) {
-  for (const ast::Item& item : elaboration.model->items) {
+  for (const ast::Item& item : elaboration.blocks.model->items) {
     if (const auto* let = get_if<ast::LetItem>(&item.kind)) bind_let(elaboration, *let);
     if (const auto* solved = get_if<ast::SolvedItem>(&item.kind)) bind_solved(elaboration, *solved, item.range);
   }
   std::map<std::string, SourceRange> seen;
   bind_multipliers(elaboration, seen);
-  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(elaboration.blocks.model->items)) {
     const std::string rated = rated_field(item.field.name);
     const ast::Identifier name{rated.empty() ? item.field.name : rated, item.field.range};
     const std::vector<State*> moved = find_states(elaboration, name, "an equation");
@@ -130,10 +130,10 @@ void bind_equations(Elaboration& elaboration) {
     }
   }
   for (const std::string& name : states_not_in(elaboration, seen)) {
-    const char* hint = elaboration.solved.contains(name)
+    const char* hint = elaboration.solves.solved.contains(name)
                            ? "leave {0} out here: the solve for {0} declares it"
                            : "write dt({0}) = ..., or coefficient {0} for what does not change";
-    elaboration.sink.report("missing-equation", elaboration.scope.find(name)->declared, {name},
+    elaboration.sink.report("missing-equation", elaboration.names.scope.find(name)->declared, {name},
                             fmt::format(fmt::runtime(hint), name));
   }
 }

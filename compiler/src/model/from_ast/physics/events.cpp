@@ -49,8 +49,8 @@ void bind_update(Elaboration& elaboration, const ast::EventItem::Update& update,
 }  // namespace
 
 void bind_events(Elaboration& elaboration) {
-  for (const auto& [item, range] : items_of<ast::EventItem>(elaboration.scene->items)) {
-    if (elaboration.program) {
+  for (const auto& [item, range] : items_of<ast::EventItem>(elaboration.blocks.scene->items)) {
+    if (elaboration.blocks.program) {
       elaboration.sink.report("not-allowed-here", range, {"an event", "a scene of a program"},
                               "write the change in the program");
       continue;

@@ -29,8 +29,8 @@ std::vector<Expr> rates_inside(FormulaScope& here, const ast::Call& e, SourceRan
   const auto rates_of = [&](const std::string* field, const std::string* of) {
     std::vector<Expr> rates;
     for (const std::string& state : components_of(here.elaboration, field ? *field : "")) {
-      const auto found = here.elaboration.forces.find(state);
-      if (found != here.elaboration.forces.end() && of && found->second.mask == *of)
+      const auto found = here.elaboration.masks.forces.find(state);
+      if (found != here.elaboration.masks.forces.end() && of && found->second.mask == *of)
         rates.push_back(found->second.rate);
     }
     return rates;

@@ -41,16 +41,16 @@ void check_velocity(Elaboration& elaboration, const State& velocity) {
 std::string name_of_memory(const Elaboration& elaboration, const std::string& of, const std::string& suffix) {
   const auto is_observed = [&](const std::string& name) {
     const auto is_it = [&](const auto& item) { return item.kind.name.name == name; };
-    return std::ranges::any_of(items_of<ast::ObserveItem>(elaboration.scene->items), is_it) ||
-           (elaboration.task != nullptr &&
-            std::ranges::any_of(items_of<ast::DataItem>(elaboration.task->items), is_it));
+    return std::ranges::any_of(items_of<ast::ObserveItem>(elaboration.blocks.scene->items), is_it) ||
+           (elaboration.blocks.task != nullptr &&
+            std::ranges::any_of(items_of<ast::DataItem>(elaboration.blocks.task->items), is_it));
   };
   const auto is_taken = [&](const std::string& name) {
     const auto is_let = [&](const auto& let) { return let.kind.name.name == name; };
-    return elaboration.scope.find(name) != nullptr || is_observed(name) ||
-           (!vector_of(name).empty() && elaboration.scope.find(vector_of(name)) != nullptr) ||
-           std::ranges::any_of(items_of<ast::LetItem>(elaboration.model->items), is_let) ||
-           std::ranges::any_of(items_of<ast::SolvedItem>(elaboration.model->items),
+    return elaboration.names.scope.find(name) != nullptr || is_observed(name) ||
+           (!vector_of(name).empty() && elaboration.names.scope.find(vector_of(name)) != nullptr) ||
+           std::ranges::any_of(items_of<ast::LetItem>(elaboration.blocks.model->items), is_let) ||
+           std::ranges::any_of(items_of<ast::SolvedItem>(elaboration.blocks.model->items),
                                [&](const auto& solved) { return solved.kind.unknown.name == name; });
   };
   std::string name = name_beside(of, suffix);
@@ -77,7 +77,7 @@ void add_histories(Elaboration& elaboration) {
     for (std::size_t step = 2; step < time->rates.size(); ++step) history = add(history, "_old", state.origin);
   }
   elaboration.problem.states.insert(elaboration.problem.states.end(), histories.begin(), histories.end());
-  for (State& guess : elaboration.guesses) {
+  for (State& guess : elaboration.solves.guesses) {
     if (declare(elaboration, {guess.name, guess.origin.range}, Role::state))
       elaboration.problem.states.push_back(std::move(guess));
   }
@@ -85,7 +85,7 @@ void add_histories(Elaboration& elaboration) {
 
 void check_histories(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
-  if (!elaboration.model || !is_multistep(problem.scheme.time)) return;
+  if (!elaboration.blocks.model || !is_multistep(problem.scheme.time)) return;
   const std::string time = print(problem.scheme.time);
   if (problem.scheme.is_semi_lagrangian()) {
     elaboration.sink.report("schemes-do-not-fit", problem.states.front().origin.range,

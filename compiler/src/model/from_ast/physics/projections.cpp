@@ -31,8 +31,8 @@ namespace {
 /// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
 /// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
 Expr inside_at(const Elaboration& elaboration, const State& state, const std::string& mask, Origin origin) {
-  const auto moving = elaboration.moving_masks.find(mask);
-  const Expr cell = moving == elaboration.moving_masks.end() ? field(mask, origin) : moving->second;
+  const auto moving = elaboration.masks.moving.find(mask);
+  const Expr cell = moving == elaboration.masks.moving.end() ? field(mask, origin) : moving->second;
   const Expr here = state.placement == Placement{} ? cell : interpolate(cell, origin);
   return binary(BinaryOp::greater, here, 0.25, origin);
 }
@@ -52,7 +52,7 @@ bool has_stages(Elaboration& elaboration, SourceRange range, const char* what) {
   const bool by_time = is_exponential(scheme.time) || is_verlet(scheme.time) || is_leapfrog(scheme.time);
   if (by_time)
     elaboration.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, "take time = rk4, ssp_rk3 or ab2");
-  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.scene->items);
+  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.blocks.scene->items);
   if (!subcycles.empty())
     elaboration.sink.report("not-allowed-here", subcycles.front().range,
                             {"subcycle", fmt::format("a scene with {}", what)}, "make all steps shorter");
@@ -278,8 +278,8 @@ void bind_held(Elaboration& elaboration) {
   for (const Coefficient& coefficient : elaboration.problem.coefficients) {
     if (coefficient.is_mask) masks.push_back(coefficient.name);
   }
-  for (const auto& [mask, inside] : elaboration.moving_masks) masks.push_back(mask);
-  for (const auto& [item, range] : items_of<ast::HeldItem>(elaboration.model->items)) {
+  for (const auto& [mask, inside] : elaboration.masks.moving) masks.push_back(mask);
+  for (const auto& [item, range] : items_of<ast::HeldItem>(elaboration.blocks.model->items)) {
     if (std::ranges::find(masks, item.mask.name) == masks.end()) {
       const std::string near = did_you_mean(item.mask.name, masks);
       elaboration.sink.report("not-a-mask", item.mask.range, {item.mask.name},
@@ -288,19 +288,20 @@ void bind_held(Elaboration& elaboration) {
     }
     const std::vector<State*> states = find_states(elaboration, item.field, "a value inside a mask");
     if (states.empty() || !is_first(elaboration, "the value inside a mask", item.field, states, seen)) continue;
-    if (elaboration.multipliers.contains(item.field.name)) {
+    if (elaboration.solves.multipliers.contains(item.field.name)) {
       elaboration.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
                               "hold the fields that the constraint binds");
       continue;
     }
-    elaboration.used.insert(item.mask.name);
+    elaboration.params.used.insert(item.mask.name);
     const auto values =
         formulas::components({elaboration, FormulaContext::equation, item.field.name}, item.value, item.field.name);
     for (std::size_t i = 0; values && i < states.size(); ++i) {
       const Expr inside = inside_at(elaboration, *states[i], item.mask.name, {item.mask.range});
       states[i]->held = MaskedValue{inside, (*values)[i]};
       if (states[i]->rhs)
-        elaboration.forces.emplace(states[i]->name, MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
+        elaboration.masks.forces.emplace(states[i]->name,
+                                         MaskForce{item.mask.name, select(inside, *states[i]->rhs, 0.0)});
     }
   }
 }
@@ -309,7 +310,7 @@ void bind_held(Elaboration& elaboration) {
 
 void bind_projections(Elaboration& elaboration) {
   bind_held(elaboration);
-  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.model->items)) {
+  for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.blocks.model->items)) {
     if (!is_refused_in_curves(elaboration, "a constraint", range)) Binder(elaboration, item, range).bind();
   }
   Projection alone;
@@ -318,7 +319,7 @@ void bind_projections(Elaboration& elaboration) {
       alone.updates.push_back({state.name, with_held(state, field(state.name))});
   }
   if (alone.updates.empty()) return;
-  const SourceRange range = items_of<ast::HeldItem>(elaboration.model->items).front().range;
+  const SourceRange range = items_of<ast::HeldItem>(elaboration.blocks.model->items).front().range;
   if (has_stages(elaboration, range, "a mask")) elaboration.problem.projections.push_back(std::move(alone));
 }
 

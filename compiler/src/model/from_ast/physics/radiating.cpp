@@ -63,7 +63,7 @@ class RadiatingSide {
         if (speed && !(*speed > 0)) bad = speed;
       }
     };
-    look(elaboration_.values);
+    look(elaboration_.params.values);
     if (elaboration_.problem.task) look(values_at_start(elaboration_));
     if (bad)
       elaboration_.sink.report("bad-setting", range_,

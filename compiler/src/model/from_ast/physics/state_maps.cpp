@@ -86,8 +86,8 @@ std::string variable_of(const ast::DataItem& item) {
 std::string name_of_data(const Elaboration& elaboration, const std::string& field) {
   std::string name = field + "_data";
   const auto is_taken = [&] {
-    const auto items = items_of<ast::DataItem>(elaboration.task->items);
-    return elaboration.scope.find(name) != nullptr ||
+    const auto items = items_of<ast::DataItem>(elaboration.blocks.task->items);
+    return elaboration.names.scope.find(name) != nullptr ||
            std::ranges::any_of(items, [&](const auto& item) { return item.kind.name.name == name; });
   };
   while (is_taken()) name += "_";
@@ -197,7 +197,7 @@ namespace {
 /// Names of the fields of the task's own scene.
 std::set<std::string> own_fields(const Elaboration& elaboration) {
   std::set<std::string> fields;
-  const auto* scene = find_declaration<ast::Scene>(elaboration.file, elaboration.task->of.name);
+  const auto* scene = find_declaration<ast::Scene>(elaboration.file, elaboration.blocks.task->of.name);
   const std::optional<ast::Model> model = scene != nullptr ? coupled_model(elaboration.file, *scene) : std::nullopt;
   if (!model) return fields;
   for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
@@ -211,17 +211,17 @@ class MappedTask {
  public:
   MappedTask(Elaboration& elaboration, StateMap map)
       : elaboration_(elaboration), map_(std::move(map)), fields_(own_fields(elaboration)) {
-    for (const auto& [item, range] : items_of<ast::DataItem>(elaboration.task->items))
+    for (const auto& [item, range] : items_of<ast::DataItem>(elaboration.blocks.task->items))
       data_.emplace(variable_of(item), &item);
   }
 
   std::vector<ast::Item> items() {
     if (!has_fields(elaboration_.problem, map_, elaboration_.sink)) return {};
-    for (const ast::Item& item : elaboration_.task->items) {
+    for (const ast::Item& item : elaboration_.blocks.task->items) {
       const auto* test = get_if<ast::TestItem>(&item.kind);
       if (test != nullptr && names_scene(*test)) add(*test, item);
     }
-    for (const ast::Item& item : elaboration_.task->items) {
+    for (const ast::Item& item : elaboration_.blocks.task->items) {
       const auto* datum = get_if<ast::DataItem>(&item.kind);
       if (datum != nullptr && read_.contains(datum->name.name)) items_.push_back(item);
     }
@@ -268,7 +268,7 @@ class MappedTask {
   /// Whether the scene has all that is read; notes the data.
   bool is_known(const ast::Expr& value) {
     const auto is_own_alone = [&](const std::string& name) {
-      return fields_.contains(name) && elaboration_.scope.find(name) == nullptr;
+      return fields_.contains(name) && elaboration_.names.scope.find(name) == nullptr;
     };
     for (const std::string& name : fields_in(value)) {
       const auto of = std::ranges::find_if(data_, [&](const auto& each) { return each.second->name.name == name; });
@@ -294,8 +294,8 @@ class MappedTask {
 
 std::vector<ast::Item> items_of_task(Elaboration& elaboration) {
   const std::string& scene = elaboration.selection.beside;
-  StateMap map = scene.empty() ? StateMap{} : state_map_of(*elaboration.task, scene, elaboration.sink);
-  return map.empty() ? elaboration.task->items : MappedTask(elaboration, std::move(map)).items();
+  StateMap map = scene.empty() ? StateMap{} : state_map_of(*elaboration.blocks.task, scene, elaboration.sink);
+  return map.empty() ? elaboration.blocks.task->items : MappedTask(elaboration, std::move(map)).items();
 }
 
 }  // namespace dpde::model

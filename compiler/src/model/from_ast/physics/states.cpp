@@ -15,8 +15,8 @@ namespace {
 /// States, or coefficients, that the task gives a start.
 std::map<std::string, SourceRange> started_by_task(Elaboration& elaboration, bool initial) {
   std::map<std::string, SourceRange> started;
-  if (!elaboration.task) return started;
-  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+  if (!elaboration.blocks.task) return started;
+  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
     if (unknown.initial != initial || !unknown.from) continue;
     for (const std::string& name : components_of(elaboration, unknown.name.name))
       started.emplace(name, unknown.name.range);
@@ -29,7 +29,7 @@ template <class Item, class Bind>
 std::map<std::string, SourceRange> for_each_target(Elaboration& elaboration, const std::string& article,
                                                    const std::string& word, const Bind& bind) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<Item>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<Item>(elaboration.blocks.scene->items)) {
     const std::vector<State*> states = find_states(elaboration, item.field, article + " " + word);
     if (!states.empty() && is_first(elaboration, "the " + word, item.field, states, seen)) bind(item, states);
   }
@@ -118,12 +118,12 @@ void bind_states(Elaboration& elaboration) {
       });
   started.merge(started_by_task(elaboration, true));
   for (const std::string& name : states_not_in(elaboration, started)) {
-    if (elaboration.multipliers.contains(name)) {
+    if (elaboration.solves.multipliers.contains(name)) {
       std::ranges::find(elaboration.problem.states, name, &State::name)->initial.formula = Expr(0.0);
       continue;
     }
     const std::string written = written_name(elaboration, name);
-    elaboration.sink.report("missing-initial", elaboration.scene->name.range, {written},
+    elaboration.sink.report("missing-initial", elaboration.blocks.scene->name.range, {written},
                             fmt::format("write initial {} = 0 in scene {}", written, elaboration.problem.scene));
   }
   for_each_target<ast::ExactItem>(
@@ -151,7 +151,7 @@ void bind_coefficient(Elaboration& elaboration, const ast::ValueItem& item, std:
   }
   const int every =
       is_control && item.every ? interval_of(elaboration, *item.every, "a control field").value_or(1) : is_control;
-  const bool is_bound = elaboration.moving_masks.contains(item.name.name) || (first && first->is_mask);
+  const bool is_bound = elaboration.masks.moving.contains(item.name.name) || (first && first->is_mask);
   if (is_bound && !is_load(item.value)) return;  // by bind_masks
   const std::vector<Source> sources =
       sources_of(elaboration, item.value, is_control ? FormulaContext::control_field : FormulaContext::coefficient,
@@ -169,8 +169,8 @@ void bind_coefficient(Elaboration& elaboration, const ast::ValueItem& item, std:
 
 void bind_coefficients(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
-    const Symbol* meaning = elaboration.scope.find(item.name.name);
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
+    const Symbol* meaning = elaboration.names.scope.find(item.name.name);
     if (!meaning || meaning->role != Role::coefficient) {
       // a name without a dot that is none was reported by bind_parameters
       const auto no_candidates = [] { return std::vector<std::string>(); };
@@ -183,17 +183,17 @@ void bind_coefficients(Elaboration& elaboration) {
   for (const Coefficient& coefficient : elaboration.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
     Diagnostic& diagnostic =
-        elaboration.sink.report("missing-value", elaboration.scene->name.range,
+        elaboration.sink.report("missing-value", elaboration.blocks.scene->name.range,
                                 {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
                                 fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name,
                                             elaboration.problem.scene));
-    diagnostic.notes.push_back({elaboration.scope.find(coefficient.name)->declared, "it is declared here"});
+    diagnostic.notes.push_back({elaboration.names.scope.find(coefficient.name)->declared, "it is declared here"});
   }
 }
 
 void bind_accuracy(Elaboration& elaboration) {
   std::optional<SourceRange> first;
-  for (const auto& [item, range] : items_of<ast::AccuracyItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::AccuracyItem>(elaboration.blocks.scene->items)) {
     if (first) report_duplicate(elaboration, "the accuracy", range, *first);
     first = first.value_or(range);
     Accuracy accuracy{evaluate(elaboration, item.tolerance, "an accuracy").value_or(1), {}};

@@ -32,7 +32,7 @@ bool fits(Elaboration& elaboration, SourceRange range) {
     elaboration.sink.report("schemes-do-not-fit", range,
                             {print(scheme.time), "equations that make several steps within each"},
                             "take time = rk2 or rk4");
-  } else if (elaboration.program) {
+  } else if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                             "run the kernels several times in the program");
   } else if (scheme.is_semi_lagrangian()) {
@@ -48,7 +48,7 @@ bool fits(Elaboration& elaboration, SourceRange range) {
 
 void bind_subcycles(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::SubcycleItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::SubcycleItem>(elaboration.blocks.scene->items)) {
     if (!fits(elaboration, range)) continue;
     const int parts = parts_of(elaboration, item.parts);
     for (const ast::Identifier& field : item.fields) {

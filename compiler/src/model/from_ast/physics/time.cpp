@@ -35,7 +35,7 @@ const Found<Kind>* only(Elaboration& elaboration, const std::vector<Found<Kind>>
 
 /// The setting, else the step that is written; nullopt after a diagnostic.
 std::optional<double> step_of(Elaboration& elaboration, const Found<ast::TimeItem>* time) {
-  const auto lines = items_of<ast::StepItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::StepItem>(elaboration.blocks.scene->items);
   const auto* line = only(elaboration, lines, "the step");
   const ast::Expr* written = line ? &line->kind.step : nullptr;
   if (time && time->kind.step) {
@@ -44,7 +44,7 @@ std::optional<double> step_of(Elaboration& elaboration, const Found<ast::TimeIte
   }
   const bool is_set = elaboration.settings.find("step") != nullptr;
   if (!is_set && !written) {
-    elaboration.sink.report("missing-step", time ? time->range : elaboration.scene->name.range,
+    elaboration.sink.report("missing-step", time ? time->range : elaboration.blocks.scene->name.range,
                             {elaboration.problem.scene},
                             time ? "write , step 1/128 behind the duration" : "write step 1/128");
     return std::nullopt;
@@ -58,8 +58,8 @@ std::optional<double> step_of(Elaboration& elaboration, const Found<ast::TimeIte
 std::optional<Duration> duration_of_loop(Elaboration& elaboration, std::optional<double> step) {
   const ast::Loop* loop = find_loop(elaboration);
   if (!loop) {
-    elaboration.sink.report("missing-time", elaboration.scene->name.range, {elaboration.problem.scene},
-                            elaboration.program
+    elaboration.sink.report("missing-time", elaboration.blocks.scene->name.range, {elaboration.problem.scene},
+                            elaboration.blocks.program
                                 ? "write time 0 .. 1, step 1/128 in the scene, or a loop around the program"
                                 : "write time 0 .. 1, step 1/128");
     return std::nullopt;
@@ -166,12 +166,12 @@ std::optional<Expr> rate_of_speed(Elaboration& elaboration, const ast::Expr& spe
 }  // namespace
 
 void bind_courant(Elaboration& elaboration) {
-  const auto lines = items_of<ast::TimeItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::TimeItem>(elaboration.blocks.scene->items);
   const Found<ast::TimeItem>* time = lines.empty() ? nullptr : &lines.front();
   Problem& problem = elaboration.problem;
   const double courant = courant_of(elaboration, time);
   if (courant == 0) return;
-  if (elaboration.program) {
+  if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", time ? time->range : SourceRange{},
                             {"a Courant number", "a scene of a program"}, "give the step alone");
     return;
@@ -184,7 +184,7 @@ void bind_courant(Elaboration& elaboration) {
 }
 
 void bind_time(Elaboration& elaboration) {
-  const auto lines = items_of<ast::TimeItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::TimeItem>(elaboration.blocks.scene->items);
   const auto* time = only(elaboration, lines, "the time");
   const auto step = step_of(elaboration, time);
   const auto duration = duration_of(elaboration, time, step);

@@ -44,7 +44,7 @@ std::string obstacle_to_waves(const std::vector<Axis>& axes) {
 void check_waves(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
   const std::string row = row_of_waves(problem.scheme);
-  if (row.empty() || !elaboration.model || problem.states.empty()) return;
+  if (row.empty() || !elaboration.blocks.model || problem.states.empty()) return;
   const SourceRange range = problem.states.front().origin.range;
   if (const std::string what = obstacle_to_waves(problem); !what.empty()) {
     elaboration.sink.report("waves-do-not-fit", range, {row, what},

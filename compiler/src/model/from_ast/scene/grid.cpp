@@ -56,7 +56,7 @@ int cells_of(Elaboration& elaboration, const ast::GridItem& item, const Counts& 
 
 Counts counts_of(Elaboration& elaboration, std::size_t axes) {
   Counts counts{std::vector<const ast::Expr*>(axes, nullptr)};
-  const auto lines = items_of<ast::CellsItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::CellsItem>(elaboration.blocks.scene->items);
   for (std::size_t i = 1; i < lines.size(); ++i) report_duplicate(elaboration, "cells", lines[i].range, lines[0].range);
   if (lines.empty()) return counts;
   const std::vector<ast::Expr>& written = lines.front().kind.counts;
@@ -67,7 +67,7 @@ Counts counts_of(Elaboration& elaboration, std::size_t axes) {
   }
   // after a mistake any of them will do
   for (std::size_t i = 0; i < axes; ++i) counts.of_axes[i] = &written[written.size() == axes ? i : 0];
-  const bool is_unused = std::ranges::all_of(items_of<ast::GridItem>(elaboration.scene->items),
+  const bool is_unused = std::ranges::all_of(items_of<ast::GridItem>(elaboration.blocks.scene->items),
                                              [](const auto& line) { return line.kind.cells.has_value(); });
   counts.are_of_each = !lines.front().kind.is_of_other && (written.size() > 1 || is_unused);
   return counts;
@@ -99,7 +99,8 @@ void check_falling(Elaboration& elaboration, const ast::GridItem& item) {
   const auto refuse = [&](const char* what, const char* hint) {
     elaboration.sink.report("not-allowed-here", item.high.range(), {"an axis that runs down", what}, hint);
   };
-  if (elaboration.program) refuse("a scene of a program", "the kernels of a program say which neighbour is which");
+  if (elaboration.blocks.program)
+    refuse("a scene of a program", "the kernels of a program say which neighbour is which");
   if (item.stretched) refuse("a grid line with stretched", "let it run up, or leave stretched out");
 }
 
@@ -134,7 +135,7 @@ std::string hint_of_axis(const std::string& name) {
 /// The axes that are given, an empty place for each that is not.
 std::vector<const ast::GridItem*> grid_lines(Elaboration& elaboration) {
   std::vector<const ast::GridItem*> lines;
-  for (const auto& [item, range] : items_of<ast::GridItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::GridItem>(elaboration.blocks.scene->items)) {
     const int axis = axis_of(elaboration, item.axis.name);
     if (axis < 0) {
       elaboration.sink.report("unknown-axis", item.axis.range, {item.axis.name}, hint_of_axis(item.axis.name));
@@ -151,7 +152,7 @@ void check_total(Elaboration& elaboration) {
   double total = 1;
   for (const Axis& axis : elaboration.problem.axes) total *= axis.cells;
   if (total <= static_cast<double>(max_total_cells)) return;
-  elaboration.sink.report("too-many-cells", elaboration.scene->name.range, {fmt::format("{}", total)});
+  elaboration.sink.report("too-many-cells", elaboration.blocks.scene->name.range, {fmt::format("{}", total)});
 }
 
 }  // namespace
@@ -162,11 +163,11 @@ void bind_grid(Elaboration& elaboration) {
   const std::vector<const ast::GridItem*> lines = grid_lines(elaboration);
   const std::vector<std::optional<double>> set_cells =
       cells_setting(elaboration, std::max<std::size_t>(1, lines.size()));
-  const bool has_lines = !items_of<ast::GridItem>(elaboration.scene->items).empty();
-  const bool has_cells = !items_of<ast::CellsItem>(elaboration.scene->items).empty();
-  if (!has_lines && !has_cells && elaboration.model) return bind_one_cell(elaboration, set_cells[0]);
+  const bool has_lines = !items_of<ast::GridItem>(elaboration.blocks.scene->items).empty();
+  const bool has_cells = !items_of<ast::CellsItem>(elaboration.blocks.scene->items).empty();
+  if (!has_lines && !has_cells && elaboration.blocks.model) return bind_one_cell(elaboration, set_cells[0]);
   if (!has_lines) {
-    elaboration.sink.report("missing-grid", elaboration.scene->name.range, {elaboration.problem.scene},
+    elaboration.sink.report("missing-grid", elaboration.blocks.scene->name.range, {elaboration.problem.scene},
                             "write grid x = 0 .. 1, cells 128, periodic");
   }
   const Counts counts = counts_of(elaboration, lines.size());

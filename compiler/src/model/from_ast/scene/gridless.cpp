@@ -50,13 +50,14 @@ class Gridless {
   explicit Gridless(Elaboration& elaboration) : elaboration_(elaboration) {}
 
   void check() {
-    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.scene->items))
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.blocks.scene->items))
       refuse("coordinates", range);
-    for (const auto& [item, range] : items_of<ast::FieldItem>(elaboration_.model->items)) check_declared(item, range);
-    for (const auto& [item, range] : items_of<ast::CoefficientItem>(elaboration_.model->items))
+    for (const auto& [item, range] : items_of<ast::FieldItem>(elaboration_.blocks.model->items))
       check_declared(item, range);
-    if (elaboration_.task) {
-      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.task->items)) check_place(item.on);
+    for (const auto& [item, range] : items_of<ast::CoefficientItem>(elaboration_.blocks.model->items))
+      check_declared(item, range);
+    if (elaboration_.blocks.task) {
+      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.blocks.task->items)) check_place(item.on);
     }
     if (elaboration_.problem.rate) refuse("a Courant number", elaboration_.problem.time_origin.range);
     for_each_formula(elaboration_.problem, [&](const Use& use) {
@@ -99,7 +100,7 @@ class Gridless {
 }  // namespace
 
 void report_no_grid(Elaboration& elaboration, const std::string& what, SourceRange range) {
-  elaboration.sink.report("missing-grid", range.is_known() ? range : elaboration.scene->name.range,
+  elaboration.sink.report("missing-grid", range.is_known() ? range : elaboration.blocks.scene->name.range,
                           {elaboration.problem.scene},
                           fmt::format("{} needs one: write grid x = 0 .. 1, cells 128, periodic", what));
 }

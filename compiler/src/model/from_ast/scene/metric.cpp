@@ -28,7 +28,7 @@ struct WrittenCoordinates {
 };
 
 std::optional<WrittenCoordinates> written(Elaboration& elaboration) {
-  const auto lines = items_of<ast::CoordinatesItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::CoordinatesItem>(elaboration.blocks.scene->items);
   if (lines.empty()) return std::nullopt;
   if (lines.size() > 1) report_duplicate(elaboration, "coordinates", lines[1].range, lines[0].range);
   const ast::Expr& kind = lines.front().kind.kind;
@@ -238,7 +238,7 @@ class Poles {
   }
 
   bool is_component(const std::string& name) const {
-    const Symbol* vector = elaboration_.scope.find(vector_of(name));
+    const Symbol* vector = elaboration_.names.scope.find(vector_of(name));
     return vector && vector->is_vector;
   }
 
@@ -248,8 +248,8 @@ class Poles {
     const std::string place = side_name(problem.axes[axis], is_low);
     const std::string end = place.substr(place.find('.'));
     if (is_pole && !runs_around(axis, written_axis(elaboration_, axis) + end)) return;
-    SourceRange line = elaboration_.scene->name.range;
-    for (const auto& [grid, range] : items_of<ast::GridItem>(elaboration_.scene->items)) {
+    SourceRange line = elaboration_.blocks.scene->name.range;
+    for (const auto& [grid, range] : items_of<ast::GridItem>(elaboration_.blocks.scene->items)) {
       if (grid.axis.name == written_axis(elaboration_, axis)) line = grid.axis.range;
     }
     for (State& state : problem.states) {
@@ -309,7 +309,7 @@ class Poles {
   bool runs_around(std::size_t axis, const std::string& place) {
     const std::size_t around = axis == 0 ? 1 : 0;
     const Axis& other = elaboration_.problem.axes[around];
-    const SourceRange range = items_of<ast::CoordinatesItem>(elaboration_.scene->items).front().range;
+    const SourceRange range = items_of<ast::CoordinatesItem>(elaboration_.blocks.scene->items).front().range;
     const auto fail = [&](const std::string& why, const std::string& hint) {
       elaboration_.sink.report("not-around-pole", range, {written_axis(elaboration_, around), place, why}, hint);
       return false;
@@ -321,7 +321,7 @@ class Poles {
                   "beyond a pole lies the cell half a turn away: take an even number of cells");
     if (elaboration_.problem.scheme.is_semi_lagrangian())
       return fail("what follows the flow does not cross a pole", "take advect = upwind(3), weno(5) or central(2)");
-    const bool is_angle = !elaboration_.axis_names.empty();
+    const bool is_angle = !elaboration_.names.axis_names.empty();
     if (is_angle && std::abs(other.high - other.low - 2 * std::numbers::pi) > 1e-9)
       return fail(fmt::format("it reaches from {} to {}", other.low, other.high), "let it reach from 0 to 2*pi");
     return true;
@@ -335,13 +335,13 @@ class Poles {
 void bind_axis_names(Elaboration& elaboration) {
   const auto line = written(elaboration);
   const std::vector<std::string> names = line ? names_of_axes(line->kind) : std::vector<std::string>{};
-  for (std::size_t a = 0; a < names.size(); ++a) elaboration.axis_names.emplace(names[a], static_cast<int>(a));
+  for (std::size_t a = 0; a < names.size(); ++a) elaboration.names.axis_names.emplace(names[a], static_cast<int>(a));
 }
 
 void bind_metric(Elaboration& elaboration) {
   const auto line = written(elaboration);
   if (!line) return;
-  if (elaboration.program) {
+  if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", line->range, {"coordinates", "a scene of a program"},
                             "the kernels of a program say what lengths are");
     return;
@@ -364,10 +364,11 @@ void measure_sides(const Elaboration& elaboration, const std::string& name, std:
       for (std::size_t other = 0; other < boundary.size(); ++other)
         varies = varies || (other != axis && depends_on_axis(scale, static_cast<int>(other)));
       if (varies)
-        elaboration.sink.report("in-curved-coordinates",
-                                boundary_of_side(elaboration, name, place).value_or(elaboration.scene->name.range),
-                                {"mixed on a wall along which lengths vary", elaboration.problem.metric->name},
-                                "take a value or gradient(g)");
+        elaboration.sink.report(
+            "in-curved-coordinates",
+            boundary_of_side(elaboration, name, place).value_or(elaboration.blocks.scene->name.range),
+            {"mixed on a wall along which lengths vary", elaboration.problem.metric->name},
+            "take a value or gradient(g)");
       std::array<double, 3> wall{};
       wall[axis] = side == &boundary[axis].low ? along.low : along.high;
       if (!varies) side->b = binary(BinaryOp::divide, side->b, value_at(scale, wall), side->b->origin);

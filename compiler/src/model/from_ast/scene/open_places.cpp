@@ -33,7 +33,7 @@ std::optional<std::string> leaves_grid(const Problem& problem, const OpenPlace& 
 void check_open_places(Elaboration& elaboration) {
   for (const OpenPlace& place : elaboration.open_places) {
     std::string when;
-    std::optional<std::string> outside = leaves_grid(elaboration.problem, place, elaboration.values);
+    std::optional<std::string> outside = leaves_grid(elaboration.problem, place, elaboration.params.values);
     if (!outside && elaboration.problem.task) {
       when = fmt::format(" where task {} begins", elaboration.problem.task->name);
       outside = leaves_grid(elaboration.problem, place, values_at_start(elaboration));

@@ -61,14 +61,14 @@ void bind_formula(Elaboration& elaboration, const ast::NamedFormula& formula,
 /// The states and what else is written down under that name; none after a diagnostic.
 std::vector<std::string> written_down(Elaboration& elaboration, const ast::Identifier& name) {
   const std::string whole = name.name.substr(0, name.name.find('.'));
-  const auto let = elaboration.lets.find(whole);
+  const auto let = elaboration.names.lets.find(whole);
   std::vector<std::string> names;
-  if (let != elaboration.lets.end() && let->second.type != TypedExpr::Type::condition)
+  if (let != elaboration.names.lets.end() && let->second.type != TypedExpr::Type::condition)
     names = show(elaboration, name, whole, let->second);
   if (!names.empty()) return names;
-  const Symbol* meaning = elaboration.scope.find(name.name);
-  const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == elaboration.lets.end() &&
-                          !elaboration.scene_lets.contains(name.name);
+  const Symbol* meaning = elaboration.names.scope.find(name.name);
+  const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == elaboration.names.lets.end() &&
+                          !elaboration.names.scene_lets.contains(name.name);
   if (has_failed) return {};  // its own line has a diagnostic
   for (const State* state : find_states(elaboration, name, "an output")) names.push_back(state->name);
   return names;
@@ -78,7 +78,7 @@ std::vector<std::string> written_down(Elaboration& elaboration, const ast::Ident
 
 void bind_outputs(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::OutputItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::OutputItem>(elaboration.blocks.scene->items)) {
     Output output;
     output.origin = {range};
     for (const ast::Identifier& field : item.fields) {

@@ -93,9 +93,9 @@ void check_no_wall_values(Elaboration& elaboration, const Placements& placements
 
 /// A coefficient that is the field of another model is where that field is.
 void check_coupling(Elaboration& elaboration) {
-  if (!elaboration.scene || elaboration.scene->also.empty()) return;
-  std::vector<ast::Identifier> models{elaboration.scene->of};
-  models.insert(models.end(), elaboration.scene->also.begin(), elaboration.scene->also.end());
+  if (!elaboration.blocks.scene || elaboration.blocks.scene->also.empty()) return;
+  std::vector<ast::Identifier> models{elaboration.blocks.scene->of};
+  models.insert(models.end(), elaboration.blocks.scene->also.begin(), elaboration.blocks.scene->also.end());
   for (const ast::Identifier& name : models) {
     const auto* model = find_declaration<ast::Model>(elaboration.file, name.name);
     for (const auto& [item, range] : items_of<ast::CoefficientItem>(model->items)) {
@@ -119,7 +119,7 @@ void check_coupling(Elaboration& elaboration) {
 std::string places_wanted(const Elaboration& elaboration, const Placements::Mistake& mistake) {
   const auto* field = std::get_if<Field>(&mistake.part->kind);
   const std::string whole = field ? vector_of(field->name) : "";
-  const Symbol* meaning = elaboration.scope.find(whole);
+  const Symbol* meaning = elaboration.names.scope.find(whole);
   if (!meaning || !meaning->is_vector || meaning->role == Role::datum) return "";
   const int component = axis_of(field->name.substr(whole.size() + 1));
   for (const char* on : {"edges", "faces"}) {
@@ -252,7 +252,7 @@ void check_use(Elaboration& elaboration, const Placements& placements, const Use
 
 void check_placements(Elaboration& elaboration) {
   const Placements placements(elaboration.problem);
-  if (elaboration.model) check_pole_places(elaboration);
+  if (elaboration.blocks.model) check_pole_places(elaboration);
   for (const State& state : elaboration.problem.states) {
     if (state.rhs) check_cubic(elaboration, state);
   }

@@ -260,8 +260,9 @@ bool is_known_now(const Elaboration& elaboration, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
-    const auto value = elaboration.values.find(param->name);
-    return elaboration.unknowns.contains(param->name) || value == elaboration.values.end() || !value->second;
+    const auto value = elaboration.params.values.find(param->name);
+    return elaboration.params.unknowns.contains(param->name) || value == elaboration.params.values.end() ||
+           !value->second;
   });
 }
 
@@ -274,7 +275,7 @@ bool is_beside_its_pole(const Elaboration& elaboration, const Expr& e, const std
       if (!is_pole_at(elaboration.problem, a, is_low)) continue;
       if (!is_known_now(elaboration, place[a])) return true;
       const double inside = axis.face(is_low != axis.runs_down() ? 1 : axis.cells - 1);
-      const double there = value_of(place[a], elaboration.values).number;
+      const double there = value_of(place[a], elaboration.params.values).number;
       if (is_low ? there < inside : there > inside) return true;
     }
   }
@@ -330,7 +331,7 @@ std::optional<std::vector<Expr>> point(FormulaScope& here, const ast::Call& e) {
       return std::nullopt;
     }
     if (!is_known_now(here.elaboration, along)) continue;
-    const Value value = value_of(along, here.elaboration.values);
+    const Value value = value_of(along, here.elaboration.params.values);
     const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
     if (value.mistake.empty() && is_around) continue;
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;

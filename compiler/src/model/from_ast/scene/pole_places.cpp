@@ -32,7 +32,7 @@ class Divisions {
   Divisions(const Elaboration& elaboration, const Placements& placements, std::size_t axis, bool is_low)
       : problem_(elaboration.problem),
         placements_(placements),
-        values_(elaboration.problem.task ? values_at_start(elaboration) : elaboration.values),
+        values_(elaboration.problem.task ? values_at_start(elaboration) : elaboration.params.values),
         axis_(axis),
         is_low_(is_low) {}
 

@@ -66,10 +66,10 @@ class StandIns {
   }
 
   Expr value_of(const std::string& param) {
-    const auto found = elaboration_.values.find(param);
-    const bool is_known = found != elaboration_.values.end() && found->second;
-    return is_known && (*found->second != 0 || !elaboration_.unknowns.contains(param)) ? Expr(*found->second)
-                                                                                       : some_number(param);
+    const auto found = elaboration_.params.values.find(param);
+    const bool is_known = found != elaboration_.params.values.end() && found->second;
+    return is_known && (*found->second != 0 || !elaboration_.params.unknowns.contains(param)) ? Expr(*found->second)
+                                                                                              : some_number(param);
   }
 
   Expr field_of(const std::string& name, int axis, const Arguments* arguments) {
@@ -209,7 +209,7 @@ class Seams {
   void look_beside(const Sample& sample, const Inside& inside, const Origin& origin) {
     const std::vector<Axis> axes = axes_at(elaboration_.problem.axes, inside.placements.of(sample.field));
     for (std::size_t axis = 0; axis < sample.place.size(); ++axis) {
-      const std::optional<double> at = known_value(sample.place[axis], elaboration_.values);
+      const std::optional<double> at = known_value(sample.place[axis], elaboration_.params.values);
       const Axis& along = axes[axis];
       const double first = along.centre(0), last = along.centre(along.cells - 1);
       if (at && (*at < std::min(first, last) || *at > std::max(first, last)))

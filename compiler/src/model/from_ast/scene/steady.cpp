@@ -119,7 +119,8 @@ void check_task(Elaboration& elaboration, const Task& task) {
              "the steady state does not depend on where the run begins; leave until steady out");
   }
   const Origin* change = change_in_time(problem);
-  const PlaceInText in_program = elaboration.program ? time_in(elaboration, elaboration.program->items) : std::nullopt;
+  const PlaceInText in_program =
+      elaboration.blocks.program ? time_in(elaboration, elaboration.blocks.program->items) : std::nullopt;
   if (change != nullptr || in_program)
     refuse(elaboration, change != nullptr ? *change : *in_program, "a step that depends on time",
            "the gradient is that of a state which each further step leaves as it is: leave t out, or until steady");
@@ -128,7 +129,7 @@ void check_task(Elaboration& elaboration, const Task& task) {
 }  // namespace
 
 void check_steady(Elaboration& elaboration) {
-  const auto lines = items_of<ast::TimeItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::TimeItem>(elaboration.blocks.scene->items);
   if (lines.empty() || !lines.front().kind.steady) return;
   const ast::Expr& written = *lines.front().kind.steady;
   const auto tolerance = evaluate(elaboration, written, "the tolerance");

@@ -40,7 +40,7 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
     elaboration.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, hint);
     return false;
   };
-  if (elaboration.program) {
+  if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", range, {"a tolerance", "a scene of a program"}, "give the step alone");
     return false;
   }
@@ -50,7 +50,7 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
   if (scheme.is_split()) return refuse("a tolerance for steps in parts", "leave split out, or the tolerance");
   if (scheme.is_semi_lagrangian())
     return refuse("a tolerance for advection along the flow", "take advect = central(2) or upwind(3)");
-  if (!items_of<ast::SubcycleItem>(elaboration.scene->items).empty())
+  if (!items_of<ast::SubcycleItem>(elaboration.blocks.scene->items).empty())
     return refuse("a tolerance and subcycle", "leave subcycle out");
   if (is_implicit(scheme.time) && holds_at_states(elaboration.problem))
     return refuse("a tolerance where a mask holds a field at what another one is: stages see that as the step begins",
@@ -66,7 +66,7 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
 }  // namespace
 
 void bind_step_control(Elaboration& elaboration) {
-  const auto lines = items_of<ast::TimeItem>(elaboration.scene->items);
+  const auto lines = items_of<ast::TimeItem>(elaboration.blocks.scene->items);
   const ast::TimeItem* time = lines.empty() ? nullptr : &lines.front().kind;
   const auto relative = tolerance_of(elaboration, time);
   if (!relative) return;

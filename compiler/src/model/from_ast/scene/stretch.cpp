@@ -111,13 +111,13 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
 
 Expr with_values(Elaboration& elaboration, const Expr& e) {
   fix_params(elaboration, e);
-  KnownValues values = elaboration.values;
+  KnownValues values = elaboration.params.values;
   for (auto& [name, value] : values) value = value.value_or(0);  // reported
   return with_known(e, values);
 }
 
 void bind_stretch(Elaboration& elaboration, const ast::Expr& formula, int axis) {
-  if (elaboration.program) {
+  if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", formula.range(), {"a stretched axis", "a scene of a program"},
                             "the kernels of a program say what their spacings are");
     return;

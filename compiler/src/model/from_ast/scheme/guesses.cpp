@@ -20,11 +20,11 @@ namespace {
 /// The range of the scheme's row of this key, else, as of a setting, that of the scene's name.
 SourceRange place_of(const Elaboration& elaboration, const std::string& key) {
   const auto* scheme = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
-  if (scheme == nullptr || elaboration.selection.overrides.contains(key)) return elaboration.scene->name.range;
+  if (scheme == nullptr || elaboration.selection.overrides.contains(key)) return elaboration.blocks.scene->name.range;
   for (const auto& [row, range] : items_of<ast::ValueItem>(scheme->items)) {
     if (row.name.name == key) return range;
   }
-  return elaboration.scene->name.range;
+  return elaboration.blocks.scene->name.range;
 }
 
 /// Without guesses that are not among `known`.
@@ -60,7 +60,7 @@ std::string keep(Elaboration& elaboration, const Solve& solved, const std::strin
   guess.boundary = solved.boundary;
   guess.initial.formula = 0.0;
   guess.origin = origin;
-  elaboration.guesses.push_back(guess);
+  elaboration.solves.guesses.push_back(guess);
   return guess.name;
 }
 
@@ -114,7 +114,8 @@ static bool begins_with_starts(Elaboration& elaboration, Solve& solved) {
 
 void add_guesses(Elaboration& elaboration, Solve& solved, const Origin& origin) {
   if (begins_with_starts(elaboration, solved)) return;
-  const bool is_in_passes = !items_of<ast::SubcycleItem>(elaboration.scene->items).empty();  // which keep nothing of it
+  const bool is_in_passes =
+      !items_of<ast::SubcycleItem>(elaboration.blocks.scene->items).empty();  // which keep nothing of it
   if (!uses_warm_start(elaboration.problem) || is_in_passes || is_of_waves(solved, elaboration.problem.scheme)) return;
   solved.guesses = {keep(elaboration, solved, solved.name, "_last", origin)};
   if (elaboration.problem.scheme.guess == Guess::extrapolate)
@@ -158,7 +159,7 @@ void check_guess(Elaboration& elaboration) {
         "take cg or multigrid, or leave it out");
     return;
   }
-  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.scene->items);
+  const auto subcycles = items_of<ast::SubcycleItem>(elaboration.blocks.scene->items);
   if (!subcycles.empty() && !solves.empty()) {
     elaboration.sink.report("not-allowed-here", subcycles.front().range, {"subcycle", "a scene with " + guess},
                             "make all steps shorter, or take guess = none");

@@ -81,7 +81,7 @@ void check_explicit(Elaboration& elaboration) {
 
 void check_implicit(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
-  if (!elaboration.model || problem.states.empty()) return;
+  if (!elaboration.blocks.model || problem.states.empty()) return;
   if (!is_implicit(problem.scheme.time)) return check_explicit(elaboration);
   const auto report = [&](SourceRange range, const Obstacle& found) {
     elaboration.sink.report("schemes-do-not-fit", range, {print(problem.scheme.time), found.what}, found.hint);

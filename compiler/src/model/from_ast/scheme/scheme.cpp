@@ -166,9 +166,9 @@ const ast::Scheme* find_scheme(Elaboration& elaboration, const ast::Identifier& 
 const ast::Scheme* choose(Elaboration& elaboration) {
   std::vector<ast::Identifier> wishes;
   if (!elaboration.selection.scheme.empty()) wishes.push_back({elaboration.selection.scheme, {}});
-  if (elaboration.task && elaboration.task->scheme && elaboration.selection.beside.empty())
-    wishes.push_back(*elaboration.task->scheme);
-  if (elaboration.scene->scheme) wishes.push_back(*elaboration.scene->scheme);
+  if (elaboration.blocks.task && elaboration.blocks.task->scheme && elaboration.selection.beside.empty())
+    wishes.push_back(*elaboration.blocks.task->scheme);
+  if (elaboration.blocks.scene->scheme) wishes.push_back(*elaboration.blocks.scene->scheme);
   if (wishes.empty()) {
     const std::vector<std::string> names = names_of<ast::Scheme>(elaboration.file);
     return names.empty() ? nullptr : find_declaration<ast::Scheme>(elaboration.file, names.front());

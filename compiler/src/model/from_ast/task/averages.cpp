@@ -19,7 +19,7 @@ TypedExpr average(FormulaScope& here, const ast::Call& e, SourceRange range) {
     return TypedExpr{};
   };
   if (!takes(here, e, 1)) return {};
-  if (here.context != FormulaContext::quantity || !here.elaboration.takes_averages)
+  if (here.context != FormulaContext::quantity || !here.elaboration.averages.are_taken)
     return refuse_here(here.context == FormulaContext::quantity ? here.subject : std::string(place_of(here.context)),
                        "it is the mean over the states of a loss, as in minimise (average(mean(u^2)) - 1)^2 over 8 "
                        "steps; the mean over the grid is mean(u)");
@@ -31,14 +31,14 @@ TypedExpr average(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const std::optional<Expr> quantity =
       value ? quantity_of(here.elaboration, *value, "an average", e.arguments[0].value.range()) : std::nullopt;
   if (!quantity) return {};
-  for (const Elaboration::Average& known : here.elaboration.averages) {
+  for (const ElaboratedAverages::Average& known : here.elaboration.averages.of_loss) {
     if (known.value == *quantity) return number_of(model::param(known.name, {range}));
   }
   std::string name;
   do {
-    name = fmt::format("average_{}", ++here.elaboration.averages_named);
-  } while (here.elaboration.scope.find(name) != nullptr);
-  here.elaboration.averages.push_back({name, *quantity, {range}});
+    name = fmt::format("average_{}", ++here.elaboration.averages.count);
+  } while (here.elaboration.names.scope.find(name) != nullptr);
+  here.elaboration.averages.of_loss.push_back({name, *quantity, {range}});
   return number_of(model::param(name, {range}));
 }
 
@@ -49,11 +49,11 @@ namespace {
 /// What a formula of numbers cannot hold: anything that a state has; null where it is one.
 const Expr* no_number(const Elaboration& elaboration, const Expr& e) {
   const Param* param = std::get_if<Param>(&e->kind);
-  const auto is_average = [&](const Elaboration::Average& average) {
+  const auto is_average = [&](const ElaboratedAverages::Average& average) {
     return param != nullptr && average.name == param->name;
   };
   if (param != nullptr) {
-    const bool is_known = std::ranges::any_of(elaboration.averages, is_average) ||
+    const bool is_known = std::ranges::any_of(elaboration.averages.of_loss, is_average) ||
                           (elaboration.problem.find_param(param->name) != nullptr &&
                            elaboration.problem.find_control(param->name) == nullptr);
     return is_known ? nullptr : &e;
@@ -84,7 +84,7 @@ void add_loss_of_averages(Elaboration& elaboration, const Expr& value, const Whe
   When of_average = when;
   of_average.counted = Reduce::Kind::mean;
   std::vector<Loss>& losses = elaboration.problem.task->losses;
-  for (const Elaboration::Average& average : elaboration.averages)
+  for (const ElaboratedAverages::Average& average : elaboration.averages.of_loss)
     losses.push_back({average.value, of_average, average.origin, average.name});
   losses.push_back({value, when, {range}, "", true});
 }

@@ -34,15 +34,15 @@ std::vector<double> values_of(Elaboration& elaboration, const Control& control, 
 }
 
 const ast::ValueItem* line_of(const Elaboration& elaboration, const std::string& name) {
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
     if (item.name.name == name) return &item;
   }
   return nullptr;
 }
 
 const ast::UnknownItem* unknown_of(const Elaboration& elaboration, const std::string& name) {
-  if (!elaboration.task) return nullptr;
-  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+  if (!elaboration.blocks.task) return nullptr;
+  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
     if (!item.initial && item.name.name == name) return &item;
   }
   return nullptr;
@@ -65,8 +65,8 @@ void bind_control(Elaboration& elaboration, Parameter& parameter) {
   if (line && line->every) control.every = interval_of(elaboration, *line->every, "a control").value_or(1);
   if (unknown && unknown->from)
     bind_formula(elaboration, control, *unknown->from, control.start_formula, control.start);
-  const auto set = elaboration.values.find(parameter.name);
-  if (set != elaboration.values.end()) {
+  const auto set = elaboration.params.values.find(parameter.name);
+  if (set != elaboration.params.values.end()) {
     control.formula = set->second.value_or(0);
     control.values = values_of(elaboration, control, control.formula, {});
   } else if (line) {
@@ -77,9 +77,9 @@ void bind_control(Elaboration& elaboration, Parameter& parameter) {
     control.formula = control.start_formula;
   } else {
     elaboration.sink
-        .report("missing-value", elaboration.scene->name.range, {"control", parameter.name},
+        .report("missing-value", elaboration.blocks.scene->name.range, {"control", parameter.name},
                 fmt::format("write {} = sin(t) in scene {}", parameter.name, elaboration.problem.scene))
-        .notes.push_back({elaboration.scope.find(parameter.name)->declared, "it is declared here"});
+        .notes.push_back({elaboration.names.scope.find(parameter.name)->declared, "it is declared here"});
   }
   if (unknown && !unknown->from) {
     control.start = control.values;
@@ -93,12 +93,12 @@ void bind_control(Elaboration& elaboration, Parameter& parameter) {
 
 void bind_controls(Elaboration& elaboration) {
   for (Parameter& parameter : elaboration.problem.params) {
-    if (elaboration.controls.contains(parameter.name)) bind_control(elaboration, parameter);
+    if (elaboration.params.controls.contains(parameter.name)) bind_control(elaboration, parameter);
   }
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) {
-    const Symbol* meaning = elaboration.scope.find(item.name.name);
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
+    const Symbol* meaning = elaboration.names.scope.find(item.name.name);
     const bool is_field = meaning && meaning->role == Role::coefficient;  // bind_coefficients looks at those
-    if (!item.every || is_field || elaboration.controls.contains(item.name.name)) continue;
+    if (!item.every || is_field || elaboration.params.controls.contains(item.name.name)) continue;
     elaboration.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
                             fmt::format("declare it in the model: control {}", item.name.name));
   }

@@ -68,7 +68,7 @@ std::optional<std::vector<Expr>> counted_channels(FormulaScope& here, const netw
 }
 
 bool may_call_network(FormulaScope& here, const DeclaredNetwork& declared, const ast::Call& e) {
-  if (!declared.network && here.elaboration.program) {
+  if (!declared.network && here.elaboration.blocks.program) {
     here.elaboration.sink.report("bad-network", e.callee_range,
                                  {"the network " + e.callee + " is not for a program on these axes"},
                                  "below the model inputs and outputs are numbers: network n(3) -> 2");
@@ -131,7 +131,7 @@ TypedExpr inference(FormulaScope& here, const DeclaredNetwork& declared, const a
                     const ast::Identifier* output, SourceRange range) {
   if (!may_call_network(here, declared, e)) return {};
   const std::string& network = declared.source->name.name;
-  const bool is_first_call = here.elaboration.called_networks.insert(network).second;
+  const bool is_first_call = here.elaboration.networks.called.insert(network).second;
   for (std::size_t i = 0; is_first_call && i < declared.misfits.size(); ++i) {
     here.elaboration.sink.report("bad-network", declared.misfits[i].range, {declared.misfits[i].text},
                                  declared.misfits[i].hint);

@@ -17,29 +17,29 @@ namespace dpde::model {
 namespace {
 
 void declare_param(Elaboration& elaboration, const std::string& name, SourceRange range) {
-  if (find_bound_name(name) || elaboration.scope.find(name)) return;
-  elaboration.scope.declare(name, {Role::parameter, range});
+  if (find_bound_name(name) || elaboration.names.scope.find(name)) return;
+  elaboration.names.scope.declare(name, {Role::parameter, range});
   elaboration.problem.params.push_back({name});
 }
 
 void declare_states(Elaboration& elaboration) {
-  for (const auto& [swap, range] : items_of<ast::SwapItem>(elaboration.program->items)) {
-    if (elaboration.scope.find(swap.state.name)) continue;
-    elaboration.scope.declare(swap.state.name, {Role::state, swap.state.range});
+  for (const auto& [swap, range] : items_of<ast::SwapItem>(elaboration.blocks.program->items)) {
+    if (elaboration.names.scope.find(swap.state.name)) continue;
+    elaboration.names.scope.declare(swap.state.name, {Role::state, swap.state.range});
     State state;
     state.name = swap.state.name;
     state.origin = {range};
     elaboration.problem.states.push_back(std::move(state));
   }
   if (!elaboration.problem.states.empty()) return;
-  elaboration.sink.report("no-state", elaboration.program->name.range, {elaboration.program->name.name},
+  elaboration.sink.report("no-state", elaboration.blocks.program->name.range, {elaboration.blocks.program->name.name},
                           "write swap u, v where v is the next u");
 }
 
 /// Fields that are read before any kernel has written them are given from outside.
 void declare_input(Elaboration& elaboration, const ast::Identifier& name, const std::set<std::string>& written) {
-  if (written.contains(name.name) || elaboration.scope.find(name.name)) return;
-  elaboration.scope.declare(name.name, {Role::coefficient, name.range});
+  if (written.contains(name.name) || elaboration.names.scope.find(name.name)) return;
+  elaboration.names.scope.declare(name.name, {Role::coefficient, name.range});
   elaboration.problem.coefficients.push_back({name.name, {}});
 }
 
@@ -130,10 +130,11 @@ std::vector<const ast::Kernel*> kernels_of(const Elaboration& elaboration, const
 /// What the scene gives a value, its task seeks or the command sets.
 std::set<std::string> names_given(const Elaboration& elaboration) {
   std::set<std::string> names;
-  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.scene->items)) names.insert(item.name.name);
+  for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items))
+    names.insert(item.name.name);
   for (const auto& [name, text] : elaboration.selection.overrides) names.insert(name);
-  if (elaboration.task == nullptr) return names;
-  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.task->items))
+  if (elaboration.blocks.task == nullptr) return names;
+  for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items))
     names.insert(unknown.name.name);
   return names;
 }
@@ -147,7 +148,7 @@ void declare_what_others_take(Elaboration& elaboration) {
   };
   for (const ast::Declaration& declaration : elaboration.file.declarations) {
     const auto* program = std::get_if<ast::Program>(&declaration.kind);
-    if (program == nullptr || program == elaboration.program) continue;
+    if (program == nullptr || program == elaboration.blocks.program) continue;
     for (const ast::Kernel* kernel : kernels_of(elaboration, *program)) {
       for (const ast::KernelParameter& parameter : kernel->parameters) {
         if (parameter.role == ast::KernelRole::param)
@@ -165,7 +166,7 @@ void declare_what_others_take(Elaboration& elaboration) {
 void check_ranks(Elaboration& elaboration) {
   const int axes = static_cast<int>(elaboration.problem.axes.size());
   std::set<int> seen;  // of a kernel and its copies in a repeat one is enough
-  for (const ast::Kernel* kernel : kernels_of(elaboration, *elaboration.program)) {
+  for (const ast::Kernel* kernel : kernels_of(elaboration, *elaboration.blocks.program)) {
     const int rank = rank_of(*kernel);
     if (rank == 0 || rank == axes || !seen.insert(kernel->name.range.begin).second) continue;
     const auto words = [](int count) { return fmt::format("{} {}", count, count == 1 ? "axis" : "axes"); };
@@ -179,11 +180,11 @@ bool agrees(Elaboration& elaboration, const ast::FillItem& fill, const ast::Boun
   const bool fill_is_periodic = word && word->name == "periodic";
   if (fill_is_periodic == (axis.topology == Topology::periodic)) return true;
   const auto name = [](bool periodic) { return std::string(periodic ? "periodic" : "bounded"); };
-  elaboration.sink.report(
-      "fill-differs", side.place.range,
-      {elaboration.program->name.name, fill.field.name, name(fill_is_periodic), axis.name, name(!fill_is_periodic)},
-      fill_is_periodic ? fmt::format("write periodic at the grid line of {}", axis.name)
-                       : fmt::format("leave periodic out of the grid line of {}", axis.name));
+  elaboration.sink.report("fill-differs", side.place.range,
+                          {elaboration.blocks.program->name.name, fill.field.name, name(fill_is_periodic), axis.name,
+                           name(!fill_is_periodic)},
+                          fill_is_periodic ? fmt::format("write periodic at the grid line of {}", axis.name)
+                                           : fmt::format("leave periodic out of the grid line of {}", axis.name));
   return false;
 }
 
@@ -195,7 +196,7 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
 /// and what it knows of a program's boundaries is for readers only.
 bool is_computed(const Elaboration& elaboration, const ast::Expr& e) {
   if (const auto* name = std::get_if<ast::Name>(&e->kind))
-    return !is_side_word(name->name) && !elaboration.scope.find(name->name);
+    return !is_side_word(name->name) && !elaboration.names.scope.find(name->name);
   if (const auto* unary = std::get_if<ast::Unary>(&e->kind)) return is_computed(elaboration, unary->operand);
   if (const auto* binary = std::get_if<ast::Binary>(&e->kind))
     return is_computed(elaboration, binary->left) || is_computed(elaboration, binary->right);
@@ -224,25 +225,25 @@ void bind_fill(Elaboration& elaboration, const ast::FillItem& fill, State& state
 void declare_program(Elaboration& elaboration) {
   declare_states(elaboration);
   std::set<std::string> written;
-  const auto reductions = items_of<ast::ReduceItem>(elaboration.program->items);
+  const auto reductions = items_of<ast::ReduceItem>(elaboration.blocks.program->items);
   for (const auto& [reduce, range] : reductions) written.insert(reduce.result.name);
-  const auto networks = items_of<ast::ApplyItem>(elaboration.program->items);
+  const auto networks = items_of<ast::ApplyItem>(elaboration.blocks.program->items);
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& result : apply.to) written.insert(result.name);
   }
-  const auto transforms = items_of<ast::TransformItem>(elaboration.program->items);
+  const auto transforms = items_of<ast::TransformItem>(elaboration.blocks.program->items);
   for (const auto& [transform, range] : transforms) written.insert(transform.result.name);
-  const auto solves = items_of<ast::SolveItem>(elaboration.program->items);
+  const auto solves = items_of<ast::SolveItem>(elaboration.blocks.program->items);
   for (const auto& [solve, range] : solves) {
     for (const ast::Identifier& unknown : solve.unknowns) written.insert(unknown.name);
   }
-  for (const auto& [repeat, range] : items_of<ast::RepeatItem>(elaboration.program->items)) {
+  for (const auto& [repeat, range] : items_of<ast::RepeatItem>(elaboration.blocks.program->items)) {
     for (const ast::Identifier& result : repeat.to) written.insert(result.name);
     if (repeat.counter) written.insert(repeat.counter->name);
   }
-  for (const auto& [load, range] : items_of<ast::StackItem>(elaboration.program->items))
+  for (const auto& [load, range] : items_of<ast::StackItem>(elaboration.blocks.program->items))
     written.insert(load.field.name);
-  for (const ast::Kernel* kernel : kernels_of(elaboration, *elaboration.program))
+  for (const ast::Kernel* kernel : kernels_of(elaboration, *elaboration.blocks.program))
     declare_kernel(elaboration, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(elaboration, reduce.field, written);
   for (const auto& [solve, range] : solves) {
@@ -259,7 +260,7 @@ void declare_program(Elaboration& elaboration) {
       declare_names_of(elaboration, term.by, not_params);
     }
   }
-  for (const auto& [fill, range] : items_of<ast::FillItem>(elaboration.program->items)) {
+  for (const auto& [fill, range] : items_of<ast::FillItem>(elaboration.blocks.program->items)) {
     for (const ast::BoundarySide& side : fill.sides) declare_names_of(elaboration, side.value, written);
   }
   declare_what_others_take(elaboration);
@@ -267,13 +268,13 @@ void declare_program(Elaboration& elaboration) {
 
 void bind_fills(Elaboration& elaboration) {
   check_ranks(elaboration);
-  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.scene->items)) {
-    elaboration.sink.report("boundary-of-program", range, {item.field.name, elaboration.program->name.name},
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(elaboration.blocks.scene->items)) {
+    elaboration.sink.report("boundary-of-program", range, {item.field.name, elaboration.blocks.program->name.name},
                             "change the fill of the program, or leave this line out");
   }
   for (State& state : elaboration.problem.states) {
     state.boundary.resize(elaboration.problem.axes.size());
-    for (const auto& [fill, range] : items_of<ast::FillItem>(elaboration.program->items)) {
+    for (const auto& [fill, range] : items_of<ast::FillItem>(elaboration.blocks.program->items)) {
       if (!fill.fold && fill.field.name == state.name) {
         bind_fill(elaboration, fill, state);
         break;  // a second fill of the same field is the next step of the same boundary
@@ -283,10 +284,10 @@ void bind_fills(Elaboration& elaboration) {
 }
 
 const ast::Loop* find_loop(const Elaboration& elaboration) {
-  if (!elaboration.program) return nullptr;
+  if (!elaboration.blocks.program) return nullptr;
   for (const ast::Declaration& declaration : elaboration.file.declarations) {
     const auto* loop = std::get_if<ast::Loop>(&declaration.kind);
-    if (loop && loop->body.size() == 1 && loop->body.front().name == elaboration.program->name.name) return loop;
+    if (loop && loop->body.size() == 1 && loop->body.front().name == elaboration.blocks.program->name.name) return loop;
   }
   return nullptr;
 }

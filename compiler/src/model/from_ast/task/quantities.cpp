@@ -110,7 +110,7 @@ bool is_counted(Elaboration& elaboration, const Expr& value, const When& when, S
 std::optional<Expr> quantity_of(Elaboration& elaboration, const ast::Expr& e, const std::string& what,
                                 const When& when) {
   const auto value = formulas::number({elaboration, FormulaContext::quantity, what}, e);
-  const bool counts_once = elaboration.takes_averages && !elaboration.averages.empty();
+  const bool counts_once = elaboration.averages.are_taken && !elaboration.averages.of_loss.empty();
   if (!value || (!counts_once && !is_counted(elaboration, *value, when, e.range()))) return std::nullopt;
   return quantity_of(elaboration, *value, what, e.range());
 }
@@ -135,7 +135,7 @@ bool can_name_a_quantity(Elaboration& elaboration, const ast::Identifier& name,
     elaboration.sink.report("reserved-name", name.range, {name.name, "number"}, "choose another name");
     return false;
   }
-  const Symbol* meaning = elaboration.scope.find(name.name);
+  const Symbol* meaning = elaboration.names.scope.find(name.name);
   const auto [first, is_new] = seen.emplace(name.name, name.range);
   if (meaning || !is_new)
     report_duplicate(elaboration, name.name, name.range, meaning ? meaning->declared : first->second);
@@ -144,7 +144,7 @@ bool can_name_a_quantity(Elaboration& elaboration, const ast::Identifier& name,
 
 void bind_observables(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration.scene->items)) {
+  for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration.blocks.scene->items)) {
     const bool fine = can_name_a_quantity(elaboration, item.name, seen);
     const auto value = quantity_of(elaboration, item.value, "the observable");
     if (fine && value) elaboration.problem.observables.push_back({item.name.name, *value, {range}});

@@ -196,11 +196,12 @@ void bind_unknown_coefficients(Elaboration& elaboration, const ast::UnknownItem&
 
 /// `unknown NAME`: a parameter or a coefficient.
 void bind_unknown_values(Elaboration& elaboration, const ast::UnknownItem& item, Unknown unknown) {
-  const Symbol* meaning = elaboration.scope.find(item.name.name);
-  if (elaboration.scope.is_refused(item.name.name)) return;
+  const Symbol* meaning = elaboration.names.scope.find(item.name.name);
+  if (elaboration.names.scope.is_refused(item.name.name)) return;
   if (!meaning) {
-    std::vector<std::string> known = elaboration.scope.names(Role::parameter);
-    for (const std::string& coefficient : elaboration.scope.names(Role::coefficient)) known.push_back(coefficient);
+    std::vector<std::string> known = elaboration.names.scope.names(Role::parameter);
+    for (const std::string& coefficient : elaboration.names.scope.names(Role::coefficient))
+      known.push_back(coefficient);
     elaboration.sink.report("unknown-name", item.name.range, {item.name.name}, did_you_mean(item.name.name, known));
     return;
   }
@@ -225,7 +226,7 @@ void bind_unknown_values(Elaboration& elaboration, const ast::UnknownItem& item,
         item.from && !is_set ? evaluate(elaboration, *item.from, "the start of an unknown") : parameter.value;
     unknown.from.formula = model::number(start.value_or(0), {item.from ? item.from->range() : item.name.range});
     unknown.from.origin = (*unknown.from.formula)->origin;
-    if (!elaboration.values.contains(parameter.name)) parameter.value = start.value_or(0);
+    if (!elaboration.params.values.contains(parameter.name)) parameter.value = start.value_or(0);
   }
   elaboration.problem.task->unknowns.push_back(std::move(unknown));
 }
@@ -248,12 +249,12 @@ std::vector<double> starts_of(const Elaboration& elaboration, const Unknown& unk
   const auto is_open = [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
-    const auto value = elaboration.values.find(param->name);  // empty where it is known to be missing
-    return value == elaboration.values.end() || !value->second;
+    const auto value = elaboration.params.values.find(param->name);  // empty where it is known to be missing
+    return value == elaboration.params.values.end() || !value->second;
   };
   if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open))
     return {};
-  const Value value = value_of(*unknown.from.formula, elaboration.values);
+  const Value value = value_of(*unknown.from.formula, elaboration.params.values);
   return value.mistake.empty() ? std::vector<double>{value.number} : std::vector<double>{};
 }
 
@@ -273,7 +274,7 @@ void check_start(Elaboration& elaboration, const ast::UnknownItem& item, const U
 
 void bind_unknowns(Elaboration& elaboration) {
   std::map<std::pair<bool, std::string>, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
     bool is_new = true;
     for (const std::string& name : components_of(elaboration, item.name.name)) {
       const auto [first, was_new] = seen.emplace(std::pair(item.initial, name), item.name.range);
@@ -296,9 +297,9 @@ void bind_unknowns(Elaboration& elaboration) {
     for (std::size_t i = before; i < bound.size() && elaboration.sink.all().size() == mistakes; ++i)
       check_start(elaboration, item, bound[i]);
   }
-  if (!seen.empty() || !items_of<ast::LearnItem>(elaboration.task->items).empty()) return;
+  if (!seen.empty() || !items_of<ast::LearnItem>(elaboration.blocks.task->items).empty()) return;
   elaboration.sink.report(
-      "incomplete-task", elaboration.task->name.range, {elaboration.task->name.name, "find"},
+      "incomplete-task", elaboration.blocks.task->name.range, {elaboration.blocks.task->name.name, "find"},
       "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
 }
 
@@ -314,22 +315,23 @@ bool check_loss(Elaboration& elaboration, const ast::MinimiseItem& item, const E
 }
 
 void bind_losses(Elaboration& elaboration) {
-  const auto lines = items_of<ast::MinimiseItem>(elaboration.task->items);
+  const auto lines = items_of<ast::MinimiseItem>(elaboration.blocks.task->items);
   for (const auto& [item, range] : lines) {
     const When when = when_of(elaboration, item.when, true);
-    elaboration.takes_averages = true;
-    elaboration.averages.clear();
+    elaboration.averages.are_taken = true;
+    elaboration.averages.of_loss.clear();
     const auto value = quantity_of(elaboration, item.loss, "the loss", when);
-    elaboration.takes_averages = false;
+    elaboration.averages.are_taken = false;
     if (!value || !check_loss(elaboration, item, *value)) continue;
-    if (elaboration.averages.empty()) {
+    if (elaboration.averages.of_loss.empty()) {
       elaboration.problem.task->losses.push_back({*value, when, {range}});
     } else {
       add_loss_of_averages(elaboration, *value, when, range);
     }
   }
   if (!lines.empty()) return;
-  elaboration.sink.report("incomplete-task", elaboration.task->name.range, {elaboration.task->name.name, "minimise"},
+  elaboration.sink.report("incomplete-task", elaboration.blocks.task->name.range,
+                          {elaboration.blocks.task->name.name, "minimise"},
                           "write minimise mean((u - u_ref)^2) at t = 1");
 }
 
@@ -375,14 +377,14 @@ void bind_tests(Elaboration& elaboration, const std::vector<ast::Item>& items) {
 }  // namespace
 
 void mark_unknowns(Elaboration& elaboration) {
-  if (!elaboration.task) return;
-  elaboration.problem.task.emplace().name = elaboration.task->name.name;
+  if (!elaboration.blocks.task) return;
+  elaboration.problem.task.emplace().name = elaboration.blocks.task->name.name;
   if (!elaboration.selection.beside.empty()) return;
-  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.task->items)) {
+  for (const auto& [item, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
     for (Parameter& parameter : elaboration.problem.params) {
       if (item.initial || parameter.name != item.name.name) continue;
       parameter.unknown = true;
-      elaboration.unknowns.insert(parameter.name);
+      elaboration.params.unknowns.insert(parameter.name);
     }
   }
 }
@@ -390,7 +392,7 @@ void mark_unknowns(Elaboration& elaboration) {
 /// The weights of networks; those must be called somewhere, be it in the loss.
 void bind_learned(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
-  for (const auto& [item, range] : items_of<ast::LearnItem>(elaboration.task->items)) {
+  for (const auto& [item, range] : items_of<ast::LearnItem>(elaboration.blocks.task->items)) {
     const std::string& name = item.network.name;
     const auto [first, is_new] = seen.emplace(name, item.network.range);
     if (!find_declaration<ast::Network>(elaboration.file, name)) {
@@ -398,8 +400,8 @@ void bind_learned(Elaboration& elaboration) {
                               did_you_mean(name, names_of<ast::Network>(elaboration.file)));
     } else if (!is_new) {
       report_duplicate(elaboration, name, item.network.range, first->second);
-    } else if (!elaboration.called_networks.contains(name)) {
-      elaboration.sink.report("network-not-called", item.network.range, {elaboration.task->name.name, name},
+    } else if (!elaboration.networks.called.contains(name)) {
+      elaboration.sink.report("network-not-called", item.network.range, {elaboration.blocks.task->name.name, name},
                               "write after step: u += " + name + "(...), or call it in an equation");
     } else {
       Unknown unknown;
@@ -416,7 +418,7 @@ void bind_learned(Elaboration& elaboration) {
 }
 
 void bind_task(Elaboration& elaboration) {
-  if (!elaboration.task) return;
+  if (!elaboration.blocks.task) return;
   const std::vector<ast::Item> items = items_of_task(elaboration);
   for (const auto& [item, range] : items_of<ast::DataItem>(items)) bind_datum(elaboration, item, range);
   if (!elaboration.selection.beside.empty()) return bind_tests(elaboration, items);
@@ -424,7 +426,7 @@ void bind_task(Elaboration& elaboration) {
   bind_losses(elaboration);
   bind_tests(elaboration, items);
   bind_learned(elaboration);
-  const auto lines = items_of<ast::UsingItem>(elaboration.task->items);
+  const auto lines = items_of<ast::UsingItem>(elaboration.blocks.task->items);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     report_duplicate(elaboration, "the optimiser", lines[i].range, lines[0].range);
   }

@@ -255,7 +255,7 @@ void check_optimiser(Elaboration& elaboration, const ast::UsingItem& item, const
 
 /// Each from the same file as the task's own scene, unless it has one of its own.
 void bind_beside(Elaboration& elaboration, const ast::TestItem& item, Test& test) {
-  std::map<std::string, SourceRange> seen{{elaboration.problem.scene, elaboration.task->of.range}};
+  std::map<std::string, SourceRange> seen{{elaboration.problem.scene, elaboration.blocks.task->of.range}};
   for (const ast::TestItem::Baseline& beside : item.beside) {
     const auto [first, is_new] = seen.emplace(beside.scene.name, beside.scene.range);
     if (!find_declaration<ast::Scene>(elaboration.file, beside.scene.name)) {
@@ -293,8 +293,8 @@ std::vector<std::string> words_of_training() { return {option_names.begin(), opt
 bool is_training_option(const std::string& name) { return std::ranges::find(option_names, name) != option_names.end(); }
 
 bool learns_from_trajectories(const Elaboration& elaboration) {
-  if (!elaboration.task) return false;
-  const auto items = items_of<ast::DataItem>(elaboration.task->items);
+  if (!elaboration.blocks.task) return false;
+  const auto items = items_of<ast::DataItem>(elaboration.blocks.task->items);
   return std::ranges::any_of(items, [](const auto& item) { return as_trajectories(item.kind.value) != nullptr; });
 }
 
@@ -303,8 +303,8 @@ namespace {
 constexpr const char* variable_hint = "write trajectories(\"train.nc\", u), or of a vector the components, (q.x, q.y)";
 
 bool is_vector_let(const Elaboration& elaboration, const std::string& name) {
-  const auto let = elaboration.lets.find(name);
-  return let != elaboration.lets.end() && let->second.type == TypedExpr::Type::vector;
+  const auto let = elaboration.names.lets.find(name);
+  return let != elaboration.names.lets.end() && let->second.type == TypedExpr::Type::vector;
 }
 
 /// What is read of the file: of a vector its components. What is no field of the scene is one where that is said: by a
@@ -388,7 +388,7 @@ void bind_training(Elaboration& elaboration) {
   if (!learns_from_trajectories(elaboration)) return;
   Task& task = *elaboration.problem.task;
   Training& training = task.training.emplace();
-  const auto lines = items_of<ast::UsingItem>(elaboration.task->items);
+  const auto lines = items_of<ast::UsingItem>(elaboration.blocks.task->items);
   const bool by_window = seeks_controls(elaboration.problem);
   for (const auto& [item, range] : lines) {
     for (const ast::Argument& option : item.options) {
@@ -403,7 +403,7 @@ void bind_training(Elaboration& elaboration) {
   if (by_window) {
     check_for_controls(elaboration, lines);
   } else if (lines.empty()) {
-    refuse(elaboration, elaboration.task->name.range, "the want of an optimiser",
+    refuse(elaboration, elaboration.blocks.task->name.range, "the want of an optimiser",
            "write using adam(rate = 1e-3), batch 4, epochs 20");
   } else {
     check_optimiser(elaboration, lines[0].kind, training);
