@@ -23,7 +23,7 @@ std::optional<double> value_of(const Expr& e) {
   return number ? std::optional(number->value) : std::nullopt;
 }
 
-/// The operations on two numbers whose result is 0 or 1; others keep the shape they were written in.
+/// Operations on two numbers with the result 0 or 1; others keep their written form.
 std::optional<Expr> fold(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
   const auto a = value_of(left), b = value_of(right);
   if (!a || !b) return std::nullopt;
@@ -116,7 +116,7 @@ Expr interpolate(const Expr& operand, Origin origin) {
   return make(Interpolate{operand}, origin);
 }
 
-/// A number is the wave of length infinity.
+/// A constant is the wave of wavenumber 0.
 Expr band_pass(BandPass value, Origin origin) {
   if (is_uniform(value.operand)) return value.first == 0 ? value.operand : number(0, origin);
   return make(std::move(value), origin);

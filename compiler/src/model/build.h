@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constructors of expressions with the identities that never change a finite value (x*1, x + 0, 0*x, derivatives of
-// constants; numbers are folded only where the result is 0 or 1), and the traversals of this level.
+// Constructors of expressions, and traversals. Constructors apply only identities that never change a finite value
+// (x*1, x + 0, 0*x, derivatives of constants); numbers are folded only if the result is 0 or 1.
 #pragma once
 
 #include <functional>
@@ -25,12 +25,12 @@ Expr times(const Expr& a, const Expr& b, Origin origin = {});
 Expr over(const Expr& a, const Expr& b, Origin origin = {});
 Expr call(Fn fn, std::vector<Expr> arguments, Origin origin = {});
 Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origin = {});
-/// Orders 3 and 4 are nested: the second derivative inside.
+/// Orders 3 and 4 are nested, with the second derivative inside.
 Expr derivative(const Expr& operand, int axis, int order, Origin origin = {});
 Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin = {});
-/// Of what is the same everywhere, itself.
+/// A uniform operand is returned unchanged.
 Expr shift(const Expr& operand, std::vector<int> offset, Origin origin = {});
-/// Of what is the same everywhere, itself.
+/// A uniform operand is returned unchanged.
 Expr interpolate(const Expr& operand, Origin origin = {});
 Expr band_pass(BandPass value, Origin origin = {});
 Expr sample(Sample value, Origin origin = {});
@@ -40,63 +40,64 @@ Expr reduce(Reduce reduction, Origin origin = {});
 Expr apply(Apply application, Origin origin = {});
 Expr network_call(NetworkCall inference, Origin origin = {});
 Expr solve(Solve solved, Origin origin = {});
-/// The same solve beginning with nothing of the model's: what a solution depends on.
+/// The same solve without start values and preconditioner of the model, which do not affect the exact solution.
 Expr without_aids(const Solve& solved, Origin origin);
 
-/// `e` where it is a T, else nullptr.
+/// `e` as a T, or nullptr.
 template <class T>
 const T* as(const Expr& e) {
   return std::get_if<T>(&e->kind);
 }
 bool is_constant(const Expr& e, double value);
-/// Whether it compares, or combines conditions.
+/// Whether it is a comparison or a combination of conditions.
 bool is_condition(const Expr& e);
-/// Neither fields nor coordinates nor noise nor reductions: the same at all points.
+/// Whether it is uniform in space: without fields, coordinates, noise and reductions.
 bool is_uniform(const Expr& e);
 bool holds_reduction(const Expr& e);
 
 bool reads(const Expr& e, const std::string& field);
-/// A term of a sum, and whether it is subtracted.
+/// A term of a sum, with its sign.
 struct Term {
   Expr value;
   bool negative;
 };
-/// Those that `e` is a sum of.
+/// The terms of the sum `e`.
 std::vector<Term> terms_of(const Expr& e);
 
-/// part + rest, the first of which is linear in the field, the second does not read it.
+/// part + rest: `part` is linear in the field, `rest` does not contain it.
 struct LinearPart {
   Expr part = 0.0, rest = 0.0;
 };
-/// Of what is linear in the field, also by derivatives and values of neighbours; else nullopt, and `nonlinear` is where
-/// it is not.
+/// Splits `e` if it is linear in the field, including its derivatives and neighbouring values; else nullopt, and
+/// `nonlinear` is where linearity fails.
 std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear);
-/// The same with `value` in the place of the field.
+/// The same with `value` instead of the field in `part`.
 std::optional<LinearPart> linear_part(const Expr& e, const std::string& field, Origin& nonlinear, const Expr& value);
 
-/// rest + factor*field, neither of which reads the field.
+/// rest + factor*field; neither contains the field.
 struct Linear {
   Expr rest = 0.0, factor = 0.0;
 };
-/// nullopt where `e` is not linear in the field at the point itself.
+/// nullopt if `e` is not linear in the field at the point itself.
 std::optional<Linear> linear_in(const Expr& e, const std::string& field);
 
 /// Calls `f` on each direct child.
 void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f);
-/// `e` with what `f` makes of each of these in its place.
+/// `e` with each direct child replaced by the result of `f`.
 Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f);
-/// Whether `f` is true of `e` or of something below it.
+/// Whether `f` is true for `e` or one of its descendants.
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f);
 
-/// Whether `e`, as a tree, has more than `max_nodes` nodes or is higher than `max_height`; takes at most that long.
+/// Whether `e`, as a tree, has more than `max_nodes` nodes or is higher than `max_height`. The cost is bounded by these
+/// limits.
 bool is_larger_than(const Expr& e, int max_nodes, int max_height);
 
-/// How the scheme discretises it: what it says of the field that is carried, where that is one.
+/// The scheme's discretisation of `e`: the one of the advected field, if the operand is a field.
 const Transport& transport_of(const Scheme& scheme, const Advect& e);
-/// Whether the scheme takes it by a Fourier series: a Derivative or an Advect.
+/// Whether the scheme computes it, a Derivative or an Advect, by Fourier series.
 bool is_spectral(const Scheme& scheme, const Expr& e);
 
-/// The largest order of derivatives inside one another: 4 for lap(lap(u)); advection counts as 1.
+/// The highest order of nested derivatives: 4 for lap(lap(u)); advection counts as 1.
 int nested_order(const Expr& e);
 
 }  // namespace dpde::model

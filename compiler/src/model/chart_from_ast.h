@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A chart block: which variants of a scene are run, what their errors are, and what they are compared with.
+// A chart block: variants of a scene to run, their error norms, and the reference for comparison.
 #pragma once
 
 #include <optional>
@@ -22,21 +22,21 @@ struct Chart {
   };
   std::vector<Choices> vary;
   struct Error {
-    std::string field;  // a vector: each of its components
+    std::string field;  // of a vector: each component
     ErrorNorm norm = ErrorNorm::l2;
     SourceRange range;  // of the field
   };
-  std::vector<Error> errors;      // none: of all fields, l2
-  std::optional<double> end;      // of the run, in place of the scene's
+  std::vector<Error> errors;      // empty: all fields, l2
+  std::optional<double> end;      // end of the run, instead of the scene's
   std::string gradient;           // the task whose gradient is compared too; "": none
   double tolerance = 0;           // 0: none
   SourceRange range;              // of the block's name
-  SourceRange reference_range{};  // of what is said of the reference
+  SourceRange reference_range{};  // of the statement about the reference
 };
 
-/// nullopt when `sink` has errors afterwards. Whether the scene has the fields is not looked at.
+/// nullopt if `sink` has errors afterwards. Does not check that the scene has the fields.
 std::optional<Chart> chart_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink);
-/// In the order of the file.
+/// In file order.
 std::vector<std::string> chart_names(const ast::File& file);
 
 }  // namespace dpde::model

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ways to make one number of the errors of all cells.
+// Norms of the errors of all cells.
 #pragma once
 
 #include "support/assert.h"

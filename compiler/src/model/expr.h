@@ -18,7 +18,7 @@
 
 namespace dpde::model {
 
-/// Along which axes values lie on the upper faces of the cells rather than at the centres.
+/// Axes along which the values lie on the upper faces of the cells instead of the centres.
 using Placement = std::array<bool, 3>;
 
 struct Node;
@@ -46,12 +46,12 @@ struct Field {  // a state, coefficient or datum at the current point
   std::string name;
   bool operator==(const Field&) const = default;
 };
-struct Coordinate {  // x, y, z of the place where the expression is taken
+struct Coordinate {  // x, y, z of the point where the expression is evaluated
   int axis;
   bool operator==(const Coordinate&) const = default;
 };
-/// White noise: a standard normal number in each cell, wherever in it the expression is taken. Filled in by the
-/// runtime.
+/// White noise: a standard normal number in each cell, the same wherever in the cell the expression is evaluated.
+/// Filled in by the runtime.
 struct Noise {
   std::uint64_t seed;
   bool operator==(const Noise&) const = default;
@@ -93,99 +93,98 @@ struct Shift {
   std::vector<int> offset;  // one an axis
   bool operator==(const Shift&) const = default;
 };
-/// The operand, averaged from its own placement to the one that is wanted
+/// The operand, averaged from its own placement to the required one
 struct Interpolate {
   Expr operand;
   bool operator==(const Interpolate&) const = default;
 };
-/// What the waves of the operand in shells `first` to `last` make, the modes exp(i k.x) with first - 1/2 <= |k|/unit <
-/// last + 1/2, where the operand lies. `unit`: one wave along the longest axis.
+/// Band-pass filter: the waves of the operand in shells `first` to `last`, which are the modes exp(i k.x) with first -
+/// 1/2 <= |k|/unit < last + 1/2. Same placement as the operand. `unit`: wavenumber of one wave along the longest axis.
 struct BandPass {
   Expr operand;
   int first, last;
   double unit;
   bool operator==(const BandPass&) const = default;
 };
-/// The value of a field at a place between its points; the same at all points. One coordinate an axis, uniform. Along
-/// each axis it is linear, or the point below or above.
+/// The value of a field at a position between its points; uniform in space. One uniform coordinate per axis. Along each
+/// axis interpolation is linear, or takes the point below or above.
 struct Sample {
   std::string field;
   std::vector<Expr> place;
   std::array<InterpolationBasis, 3> along{};
   bool operator==(const Sample&) const = default;
 };
-/// mean, sum, ... over space: the same at all points along the axes it goes over
+/// mean, sum, ... over space; the result is uniform along the axes of the reduction
 struct Reduce {
   enum class Kind { mean, sum, integral, max, min } reduction;
   Expr operand;
-  std::array<bool, 3> over{true, true, true};  // all true where it is over all axes of the scene, however many
+  std::array<bool, 3> over{true, true, true};  // all true: over all axes of the scene, however many
   bool is_over_all() const { return over == std::array{true, true, true}; }
   bool operator==(const Reduce&) const = default;
 };
 
-/// An operator of the file whose adjoint is given.
+/// An operator of the file with a given adjoint.
 struct Operator {
   std::string name;
   std::vector<std::string> parameters;  // of a vector each component, u.x
-  std::vector<Expr> body;               // the components of what it gives; parameters stand in it as fields
+  std::vector<Expr> body;               // components of the result; parameters stand in it as fields
   struct Adjoint {
     std::string parameter;
-    bool of_field = true;  // else what each point adds for an argument that is one parameter of the scene
-    Expr value;            // of parameters and of the seeds, as fields
+    bool of_field = true;  // false: each point's contribution to an argument that is one parameter of the scene
+    Expr value;            // of parameters and of the seeds of the adjoint, as fields
     Origin origin;
     bool operator==(const Adjoint&) const = default;
   };
   std::vector<Adjoint> adjoints;
   bool operator==(const Operator&) const = default;
 };
-/// A component of what an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the
-/// given one.
+/// A component of an operator applied to its arguments: a separate field, stored by a kernel with the given adjoint.
 struct Apply {
   Operator function;
   std::vector<Expr> arguments;
   int component = 0;
-  std::vector<std::optional<Placement>> places = {};  // of the arguments; none: known everywhere
-  std::vector<Placement> results = {};                // where the components are unless they are wanted elsewhere
+  std::vector<std::optional<Placement>> places = {};  // placements of the arguments; nullopt: known everywhere
+  std::vector<Placement> results = {};                // placements of the components, unless others are required
   bool operator==(const Apply&) const = default;
 };
-/// The field that stands for the seed of a component in the formulas of an operator.
+/// The field that stands for the adjoint seed of a component in the formulas of an operator.
 std::string seed_of(const Operator& function, std::size_t component);
 
-/// One output of a network, a field of its own at the cell centres, made of the arguments there.
+/// One output of a network: a separate field, at the cell centres, computed from the arguments there.
 struct NetworkCall {
   std::string network;
-  std::vector<Expr> arguments;  // one a channel
+  std::vector<Expr> arguments;  // one per channel
   int output = 0, outputs = 1;
-  std::string name;  // of the output, as corrector(u).x has x; "" where it is the only one
+  std::string name;  // of the output, as x in corrector(u).x; "" for a single output
   bool operator==(const NetworkCall&) const = default;
 };
 
 /// One side of a bounded axis.
 struct Side {
   SideKind kind = SideKind::value;
-  Expr value = 0.0;       // of numbers, parameters, t and coordinates; 0 where the condition is given none
-  Expr a = 0.0, b = 0.0;  // where it is given them: the same along the wall
+  Expr value = 0.0;       // of numbers, parameters, t and coordinates; 0 if the condition takes none
+  Expr a = 0.0, b = 0.0;  // if the condition takes them: constant along the wall
   bool operator==(const Side&) const = default;
 };
 struct AxisSides {
-  Side low, high;  // not looked at on periodic axes
+  Side low, high;  // ignored on periodic axes
   bool operator==(const AxisSides&) const = default;
 };
-/// The field, at cell centres, for which `operation` is `right`. It is called `name` in `operation`, which is linear in
-/// it.
+/// The solution, a field at cell centres, of `operation` = `right`. `operation` is linear in the unknown, which is
+/// called `name` in it.
 struct Solve {
   std::string name;
   Expr operation, right;
-  std::vector<AxisSides> boundary;  // one an axis
-  /// States the best sum of whose multiples is near it, and that lie where it lies.
+  std::vector<AxisSides> boundary;  // one per axis
+  /// States of the same placement; their best linear combination approximates the solution.
   std::vector<std::string> guesses = {};
-  /// As the model says, fields beside them, which have no part in derivatives; where `iterations` is known they have.
+  /// Start values from the model, additional fields. They are differentiated only if `iterations` is given.
   std::vector<Expr> starts = {};
-  /// What a network makes of the residual of an iteration, which is called `name` in it too: a call of one output. It
-  /// has no part in derivatives; where `iterations` is known it has.
+  /// A network applied to the residual of an iteration, which is also called `name` here: a call with one output. It is
+  /// differentiated only if `iterations` is given.
   std::optional<Expr> preconditioner = {};
-  /// What so many conjugate gradients make of the start, each of them differentiated, is the value; nullopt: the
-  /// solution.
+  /// Number of conjugate-gradient iterations: the value is the result of that many from the start, each differentiated;
+  /// nullopt: the exact solution.
   std::optional<int> iterations = {};
   bool operator==(const Solve&) const = default;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of the parts. All of them run, so that one pass tells all mistakes of a file.
+// The order of the parts. All of them run, so that one pass reports all errors of a file.
 #include "model/from_ast.h"
 
 #include "model/boundary/falling_axes.h"
@@ -15,7 +15,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Arrays by their elements, scenes with all their items, programs without blocks; nullopt after a diagnostic of them.
+/// Arrays expanded to their elements, scenes with all their items, programs without blocks; nullopt after an error.
 std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& sink) {
   std::optional<ast::File> file = ast::with_elements(ast::resolve_repeats(written, sink).file, sink);
   if (file) file = ast::with_whole_scenes(std::move(*file), sink);
@@ -27,7 +27,7 @@ std::optional<ast::File> written_out(const ast::File& written, DiagnosticSink& s
   return file;
 }
 
-/// What needs all of the problem.
+/// Checks that need the whole problem.
 void check(Elaboration& elaboration) {
   check_projected_starts(elaboration);
   check_steady(elaboration);
@@ -43,7 +43,7 @@ void check(Elaboration& elaboration) {
   check_waves(elaboration);
   if (elaboration.blocks.model) check_split(elaboration);
   check_implicit(elaboration);
-  if (elaboration.blocks.model && !elaboration.sink.has_errors()) {  // of solves that could be read
+  if (elaboration.blocks.model && !elaboration.sink.has_errors()) {  // of solves without errors
     check_guess(elaboration);
     check_solve_keys(elaboration);
   }

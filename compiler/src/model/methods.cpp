@@ -17,12 +17,12 @@ constexpr StageRow runge_kutta_4[] = {
 /// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
 constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
 
-/// Bogacki and Shampine 1989. The rates are taken out of the states: dt*F(U_0) = 2*(U_1 - U_0), and so on.
+/// Bogacki and Shampine 1989. The right-hand sides are recovered from the states: dt*F(U_0) = 2*(U_1 - U_0), and so on.
 constexpr StageRow bogacki_shampine[] = {
     {0, 0, 0, 1, 2}, {0.5, 1, 0, 3, 4}, {0.75, 2, 0, 4, 9, 9, {{{1, 0, 4}, {2, 0, 4}}}}};
-/// Its result of order 2, where U_3 is the one of order 3.
+/// The result of order 2; U_3 is the one of order 3.
 constexpr StageRow bogacki_shampine_embedded = {1, 3, 0, 1, 8, 4, {{{1, 0}, {3, 0, 3}}}};
-/// Dormand and Prince 1980, likewise; U_6 is the result of order 5.
+/// Dormand and Prince 1980, in the same form; U_6 is the result of order 5.
 constexpr StageRow dormand_prince[] = {
     {0, 0, 0, 1, 5},
     {0.2, 1, 0, 9, 40, 8, {{{1, 0, 3}}}},
@@ -46,7 +46,7 @@ constexpr StageRow dormand_prince[] = {
        {3, 0, 325.0 / 1344},
        {4, 0, -7533.0 / 6784},
        {5, 0, 33.0 / 28}}}}};
-/// Of order 4.
+/// The result of order 4.
 constexpr StageRow dormand_prince_embedded = {1,
                                               6,
                                               0,
@@ -70,15 +70,15 @@ constexpr AdditiveRow ars443[] = {{1.L / 2, {1.L / 2}},
                                   {2.L / 3, {11.L / 18, 1.L / 18}, {1.L / 6}},
                                   {1.L / 2, {5.L / 6, -5.L / 6, 1.L / 2}, {-1.L / 2, 1.L / 2}},
                                   {1, {1.L / 4, 7.L / 4, 3.L / 4, -7.L / 4}, {3.L / 2, -3.L / 2, 1.L / 2}}};
-/// Ours, of order 2: u + h*(5/2*(N + L)(U_1) - 3/2*(N + L)(U_3)), both stages in the middle of the step. That these are
-/// the weights is the condition that a stiff L is damped as by the result, 1 = sum of w_j*(A^-1*(1, 1, 1, 1))_j:
-/// otherwise the error estimate would not vanish with h. Of order 3 it misses sum of w_j*c_j^2 = 1/3 by 1/12 and sum of
-/// w_j*(A*c)_j = 1/6 by 1/24, with the a_ij of N and of L.
+/// Derived for dpde, of order 2: u + h*(5/2*(N + L)(U_1) - 3/2*(N + L)(U_3)), both stages in the middle of the step.
+/// These weights follow from the condition that a stiff L is damped as in the result, 1 = sum of w_j*(A^-1*(1, 1, 1,
+/// 1))_j; otherwise the error estimate would not vanish with h. The conditions of order 3 fail by 1/12 (sum of
+/// w_j*c_j^2 = 1/3) and by 1/24 (sum of w_j*(A*c)_j = 1/6), with the a_ij of N and of L.
 constexpr AdditiveRow ars443_embedded = {1, {0, 5.L / 2, 0, -3.L / 2}, {5.L / 2, 0, -3.L / 2, 0}};
 
 constexpr AdamsRow adams_bashforth_2[] = {{1}, {1.5, -0.5}};
-/// The second step, behind one of Euler's, makes both of them the midpoint rule over two steps: what is left of the
-/// start is an error of dt^3.
+/// The second step, after an Euler step, turns both into the midpoint rule over two steps: the start leaves an error of
+/// dt^3.
 constexpr AdamsRow adams_bashforth_3[] = {{1}, {2, -1}, {23.0 / 12, -16.0 / 12, 5.0 / 12}};
 
 using enum TimeMethod::Family;

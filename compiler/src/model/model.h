@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model level: one scene with its model, scheme and (maybe) task, resolved and typed. True here and not before: every
-// name means something, every expression has a type, numbers of the scene are evaluated, lap/grad/div are spelled out
-// over the axes of the scene's grid, lets and user names are gone. Not yet true: how a derivative is discretised.
+// Model level: one scene with its model, scheme and (maybe) task, resolved and typed. From this level on every name is
+// resolved, every expression has a type, the numbers of the scene are evaluated, lap/grad/div are written out over the
+// axes of the scene's grid, lets and user names are gone. Not yet decided: how a derivative is discretised.
 #pragma once
 
 #include <array>
@@ -21,104 +21,107 @@
 
 namespace dpde::model {
 
-/// Where the points of a stretched axis lie: `map`, a formula of numbers and of the axis' coordinate, which runs
-/// uniformly from low to high.
+/// A stretched axis: `map` gives the position of a point as a formula of numbers and of the axis' coordinate, which
+/// runs uniformly from low to high.
 struct Stretch {
   Expr map;
   double low = 0, high = 1;
 };
-/// low, high and spacing() are those of the coordinate that runs uniformly, centre(i) and face(i) the places. They are
-/// the same where nothing is stretched or runs down.
+/// low, high and spacing() belong to the uniform coordinate; centre(i) and face(i) are positions. Both agree on an axis
+/// that is neither stretched nor descending.
 struct Axis {
   std::string name;  // x, y, z
   double low = 0, high = 1;
   int cells = 1;
   Topology topology = Topology::periodic;
   std::optional<Stretch> stretch = {};
-  std::optional<double> ends = {};  // low + high, where places run down: each is that minus the coordinate
+  std::optional<double> ends = {};  // low + high, on a descending axis: position = low + high - coordinate
   double spacing() const { return (high - low) / cells; }
   double centre(std::int64_t i) const { return place(low + (static_cast<double>(i) + 0.5) * spacing()); }
-  /// On the lower side of cell i.
+  /// The lower face of cell i.
   double face(std::int64_t i) const { return place(low + static_cast<double>(i) * spacing()); }
   double width(std::int64_t i) const { return stretch ? face(i + 1) - face(i) : spacing(); }
-  /// Where the uniform coordinate is s; beyond the ends the map goes on periodically, or as its odd image.
+  /// The position at uniform coordinate s. Beyond the ends the map is continued periodically, or as an odd function.
   double place(double s) const;
   bool runs_down() const { return ends.has_value(); }
-  /// Whether fields on faces hold the values on the wall where the place is low, or high.
+  /// Whether a field on faces has values on the wall at the low (or high) end of the positions.
   bool holds_wall(bool is_low) const { return is_low == runs_down(); }
 };
-/// Waves k lie in shell floor(|k|/unit + 1/2), where the unit is one wave along the longest axis with several cells.
-/// What is nearer to the edge of a shell than rounding lies in the upper one.
+/// Wave k belongs to shell floor(|k|/unit + 1/2); the unit is the wavenumber of one wave along the longest axis with
+/// several cells. A wave within rounding of a shell's edge belongs to the upper shell.
 double wave_unit(const std::vector<Axis>& axes);
 inline constexpr double shell_rounding = 1e-9;
 
-/// Orthogonal coordinates that are no lengths: a unit of axis i is scales[i] long, a formula of numbers and
-/// coordinates; a cell is as large as their product times its spacings and `around`, the way around an axis of
-/// symmetry.
+/// Orthogonal curvilinear coordinates. scales[i], a formula of numbers and coordinates, is the length of a unit of axis
+/// i. The volume of a cell is the product of all scales and spacings, times `around`, the length of the way around an
+/// axis of symmetry.
 struct Metric {
-  std::string name;  // as messages have it: polar coordinates
+  std::string name;  // in messages: polar coordinates
   std::vector<Expr> scales;
   Expr around = 1.0;
-  std::vector<std::string> axes = {};  // what the first ones are called: r, theta
+  std::vector<std::string> axes = {};  // names of the first axes: r, theta
 };
-/// "x.low": of the side where the coordinate is high where the axis runs down.
+/// "x.low". On a descending axis the low side is the one with the high coordinate.
 std::string side_name(const Axis& axis, bool is_low);
 
 struct Parameter {
   std::string name;
   double value = 0;
-  bool unknown = false;   // an unknown of the task: stays symbolic, others equal to 0 or 1 are folded
-  bool is_fixed = false;  // the grid, times and the like are made of its value
+  bool unknown = false;   // an unknown of the task: stays symbolic; other parameters equal to 0 or 1 are folded
+  bool is_fixed = false;  // the grid, times and the like were computed from its value
 };
 
-/// A formula, or the path of a file that holds the values.
+/// A formula, or the path of a file with the values.
 struct Source {
   std::optional<Expr> formula;
-  std::string file;            // .npy or .nc, relative to the model file's folder
-  std::string variable;        // of a .nc file; "": the only field it holds
-  std::optional<double> time;  // of a .nc file; none: its last state
+  std::string file;            // .npy or .nc; path relative to the model file's folder
+  std::string variable;        // of a .nc file; "": its only field
+  std::optional<double> time;  // of a .nc file; nullopt: its last state
   Origin origin;
 };
 
-/// A value that a state has inside a mask.
+/// The value of a state inside a mask.
 struct MaskedValue {
-  Expr inside, value;  // a condition
+  Expr inside, value;  // inside is a condition
 };
 
 struct State {
   std::string name;
-  std::string velocity_of;  // this state is dt of that one, whose equation is of second order; "" otherwise
-  std::string history_of;   // what a time scheme keeps of that one's last step (that one may be a history itself), or,
-                            // a guess, what was solved for, or the state that keeps that; has no equation
-  bool is_guess = false;    // solves begin with it: 0 will do where nothing is known
+  std::string velocity_of;  // this state is dt of the named state, which has a second-order equation; "" otherwise
+  std::string history_of;   // the named state (maybe a history itself), whose last step the time scheme stores here;
+                            // or, for a guess, the solved unknown or the state that stores it. A history has no
+                            // equation.
+  bool is_guess = false;    // initial guess of solves; starts from 0 if nothing is known
   Placement placement{};
-  std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
+  std::vector<AxisSides> boundary;  // one per axis; `value` on axes along which the state is staggered
   std::optional<MaskedValue> held = {};
-  int parts = 1;            // its equation makes so many equal steps within each, after those that make fewer
-  std::optional<Expr> rhs;  // of dt(name) = rhs; absent for histories and the states of a hand-written program
+  int parts = 1;            // number of equal substeps of its equation in each step, after the equations with fewer
+                            // substeps
+  std::optional<Expr> rhs;  // right-hand side: dt(name) = rhs; absent for histories and for states of a hand-written
+                            // program
   Source initial;
   std::optional<Origin> projected =
-      {};                     // its initial state is taken to where its constraint is true: where that is said
+      {};                     // where the file asks for it: the initial state is projected onto its constraint
   std::optional<Expr> exact;  // of x, y, z, t, params
   Origin origin;              // of the equation
 };
 
-/// Whether waves of the state leave by a side, whose slope then follows from the rate.
+/// Whether a side of the state is radiating: waves leave there, and the slope follows from the time derivative.
 bool radiates(const State& state);
 
-/// Each step is made in parts, as long as the error that the scheme estimates for each of them allows: in each cell
-/// `absolute` + `relative` times the value is tolerated (Hairer, Norsett, Wanner I, II.4).
+/// Adaptive substeps: each step is divided such that the scheme's error estimate of a substep stays within `absolute` +
+/// `relative` times the value in each cell (Hairer, Norsett, Wanner I, II.4).
 struct StepControl {
   double relative = 0, absolute = 0;
-  double first = 0;  // length of the first part that is tried
+  double first = 0;  // length of the first trial substep
 };
 
-/// What a coefficient is on the walls across one axis.
+/// Values of a coefficient on the walls across one axis.
 struct WallValues {
   int axis = 0;
   double low = 0, high = 0;
 };
-/// Whether sides are poles.
+/// Which sides are poles.
 struct AtPoles {
   bool low = false, high = false;
 };
@@ -126,112 +129,114 @@ struct Coefficient {
   std::string name;
   Source value;
   Placement placement{};
-  std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
-  std::array<AtPoles, 3> at_poles = {};  // along each axis
-  bool turns_round = false;              // on the way over a pole it changes its sign, as components of vectors do
+  std::optional<WallValues> walls = {};  // at other walls, and without it, the slope is zero
+  std::array<AtPoles, 3> at_poles = {};  // one per axis
+  bool turns_round = false;              // changes sign across a pole, as vector components do
   bool is_mask = false;                  // 1 where the scene's condition is true, else 0
-  int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the
-                  // middle of each
+  int every = 0;  // > 0: a control field, with separate values for each interval of that many steps. Its formula is
+                  // evaluated in the middle of each interval.
   bool is_control() const { return every > 0; }
 };
 
-/// A parameter (`name`) with a value of its own for each interval of `every` steps, the last one maybe shorter.
+/// A parameter (`name`) with a separate value for each interval of `every` steps; the last interval may be shorter.
 struct Control {
   std::string name;
   int every = 1;
-  std::vector<double> values;               // one an interval: the formula in its middle
-  std::vector<double> start;                // where a task begins that seeks it; else empty
+  std::vector<double> values;               // one per interval: the formula in the middle of it
+  std::vector<double> start;                // initial values if a task optimises it; else empty
   Expr formula = 0.0, start_formula = 0.0;  // of numbers, parameters and t
   Origin origin;
 };
 
-/// Where the weights of a network come from, in place of its seed.
+/// File with the weights of a network, instead of random weights from its seed.
 struct GivenWeights {
   std::string network;
   Source from;  // a .safetensors or .npz file
 };
 
-/// A named number made of reductions: a loss term, an observable, a test.
+/// A named number computed by reductions: a loss term, an observable, a test.
 struct Quantity {
   std::string name;
-  Expr value;  // linear in Reduce over all axes; what these hold may have more of them
+  Expr value;  // linear in Reduce over all axes; the operands may contain more reductions
   Origin origin;
 };
 
-/// Which states of a run a quantity or datum looks at.
+/// Which states of a run are used by a quantity or datum.
 struct When {
   enum class Kind { end, at, over, steps } kind = Kind::end;
   std::vector<double> times;                 // of `at`
-  int count = 0;                             // of `steps`: each of so many states behind the first one, or
-  bool is_last = false;                      // the last of these alone
-  std::optional<Reduce::Kind> counted = {};  // mean, sum or integral over these states; none: as each reduction says
+  int count = 0;                             // of `steps`: this many states after the first, or
+  bool is_last = false;                      // the last of these only
+  std::optional<Reduce::Kind> counted = {};  // mean, sum or integral over these states; nullopt: each reduction says it
 };
 
 struct Datum {
   std::string name;
   std::string file, variable;  // load("...", variable), or
-  bool trajectories = false;   // of that file: states of runs, each of which a window may begin with
+  bool trajectories = false;   // of that file: states of runs; a training sample can begin with each of them
   bool begins_windows() const { return trajectories && variable.empty(); }  // and has no values itself
-  std::string scene, field;  // the field of another scene's run, or its observable
-  bool series = false;       // one number a state of the run, the same at all points
+  std::string scene, field;  // the field or observable of another scene's run
+  bool series = false;       // one number per state, uniform in space
   When when;
   Origin origin;
   Placement placement{};
 };
 struct Unknown {
   enum class Kind { parameter, initial, coefficient, control, network } kind = Kind::parameter;
-  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient, the control or the
-                     // network whose weights are learned
+  std::string name;  // of the parameter, of the state (its initial values are unknown), of the coefficient, of the
+                     // control, or of the network (its weights are unknown)
   Source from;  // a field: formula or file (default: the scene's own values); parameter: a number; control: formula
   Origin origin;
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   bool is_bounded() const { return low > -std::numeric_limits<double>::infinity(); }
   bool is_field() const { return kind == Kind::initial || kind == Kind::coefficient; }
 };
-/// The order that an author states of an operator, and the body as one of its uses has it: arguments that are the same
-/// at all points put in, the others as fields of names that nothing else has.
+/// The order of accuracy that the author declares for an operator, and the body for one of its calls: uniform arguments
+/// are substituted, other arguments are fields with unique names.
 struct StatedOrder {
   std::string name;
-  int order = 0;              // 0 states nothing
-  std::vector<Expr> body;     // the components of what it gives
-  bool in_equations = false;  // else in losses, observables and the like
-  Origin origin;              // of the name, where the operator is defined
+  int order = 0;              // 0: none declared
+  std::vector<Expr> body;     // the components of the result
+  bool in_equations = false;  // else used in losses, observables and the like
+  Origin origin;              // of the name, in the operator's definition
 };
-/// What a run can write down beside its states: a component of a name of the model, where it lies.
+/// A field that a run can write in addition to its states: one component of a name of the model, at its own placement.
 struct OutputField {
   std::string name;
   Expr value;
   Placement placement{};
   Origin origin;
 };
-/// What a run writes down: these states and `shown` every so many steps, the first and the last time in any case.
+/// A run writes these states and `shown` every `every` steps, and always the first and the last state.
 struct Output {
   std::vector<std::string> fields;
   int every = 0;  // 0: only the first and the last
   Origin origin;
 };
-/// Values that change at the end of steps. All updates see the values before the event; a later event those behind it.
+/// Assignments at the end of steps. All updates of an event read the values before it; a later event reads the values
+/// after an earlier one.
 struct Event {
   struct Update {
     std::string state;
     Expr value;
   };
-  bool after_step = false;  // of each step, and of each part of one that a Courant number splits
-  int every = 0;            // steps from one to the next; 0: behind the steps of `at`
+  bool after_step = false;  // after every step and every substep of the Courant control
+  int every = 0;            // steps between two events; 0: after the steps in `at`
   std::vector<int> at;      // 1 is the first
   std::vector<Update> updates;
   Origin origin;
 };
-/// What is done behind stages of a step: fields are held inside masks, and a constraint is made true. `potential`,
-/// a solve, is what `multiplier` has to be, a state that stands in the rates of those that are changed, times the time
-/// over which that stage took the rates; of increments what it changes by, and the rates have that of the step before.
+/// Actions after the stages of a step: fields are fixed inside masks, and a constraint is enforced. `multiplier` is a
+/// state in the right-hand sides of the corrected states. `potential`, a solve, is its required value times the time
+/// over which the stage integrated the right-hand sides. For an increment, `potential` is the change of the multiplier,
+/// and the right-hand sides contain its value from the step before.
 struct Projection {
   enum class Kind : unsigned char { each_stage, increment_each_stage, increment_each_step, between };
-  std::string multiplier;  // "", and no potential: there is no constraint
-  Expr constraint = 0.0;   // what has to be 0
+  std::string multiplier;  // "" and no potential: no constraint
+  Expr constraint = 0.0;   // has to be 0
   std::optional<Expr> potential;
-  Kind kind = Kind::each_stage;        // between: behind all stages but the last, where others come once a step
-  std::vector<Event::Update> updates;  // from the states as the stage leaves them
+  Kind kind = Kind::each_stage;        // between: after all stages but the last, if other projections act once per step
+  std::vector<Event::Update> updates;  // read the states at the end of the stage
   Origin origin;
 
   bool is_increment() const { return kind == Kind::increment_each_stage || is_each_step(); }
@@ -239,125 +244,129 @@ struct Projection {
   bool follows(bool is_last_stage) const { return is_last_stage ? kind != Kind::between : !is_each_step(); }
 };
 struct Loss {
-  Expr value;  // as of a Quantity
+  Expr value;  // like Quantity::value
   When when;
   Origin origin;
-  std::string average = {};  // not "": its mean over the states is no loss, but this number in losses of averages
-  bool of_averages = false;  // a formula of such numbers and of parameters, once a run
+  std::string average = {};  // not "": the mean over the states is not a loss but a number with this name, used in
+                             // losses of averages
+  bool of_averages = false;  // a formula of such averages and of parameters, evaluated once per run
 };
 struct Test {
-  /// statistic: the quantity of the states themselves; its mean and deviation over time are compared with those of the
-  /// data. spectrum: of the fields, the mean over time is compared with that of the data. correlation: of the fields
-  /// with the data's.
+  /// statistic: of the quantity; its mean and standard deviation over time are compared with those of the data.
+  /// spectrum: of the fields; the mean over time is compared with that of the data. correlation: between the fields and
+  /// the data's.
   enum class Kind { number, statistic, spectrum, correlation };
   Quantity quantity;  // of fields: mean(f^2)/2, summed over them
   When when;          // steps: of the runs of `on`
-  std::string on;     // a file of trajectories; "": the scene's own run
+  std::string on;     // a file of trajectories; "": the run of the scene itself
   Origin on_origin;
   Kind kind = Kind::number;
-  std::vector<Expr> fields;  // of spectrum and correlation: the components of what it is of
+  std::vector<Expr> fields;  // spectrum and correlation: the components compared
   double threshold = 0;      // of a correlation
   bool has_fields() const { return !fields.empty(); }
   struct Baseline {
     std::string scene, on;
     Origin origin;
-    std::map<std::string, std::string> method = {};  // of charts: keys of a scheme in the place of the scene's
+    std::map<std::string, std::string> method = {};  // in charts: scheme keys that replace the scene's
   };
-  std::vector<Baseline> beside;  // scenes that are run from the same data
+  std::vector<Baseline> beside;  // scenes that run from the same data, for comparison
 };
 struct Optimiser {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
   double rate = 0;                 // gradient_descent, adam
-  double momentum = 0, decay = 0;  // of gradient_descent, of both: for training
-  bool gauss_newton = false;       // newton_cg: in place of the full Hessian
+  double momentum = 0, decay = 0;  // momentum: gradient_descent; decay: both; for training
+  bool gauss_newton = false;       // newton_cg: instead of the full Hessian
   int iterations = 50;
-  Origin origin = {};  // of its line
+  Origin origin = {};  // the optimiser's line
 };
 struct Task {
   std::string name;
-  bool certifies = false;  // made by verify for a scene without a task: all that can be is unknown, data have no source
+  bool certifies = false;  // made by `verify` for a scene without a task: every possible unknown is one, data have no
+                           // source
   std::vector<Datum> data;
-  /// Of trajectories, whose file windows begin with: the one that has no values itself, or else the first; null where
-  /// there are none.
+  /// The trajectories with which training samples begin: the datum without values of its own, else the first one; null
+  /// if there are none.
   const Datum* datum_of_windows() const;
   std::vector<Unknown> unknowns;
   std::vector<Loss> losses;
   std::optional<Optimiser> optimiser;
   std::vector<Test> tests;
   std::vector<Test>
-      growths;  // of small perturbations along the runs of a file: their quantities have nothing but names
+      growths;  // growth of small perturbations along the runs of a file; their quantities have only names
   std::optional<Training>
-      training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
+      training;  // if the data are trajectories; then the scene's run is one training sample of problem.steps steps
 };
 
-/// What a scene wants of its result: relative error at the end of the run, root mean square.
+/// Accuracy that a scene asks for: relative root-mean-square error at the end of the run.
 struct Accuracy {
   double tolerance = 0;
-  std::vector<std::string> states;  // none: all
+  std::vector<std::string> states;  // empty: all
 };
 
 struct Problem {
   std::string scene;
   std::string model;    // name of the model, or
-  std::string program;  // name of the hand-written program that is the step
+  std::string program;  // name of the hand-written program of the step
   std::vector<Axis> axes;
-  bool has_grid = true;          // else there is one cell, and nothing varies in space
-  std::optional<Metric> metric;  // none: coordinates are lengths
+  bool has_grid = true;          // otherwise one cell, and nothing varies in space
+  std::optional<Metric> metric;  // nullopt: coordinates are lengths
   std::vector<Parameter> params;
   std::vector<State> states;
   std::vector<Coefficient> coefficients;
   std::vector<Control> controls;
-  std::vector<network::Network> networks;  // those that are called, for the axes of the scene
+  std::vector<network::Network> networks;  // those that are called, built for the axes of the scene
   std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
   std::optional<Accuracy> accuracy;
   std::vector<OutputField> shown;
   std::vector<Output> outputs;
   std::vector<Projection> projections;
-  std::vector<Event> events;           // in the order in which they happen
-  std::vector<StatedOrder> operators;  // each as often as it is used in different ways
+  std::vector<Event> events;           // in order of execution
+  std::vector<StatedOrder> operators;  // one entry for each different use
   double t_begin = 0, step = 0;
   int steps = 0;
-  double courant = 0;        // > 0: each step is done in as many equal parts as keep step*rate below it
-  std::optional<Expr> rate;  // speed over spacing, added up over the axes; with courant
+  double courant = 0;        // > 0: each step is divided into the fewest equal substeps with substep*rate <= courant
+  std::optional<Expr> rate;  // sum over the axes of speed over spacing; with courant
   std::optional<StepControl> step_control;
-  double steady = 0;  // > 0: the run ends where no state changes by more than that a unit of time
+  double steady = 0;  // > 0: the run ends when no state changes faster than this per unit of time
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
-  std::map<std::string, std::string> units;  // of fields, parameters, observables, axes and t by names, where known
-  std::vector<std::pair<std::string, std::string>> put_in;  // fields and those whose formulas theirs are part of
-  std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
+  std::map<std::string, std::string> units;  // by names of fields, parameters, observables, axes and t, where known
+  std::vector<std::pair<std::string, std::string>> put_in;  // (field, field whose formula contains the first one's
+                                                            // formula)
+  std::vector<std::string> dropped;  // terms with a zero coefficient and unused items that were removed, in words, for
+                                     // `check`
 
-  /// Whether steps are made in parts, which depend on the state.
+  /// Whether steps have substeps whose number depends on the state.
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }
   const State* find_state(const std::string& name) const;
   const OutputField* find_shown(const std::string& name) const;
-  /// Whether a state, or what is shown, lies on faces along the axis.
+  /// Whether a state or an output field lies on faces along the axis.
   bool has_faces(std::size_t axis) const;
   /// dt(name) as a state, or nullptr.
   const State* velocity_of(const std::string& name) const;
-  /// What the time scheme keeps of the last step of `name`, or nullptr.
+  /// The state that stores the last step of `name` for the time scheme, or nullptr.
   const State* history_of(const std::string& name) const;
   const Parameter* find_param(const std::string& name) const;
   const Coefficient* find_coefficient(const std::string& name) const;
   const Control* find_control(const std::string& name) const;
   const network::Network* find_network(const std::string& name) const;
-  /// The constraint that gives the state, or nullptr.
+  /// The constraint that determines the state, or nullptr.
   const Projection* find_projection(const std::string& state) const;
-  /// Whether something is done to the state behind each stage.
+  /// Whether the state is corrected after each stage.
   bool is_projected(const std::string& state) const;
-  /// The unknown of the task that the coefficient is, or nullptr.
+  /// The task's unknown for this coefficient, or nullptr.
   const Unknown* find_unknown(const Coefficient& coefficient) const;
-  /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.
+  /// Number of intervals of `every` steps in the run; the last interval may be shorter.
   int intervals(int every) const { return steps > 0 ? (steps - 1) / every + 1 : 1; }
-  /// "m/s"; "" where nothing is known.
+  /// "m/s"; "" if unknown.
   std::string unit_of(const std::string& name) const;
-  /// The seeds of noise in formulas, increasing.
+  /// The seeds of noise in formulas, ascending.
   std::vector<std::uint64_t> noises() const;
 };
 
-/// What the field of a noise is called.
+/// Name of the field with this noise.
 std::string noise_name(std::uint64_t seed);
 
 }  // namespace dpde::model

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All formulas of a problem that stand in its coordinates, for changes of coordinates.
+// All formulas of a problem that depend on coordinates, for changes of coordinates.
 #pragma once
 
 #include <functional>
@@ -8,10 +8,10 @@
 
 namespace dpde::model {
 
-/// What becomes of a formula of a field at this placement; of formulas that belong to no field, at the centres.
+/// The new formula for a field at this placement; cell centres for formulas without a field.
 using FormulaRule = std::function<Expr(const Expr&, const Placement&)>;
-/// In the place of each formula what the rule makes of it; all but those of boundaries, which change with their sides,
-/// and those that say what coordinates are.
+/// Replaces each formula by the rule's result. Excluded: formulas of boundaries, which change with their sides, and
+/// formulas that define coordinates.
 void rewrite_in_coordinates(Problem& problem, const FormulaRule& rule);
 
 }  // namespace dpde::model

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scheme block says: how each part of the equations is discretised.
+// Contents of a scheme block: how each part of the equations is discretised.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +12,14 @@
 
 namespace dpde::model {
 
-constexpr int spectral = 0;  // in place of an order: by Fourier series
+constexpr int spectral = 0;  // an order that means Fourier series
 enum class Advection { central, upwind, weno, muscl, semi_lagrangian, maccormack, maccormack_steady };
 enum class Limiter { minmod, van_leer, mc };
-/// The steepest slope that it takes, in units of the smaller of the rises beside it.
+/// The steepest slope that the limiter allows, in units of the smaller of the two neighbouring differences.
 constexpr double steepest_slope(Limiter limiter) { return limiter == Limiter::minmod ? 1 : 2; }
-/// Whether it goes back along the flow, and is no difference.
+/// Whether the method traces characteristics backwards instead of taking differences.
 constexpr bool is_semi_lagrangian(Advection advect) { return advect >= Advection::semi_lagrangian; }
-/// Whether it steps back as well, and clamps.
+/// Whether the method also traces forwards, and clamps the result.
 constexpr bool is_maccormack(Advection advect) { return advect >= Advection::maccormack; }
 /// How advect(v, f) is discretised.
 struct Transport {
@@ -29,26 +29,26 @@ struct Transport {
   Limiter limiter = Limiter::minmod;  // of muscl
   bool operator==(const Transport&) const = default;
 };
-/// By Fourier series.
+/// Whether it uses Fourier series.
 constexpr bool is_spectral(const Transport& transport) {
   return transport.advect == Advection::central && transport.order == spectral;
 }
-/// What solves by steps begin with; automatic: with what is known from before where the method is one by steps.
+/// Initial guess of iterative solves; automatic: the stored solution, if the method is iterative.
 enum class Guess { automatic, none, last, extrapolate };
 inline bool is_asked_for(Guess guess) { return guess == Guess::last || guess == Guess::extrapolate; }
-/// How often a step makes constraints true; automatic: as they say, else behind each stage.
+/// How often a step enforces constraints; automatic: as each constraint says, else after each stage.
 enum class Project : unsigned char { automatic, stage, step };
-/// Which terms those solve for; all but the linear ones by Newton's method.
+/// Terms that implicit schemes solve for; nonlinear ones by Newton's method.
 enum class Implicit { linear, all_but_advect, all };
-/// A step as several, one behind the other, each of a part of the right sides. strang: halves of all but the last, that
-/// one, and the halves again in the other order.
+/// Splitting: a step consists of several consecutive substeps, each for some terms of the right-hand sides. strang:
+/// half steps of all parts but the last, a full step of the last, and the half steps again in reverse order.
 struct Split {
   enum class Kind { none, lie, strang };
-  /// The terms with an advect; those that implicit schemes solve for; all others.
+  /// advect: terms with an advect; diffusion: terms that implicit schemes solve for; sources: all others.
   enum class Terms { advect, sources, diffusion };
   struct Part {
     Terms terms;
-    std::vector<std::string> states = {};  // whose equations it is of; none: of all
+    std::vector<std::string> states = {};  // states whose equations it covers; empty: all
     bool operator==(const Part&) const = default;
 
     bool is_of(const std::string& state) const { return states.empty() || has(state); }
@@ -61,13 +61,13 @@ struct Split {
 struct Scheme {
   std::string name = "default";
   Transport transport;                          // key advect
-  std::map<std::string, Transport> transports;  // of states for which the scheme names another one
+  std::map<std::string, Transport> transports;  // of states with their own line in the scheme
   int derivative_order = 2;                     // key dx: 2, 4, 6, 8 or spectral
   int laplacian_order = 2;                      // key lap: the same, for second derivatives
   TimeScheme time = time_method("rk4");
   Precision real = Precision::f64;
-  Precision networks = Precision::f32;  // what they compute in
-  bool dealias = false;                 // states hold no waves of three cells or fewer
+  Precision networks = Precision::f32;  // precision inside networks
+  bool dealias = false;                 // removes waves of three cells or shorter from the states
   Project project = Project::automatic;
   Split split = {};
   SolveBy solve = {};
@@ -83,11 +83,11 @@ struct Scheme {
   bool is_semi_lagrangian() const { return any_transport(model::is_semi_lagrangian); }
   bool has_clamp() const { return any_transport(is_maccormack); }
   bool has_limiter() const { return steepest_slope() > 0; }
-  /// Whether any advect weighs its differences by the solution: an analysis of waves freezes what they are.
+  /// Whether any advect has solution-dependent weights. A wave analysis then freezes these weights.
   bool has_weights() const {
     return has_limiter() || any_transport([](Advection advect) { return advect == Advection::weno; });
   }
-  /// The steepest of what limits slopes; 0: nothing does.
+  /// The steepest slope that any limiter allows; 0 without limiters.
   double steepest_slope() const {
     double steepest = 0;
     const auto look_at = [&](const Transport& one) {
@@ -107,11 +107,11 @@ struct Scheme {
   }
 };
 
-/// The words for them.
+/// Their words in the language.
 const char* name_of(Split::Terms terms);
 const char* name_of(Guess guess);
 const char* name_of(Project project);
-/// The scheme with central differences in the place of what follows the flow.
+/// The scheme with central differences instead of semi-Lagrangian methods.
 Scheme with_differences(Scheme scheme);
 
 }  // namespace dpde::model

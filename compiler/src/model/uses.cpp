@@ -58,7 +58,7 @@ bool makes_state(UseKind kind) {
     case UseKind::constraint:  // the potential's equation is made of it
     case UseKind::held_where:
     case UseKind::held_value: return false;    // as part of a correction
-    case UseKind::courant_rate: return false;  // a program of its own
+    case UseKind::courant_rate: return false;  // a separate program
     case UseKind::observable:
     case UseKind::output:
     case UseKind::loss:
@@ -81,7 +81,7 @@ bool makes_state(UseKind kind) {
 
 namespace {
 
-/// Goes through a problem, or through one that changes: `visit(kind, formula, home, origin, owner)`.
+/// Traverses a problem, const or mutable: `visit(kind, formula, home, origin, owner)`.
 template <class P, class Visit>
 class Formulas {
   template <class T>

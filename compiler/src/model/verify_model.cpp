@@ -19,7 +19,7 @@ namespace dpde::model {
 
 namespace {
 
-/// What an expression may be made of beside numbers and parameters.
+/// What an expression may contain besides numbers and parameters.
 struct Allowed {
   bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false,
        networks = false;
@@ -197,7 +197,7 @@ class Verifier {
   }
 
   void check(const Use& use) {
-    if (use.kind == UseKind::stated_operator) return;  // its arguments have names that nothing else knows
+    if (use.kind == UseKind::stated_operator) return;  // its arguments have unique names that are unknown elsewhere
     const std::string where = description(use);
     const bool wants_condition = use.kind == UseKind::held_where;
     demand(is_condition(use.formula) == wants_condition,
@@ -283,7 +283,7 @@ class Verifier {
     unreachable("kind of use");
   }
 
-  /// Children of `e` are numbers, except the first of a select and those of and, or.
+  /// Children of `e` must be numbers, except the first of a select and those of and, or.
   void check_children(const Expr& e, const std::string& where, Allowed allowed) {
     const auto* select = std::get_if<Select>(&e->kind);
     const auto* b = std::get_if<Binary>(&e->kind);
@@ -342,7 +342,7 @@ class Verifier {
           demand(fields_.contains(s.field), fmt::format("{}: there is no field {}", where, s.field));
           demand(s.place.size() == problem_.axes.size(),
                  fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
-          // on a stretched axis a place is a sum over all cells
+          // on a stretched axis the position is a sum over all cells
           for (const Expr& part : s.place)
             demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
         },
@@ -356,7 +356,7 @@ class Verifier {
     check_children(e, where, allowed);
   }
 
-  /// From here on its name is known: its own equation holds it.
+  /// Afterwards the name is known, since the solve's own equation contains it.
   bool check_solve(const Solve& s, const std::string& where) {
     demand(s.boundary.size() == problem_.axes.size(), fmt::format("{}: {} has other axes", where, s.name));
     fields_.insert(s.name);

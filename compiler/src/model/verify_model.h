@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The invariants of model.h, checked on a whole problem.
+// Checks the invariants of model.h on a whole problem.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace dpde::model {
 
-/// What is wrong, one sentence each; empty for every problem that from_ast returns.
+/// Violations, one sentence each; empty for every problem that from_ast returns.
 std::vector<std::string> verify(const Problem& problem);
 
 }  // namespace dpde::model

@@ -40,7 +40,7 @@ Expr slope_of_binary(const Binary& b, const Variable& by) {
   unreachable("operator");
 }
 
-/// The derivative by the only argument.
+/// The derivative by the single argument.
 Expr slope_of_function(Fn fn, const Expr& x) {
   switch (fn) {
     case Fn::sin: return call(Fn::cos, {x});
@@ -51,8 +51,7 @@ Expr slope_of_function(Fn fn, const Expr& x) {
     case Fn::atan: return over(1.0, plus(1.0, square(x)));
     case Fn::sinh: return call(Fn::cosh, {x});
     case Fn::cosh: return call(Fn::sinh, {x});
-    case Fn::tanh:
-      return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would lose its digits where tanh is near 1
+    case Fn::tanh: return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would cancel where tanh is near 1
     case Fn::exp: return call(Fn::exp, {x});
     case Fn::log: return over(1.0, x);
     case Fn::sqrt: return over(0.5, call(Fn::sqrt, {x}));

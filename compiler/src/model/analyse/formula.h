@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas of numbers and a single coordinate, as those of stretched axes: their values and their slopes. Slopes also
-// of those of parameters and more coordinates.
+// Values and slopes of formulas of numbers and one coordinate, as those of stretched axes. Slopes are also available
+// for formulas with parameters and several coordinates.
 #pragma once
 
 #include <array>
@@ -10,22 +10,22 @@
 
 namespace dpde::model {
 
-/// Whether it is made of numbers and coordinates alone.
+/// Whether it contains only numbers and coordinates.
 bool is_formula(const Expr& e);
 double value_at(const Expr& formula, double coordinate);
-/// Of formulas of several coordinates, at a place.
+/// A formula of several coordinates, at one point.
 double value_at(const Expr& formula, const std::array<double, 3>& place);
 bool depends_on_axis(const Expr& formula, int axis);
 
-/// `formula` with `place` in the part of the coordinate.
+/// `formula` with the coordinate replaced by `place`.
 Expr at_place(const Expr& formula, const Expr& place);
 
-/// What a derivative is by: the coordinate of an axis, or t; nothing: the only coordinate there is.
+/// Variable of a derivative: the coordinate of an axis, or t; by default the only coordinate.
 struct Variable {
   std::optional<int> axis = {};
   bool is_time = false;
 };
-/// The derivative by a coordinate. At a tie max and min have the slope of their second argument.
+/// The derivative by a coordinate. At a tie max and min take the slope of their second argument.
 Expr slope_of(const Expr& formula, const Variable& by = {});
 
 }  // namespace dpde::model

@@ -10,8 +10,8 @@ namespace dpde::model {
 
 namespace {
 
-/// What a person wrote has a place in the text. What the compiler makes of inject() and sample() beside walls has none:
-/// it is continuous, by spacings that symbols know nothing of.
+/// Parts written by the user have a position in the text; they are checked. The compiler's expansions of inject() and
+/// of sample() next to walls have none. They are continuous by properties of the spacings that symbols do not express.
 bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
 
 }  // namespace
@@ -69,7 +69,7 @@ bool FormulaSymbols::moves(const Expr& e) const {
          (movement_.places && any_part(e, is_place));
 }
 
-/// One symbol for all that is equal.
+/// Equal expressions share one symbol.
 Piecewise::Id FormulaSymbols::symbol(const Expr& e, const Offset& offset, const Piecewise::Symbol& symbol) {
   const std::pair<Expr, Offset> key{e, offset};
   const auto found = std::ranges::find(symbols_, key, &std::pair<std::pair<Expr, Offset>, Id>::first);
@@ -86,8 +86,8 @@ Piecewise::Id FormulaSymbols::param(const Expr& e, const std::string& name) {
   return symbol(e, here, result);
 }
 
-/// With the sign that it has at first, where the text tells it. Values from files and noise have one that it does not,
-/// and what an operator is called with.
+/// The symbol has the initial sign if the formulas tell it. The sign is unknown for values from files, for noise and
+/// for an operator's arguments.
 Piecewise::Id FormulaSymbols::field(const Expr& e, const std::string& name, const Offset& offset) {
   Piecewise::Symbol result{.moves = moves(name)};
   if (movement_.signs == Signs::any) return symbol(e, offset, result);

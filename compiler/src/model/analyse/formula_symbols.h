@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas of a problem as functions of independent symbols (support/maths/piecewise.h), to see where they jump.
+// Formulas of a problem as functions of independent symbols (support/maths/piecewise.h), to find their jumps.
 #pragma once
 
 #include <map>
@@ -13,26 +13,26 @@
 
 namespace dpde::model {
 
-/// Fields that no name of the problem is, as an operator's parameters: whether they move, and what they are in terms of
-/// the problem, where that is known.
+/// A field that is not a name of the problem, as an operator's parameter: whether it changes, and its value in terms of
+/// the problem, if known.
 struct LocalField {
   bool moves = false;
   std::optional<Expr> value = {};
 };
 using LocalFields = std::map<std::string, LocalField>;
 
-/// nullopt where it is made of what is not known.
+/// nullopt if it contains a local field of unknown value.
 std::optional<Expr> in_terms_of_problem(const Expr& e, const LocalFields& scope);
-/// What a switch hangs on: a condition, or what sign, floor and fraction are of.
+/// Operand of a switch: the condition of an if, or the argument of sign, floor or fraction.
 const Expr* operand_of_switch(const Expr& e);
-/// What is 0 where there is a pole: a divisor, what a power is of, or stands in a logarithm or a tangent.
+/// Expression whose zeros are poles: a divisor, the base of a power, or the argument of a logarithm or tangent.
 const Expr* operand_of_pole(const Expr& e);
 const Expr* operand_of_jump(const Expr& e);
-/// In the bodies of operators, too. What is divided by a number has no pole.
+/// Also looks into bodies of operators. A division by a number has no pole.
 bool may_jump(const Expr& e);
 
-/// A formula as one of independent symbols. What is no arithmetic, as a derivative, is a symbol, and what stands inside
-/// is a formula of its own.
+/// A formula in terms of independent symbols. A non-arithmetic part, as a derivative, becomes a symbol; its operand is
+/// treated as a separate formula.
 class FormulaSymbols {
  public:
   struct Inner {

@@ -7,7 +7,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The largest order of derivatives of the field itself, inside one another; -1 where it is not read.
+/// The highest order of nested derivatives of the field itself; -1 if the field does not occur.
 int order_of(const Expr& e, const std::string& field) {
   if (const auto* read = std::get_if<Field>(&e->kind)) return read->name == field ? 0 : -1;
   int inside = -1;

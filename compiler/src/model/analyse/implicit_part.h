@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What implicit time schemes solve for: the terms of an equation that are stiff and linear, or what the scheme says.
-// The rest is explicit.
+// The terms that implicit time schemes solve for: stiff linear terms, or those that the scheme names. All others are
+// explicit.
 #pragma once
 
 #include "model/build.h"
@@ -9,12 +9,13 @@ namespace dpde::model {
 
 std::string_view name_of(Implicit implicit);
 
-/// `rate` of a state as part + rest. Of Implicit::linear the terms with a second or higher derivative of the state are
-/// in the part that are linear in it and hold neither other states nor an advect; of a term that has more in it,
-/// k*(lap(u) + v), its share. Else all terms, or those without an advect.
+/// The right-hand side `rate` of a state as part + rest. For Implicit::linear, `part` has the terms that are linear in
+/// the state, have a second or higher derivative of it, and have neither other states nor an advect; of a term with
+/// several summands, k*(lap(u) + v), only the fitting ones. Otherwise `part` has all terms, or those without an advect.
 LinearPart implicit_part(const Problem& problem, const std::string& state, const Expr& rate);
 
-/// Whether a mask holds a field at what others are, or where they say: stages see these as the step begins.
+/// Whether a mask fixes a field at a value that depends on states, or a mask depends on states. Stages use these states
+/// as of the beginning of the step.
 bool holds_at_states(const Problem& problem);
 
 }  // namespace dpde::model

@@ -89,17 +89,17 @@ void for_each_formula_of_run(const Problem& problem, const std::function<void(co
       case UseKind::boundary_weight: return f({use.owner, &use.formula, use.kind});
       case UseKind::courant_rate: return f({"", &use.formula, use.kind, false, true});
       case UseKind::loss: return f({"", &use.formula, use.kind, true});
-      case UseKind::observable:  // no loss reads them
+      case UseKind::observable:  // losses do not depend on them
       case UseKind::output:
       case UseKind::test:
       case UseKind::test_field:
       case UseKind::exact: return;
-      case UseKind::control:  // values of intervals, which are unknowns themselves or numbers
+      case UseKind::control:  // values of intervals: unknowns themselves, or numbers
       case UseKind::control_start:
       case UseKind::unknown_start:
       case UseKind::stretch_map:  // of numbers
       case UseKind::metric:
-      case UseKind::stated_operator: return;  // measured, never run
+      case UseKind::stated_operator: return;  // only measured, never run
     }
     unreachable("kind of use");
   });

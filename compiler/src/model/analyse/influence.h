@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the unknowns of a task reach: which values of a run change with them, and which have a derivative by them. A
-// condition, sign and the length of steps pass changes on, but no derivative.
+// Dependence on the unknowns of a task: which values of a run change with them, and which of these are differentiable.
+// Conditions, sign and the length of steps pass on changes but no derivative.
 #pragma once
 
 #include <functional>
@@ -14,39 +14,39 @@
 
 namespace dpde::model {
 
-/// Names that an expression is made of: of fields, parameters and networks.
+/// Names in an expression: of fields, parameters and networks.
 struct NamesRead {
-  std::set<std::string> smooth, any;  // smooth is part of any
+  std::set<std::string> smooth, any;  // any: all names; smooth: those with a derivative
 };
 NamesRead names_read(const Expr& e);
 
-/// A formula that a run is made of.
+/// A formula of a run.
 struct Formula {
-  std::string makes;  // a state, a coefficient, or nothing: a loss
+  std::string makes;  // a state or a coefficient; "": a loss
   const Expr* value;
   UseKind kind;
   bool is_of_loss = false;
-  bool is_of_length = false;  // of steps, which have no derivative
+  bool is_of_length = false;  // of the length of steps, which has no derivative
 };
-/// All on which the losses of the task can hang, but for a hand-written step.
+/// All formulas on which the task's losses can depend, except those of a hand-written step.
 void for_each_formula_of_run(const Problem& problem, const std::function<void(const Formula&)>& f);
 
 class Influence {
  public:
-  /// Of problem.task, which is there. `program`: what a hand-written step reads.
+  /// Requires problem.task. `program`: names that a hand-written step reads.
   Influence(const Problem& problem, const NamesRead& program);
 
-  /// By their places in task.unknowns.
+  /// Indices in task.unknowns.
   using Unknowns = std::set<std::size_t>;
   struct Reach {
     Unknowns smooth, any;
     bool operator==(const Reach&) const = default;
   };
-  /// What reaches a state, coefficient, parameter or network.
+  /// The unknowns that influence a state, coefficient, parameter or network.
   const Reach& on(const std::string& name) const;
   Reach on(const NamesRead& reading) const;
   const Reach& on_losses() const { return losses_; }
-  /// Whether a loss can change with it.
+  /// Whether a loss can depend on it.
   bool reaches_losses(const std::string& name) const { return wanted_.contains(name); }
 
  private:

@@ -42,7 +42,7 @@ class Splitter {
         [&](const Interpolate& i) {
           return wrapped(i.operand, [&](const Expr& x) { return interpolate(x, e->origin); });
         },
-        [&](const BandPass&) { return refuse(e); },  // in no equation
+        [&](const BandPass&) { return refuse(e); },  // not allowed in equations
         [&](const Number&) { return refuse(e); }, [&](const Param&) { return refuse(e); },
         [&](const Coordinate&) { return refuse(e); }, [&](const Noise&) { return refuse(e); },
         [&](const Call&) { return refuse(e); }, [&](const Sample&) { return refuse(e); },
@@ -100,7 +100,7 @@ class Splitter {
   }
 
   const std::string& field_;
-  const Expr* value_;  // in its place; null: itself
+  const Expr* value_;  // replaces the field in `part`; null: the field itself
   Origin& nonlinear_;
 };
 

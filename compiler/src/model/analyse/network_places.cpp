@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where networks take their arguments, and where what they make lies.
+// Placements of the arguments and outputs of networks.
 #include <algorithm>
 
 #include "model/analyse/placement.h"
@@ -9,8 +9,8 @@ namespace dpde::model {
 
 namespace {
 
-/// Whether it is made of numbers and coordinates, which are known everywhere. What is interpolated is not: a network of
-/// it lies at the centres, and what it makes is interpolated in the text.
+/// Whether it contains only numbers and coordinates, which are known everywhere. An interpolation does not count: a
+/// network of it lies at the centres, and its output is interpolated in the text.
 bool is_of_places(const Placements& placements, const Expr& e) {
   const bool has_place = std::holds_alternative<Interpolate>(e->kind) || std::holds_alternative<Solve>(e->kind) ||
                          std::holds_alternative<Apply>(e->kind) || std::holds_alternative<Field>(e->kind);
@@ -22,7 +22,7 @@ bool is_of_places(const Placements& placements, const Expr& e) {
   return all;
 }
 
-/// Where the components of a vector on faces, or on edges, lie.
+/// Placements of the components of a vector on faces, or on edges.
 std::vector<Placement> places_of_vector(bool on_faces, std::size_t axes) {
   std::vector<Placement> places(axes, Placement{});
   for (std::size_t component = 0; component < axes; ++component) {
@@ -62,7 +62,8 @@ Placements::OfCall Placements::laid_out(const NetworkCall& call, const Placement
   return all_at(std::ranges::find(options, wanted) == options.end() ? Placement{} : wanted);
 }
 
-/// The components of vectors where they lie, everything else at the centres: what lies elsewhere is a mistake.
+/// Components of vectors at their own placements, all other arguments at the centres; nullopt if one of those lies
+/// elsewhere.
 std::optional<Placements::OfCall> Placements::cell_by_cell(const NetworkCall& call) const {
   const auto axes = static_cast<std::size_t>(call.outputs);
   const bool is_component = axes > 1 && axes <= 3 && call.name == std::string(1, "xyz"[call.output]);

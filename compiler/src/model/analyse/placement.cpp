@@ -11,7 +11,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Calls `f` on the children whose values are taken where `e` is.
+/// Calls `f` on the children that are evaluated at the same placement as `e`.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {
   if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<NetworkCall>(e) || as<Apply>(e) || as<Solve>(e))
@@ -20,8 +20,7 @@ void for_each_part_in_place(const Expr& e, const F& f) {
   for_each_part(e, f);
 }
 
-/// Where the field is that an operator gives; nullptr for other expressions, and where it is made of what is known
-/// everywhere.
+/// The placement of an operator's result; nullptr for other expressions, and if all its arguments are known everywhere.
 const Placement* result_of(const Expr& e) {
   const Apply* apply = as<Apply>(e);
   const bool reads = apply && std::any_of(apply->places.begin(), apply->places.end(),
@@ -87,7 +86,7 @@ bool Placements::is_series(const Expr& e) const {
 void Placements::collect(const Expr& e, Fields& found, Placement& placement) const {
   if (found == Fields::several || as<Interpolate>(e) || as<Sample>(e)) return;
   if (const Reduce* reduce = as<Reduce>(e)) {
-    if (!reduce->is_over_all()) found = Fields::several;  // along some axes it is anywhere
+    if (!reduce->is_over_all()) found = Fields::several;  // along the other axes it has any placement
     return;
   }
   const Field* field = as<Field>(e);
@@ -95,7 +94,7 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
   const Placement* result = result_of(e);
   const NetworkCall* network = as<NetworkCall>(e);
   if (network ? !places_of(*network, {}).fits : as<Solve>(e) && misplaced(e, {})) {
-    found = Fields::several;  // what it is made of is not where it is wanted, wherever that is
+    found = Fields::several;  // its operands are not where it is required, whatever the placement
     return;
   }
   if (field || result || network || as<Solve>(e)) {
@@ -121,7 +120,7 @@ std::optional<Placement> Placements::only(const Expr& e) const {
   return found == Fields::one ? std::optional(placement) : std::nullopt;
 }
 
-/// What is interpolated inside of `e` is known everywhere.
+/// The operand of an interpolation in `e` is known everywhere.
 std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Placement& wanted) const {
   if (const Field* field = as<Field>(e)) {
     const Placement own = of(field->name);
@@ -146,10 +145,10 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
   }
   if (const Reduce* reduce = as<Reduce>(e)) {
     if (operand_placement(*reduce, wanted)) return std::nullopt;
-    const auto inside = misplaced(reduce->operand);  // not natural(e), which asks here
+    const auto inside = misplaced(reduce->operand);  // not natural(e), which calls this function
     return inside ? inside : Mistake{e, natural(reduce->operand), wanted};
   }
-  if (only(e) == wanted) return std::nullopt;  // as on grids without staggering
+  if (only(e) == wanted) return std::nullopt;  // as on unstaggered grids
   if (const Interpolate* interpolate = as<Interpolate>(e); interpolate && has_waves_)
     return misplaced(interpolate->operand, wanted);
   if (const Derivative* d = as<Derivative>(e); d && d->order == 1 && !has_waves_) {
@@ -178,7 +177,7 @@ std::optional<Placement> Placements::operand_placement(const Reduce& reduce, con
   return std::nullopt;
 }
 
-/// Placements that the fields of `e` suggest, the first preferred: that of staggered differences.
+/// Placements that the fields of `e` suggest; the first one, of staggered differences, is preferred.
 void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) const {
   if (const Field* field = as<Field>(e)) {
     if (!anywhere_.contains(field->name)) found.push_back(of(field->name));
@@ -223,7 +222,7 @@ std::optional<Placement> Placements::natural(const Expr& e) const {
   return std::nullopt;
 }
 
-/// Only in bodies of operators, where arguments stand as fields.
+/// For bodies of operators only, where arguments appear as fields.
 bool Placements::holds_number_argument(const Expr& e) const {
   return any_part(e, [&](const Expr& part) {
     const Field* field = as<Field>(part);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where expressions have their values on staggered grids. A field has one placement, that of its declaration. Values
-// move by derivatives of order 1, which lead from centres to faces and back, and by `interpolate`; whatever else mixes
-// placements is a mistake. Coordinates and numbers are known everywhere.
+// Placements of expressions on staggered grids. A field has the placement of its declaration. Derivatives of order 1
+// move values between centres and faces, and `interpolate` moves them anywhere; every other mixture of placements is an
+// error. Coordinates and numbers are known everywhere.
 //
-// From above an expression is asked for at the placement that the left side of the equation has. A derivative of order
-// 1 along an axis then takes its operand at the other placement along that axis where that can be (the staggered
-// difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
-// there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is. A reduction is known
-// everywhere along the axes it goes over, and along the others where its operand is. What an operator with an adjoint
-// of its own makes is a field where its body fits. What a network makes lies where its arguments lie, all at one place;
-// made of a vector on faces or edges, cell by cell, each component lies where that of the argument does.
+// Placements are assigned top down, from the left side of the equation. A derivative of order 1 takes its operand at
+// the other placement along its axis if possible (staggered difference), else at the same one (central difference). An
+// expression whose fields all have the required placement is discretised as on unstaggered grids. advect(v, f)
+// interpolates v to the placement of f. A reduction is known everywhere along its own axes; along the others it has the
+// placement of its operand. The result of an operator with a given adjoint is a field with the placement that fits its
+// body. The output of a network lies where all its arguments lie. For vectors on faces or edges it is computed cell by
+// cell, and each component has the placement of the argument's component.
 #pragma once
 
 #include <map>
@@ -25,15 +25,15 @@ namespace dpde::model {
 /// "cell centres", "faces across x", "edges along x", "nodes", ...
 std::string describe(const Placement& placement, int axes);
 Placement toggled(Placement placement, int axis);
-/// The axes with a placement's points in the part of the cell centres.
+/// The axes with the points of a placement as their cell centres.
 std::vector<Axis> axes_at(std::vector<Axis> axes, const Placement& placement);
 
 class Placements {
  public:
-  /// The part of an expression that keeps it from being taken at `wanted`.
+  /// The part of an expression that prevents evaluation at `wanted`.
   struct Mistake {
     Expr part;
-    std::optional<Placement> has;  // nullopt: the part is an interpolation of what has no placement
+    std::optional<Placement> has;  // nullopt: the part interpolates an expression without placement
     Placement wanted;
   };
 
@@ -42,36 +42,36 @@ class Placements {
 
   bool is_staggered() const { return !staggered_.empty(); }
   Placement of(const std::string& field) const;
-  /// Whether `e` is a datum that is one number a state.
+  /// Whether `e` is a datum with one number per state.
   bool is_series(const Expr& e) const;
-  /// The placement of all fields of `e` that are not interpolated; nullopt where there are none or several.
+  /// The common placement of all fields of `e` outside interpolations; nullopt if there are none or several.
   std::optional<Placement> only(const Expr& e) const;
   bool can_be_at(const Expr& e, const Placement& wanted) const { return !misplaced(e, wanted); }
-  /// Where `e` is known without interpolating; nullopt where it has no placement of its own, or its parts do not fit.
+  /// The placement of `e` without interpolation; nullopt if it has none, or its parts do not fit together.
   std::optional<Placement> natural(const Expr& e) const;
 
-  /// What the names of an operator mean, parameters and seeds; its component is wanted at `wanted`.
+  /// Placements of the names in an operator's body, parameters and seeds, if its component is required at `wanted`.
   Placements inside(const Apply& apply, const Placement& wanted) const;
-  /// The part of an operator's body or formulas that keeps its component from being taken at `wanted`.
+  /// The part of an operator's body or formulas that prevents evaluation of its component at `wanted`.
   std::optional<Mistake> find_mistake_inside(const Apply& apply, const Placement& wanted) const;
 
-  /// Where a network takes its arguments, and where its result lies.
+  /// Placements of a network's arguments and result.
   struct OfCall {
     std::vector<Placement> arguments;
     Placement result{};
-    bool is_cell_by_cell = false;  // a vector on faces or edges beside what lies at the centres
-    bool fits = true;              // each argument can be taken where it is wanted
+    bool is_cell_by_cell = false;  // some argument is a vector on faces or edges, the others lie at the centres
+    bool fits = true;              // each argument can be evaluated at its required placement
   };
-  /// With a result that is wanted at `wanted`, which decides for calls of numbers and coordinates alone. Arguments that
-  /// fit nowhere together are asked for where that would be, or at the centres: a mistake of theirs.
+  /// For a result required at `wanted`, which decides only for calls of numbers and coordinates. If the arguments have
+  /// no common placement, the result names the required one or the centres, and does not fit.
   OfCall places_of(const NetworkCall& call, const Placement& wanted) const;
 
-  /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes
-  /// over that is wherever the operand fits. nullopt: nowhere.
+  /// Placement of a reduction's operand for a result at `wanted`. Along the reduced axes any placement that fits the
+  /// operand will do. nullopt: none fits.
   std::optional<Placement> operand_placement(const Reduce& reduce, const Placement& wanted) const;
 
   std::optional<Mistake> find_mistake(const Expr& e, const Placement& wanted) const;
-  /// The same for what is wanted nowhere in particular, as what is summed up; nullopt when it has a place.
+  /// The same without a required placement, as for operands of sums; nullopt if some placement fits.
   std::optional<Mistake> find_mistake(const Expr& e) const;
 
  private:
@@ -86,8 +86,8 @@ class Placements {
   OfCall laid_out(const NetworkCall& call, const Placement& wanted) const;
   std::optional<OfCall> cell_by_cell(const NetworkCall& call) const;
 
-  /// Of networks of networks each is asked for many times while the outermost one is laid out; afterwards nothing is
-  /// known, since other expressions may come to lie at the same addresses.
+  /// Nested networks ask for each call many times while the outermost one is processed. The cache is cleared
+  /// afterwards, as other expressions may get the same addresses.
   struct KnownCalls {
     std::map<std::pair<const NetworkCall*, Placement>, OfCall> calls = {};
     int depth = 0;
@@ -99,13 +99,11 @@ class Placements {
 
   bool holds_number_argument(const Expr& e) const;
 
-  std::map<std::string, Placement> staggered_;  // those that are not at centres; in operators all
-  enum class Anywhere {
-    series,
-    argument
-  };  // data that are one number a state; arguments that are the same at all points
+  std::map<std::string, Placement> staggered_;  // fields that are not at centres; in operators all fields
+  enum class Anywhere { series, argument };     // data with one number per state; uniform arguments of operators
   std::map<std::string, Anywhere> anywhere_;
-  bool has_waves_ = false;  // derivatives by Fourier series lie where their operands do, and nothing lies elsewhere
+  bool has_waves_ = false;  // with Fourier derivatives: derivatives have the placement of their operands, and all
+                            // fields lie at centres
 };
 
 }  // namespace dpde::model

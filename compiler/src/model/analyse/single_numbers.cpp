@@ -20,7 +20,7 @@ namespace {
 
 using Float = std::numeric_limits<float>;
 
-/// What a float times it may be a float: 0, and sizes whose exponent is at most twice that of floats.
+/// Whether its product with a float may be a float: 0, and numbers whose exponent is at most twice that of floats.
 bool is_factor(double value) { return value == 0 || std::abs(std::ilogb(value)) <= 2 * -(Float::min_exponent - 1); }
 
 bool is_float(double value) {
@@ -38,9 +38,9 @@ class Looking {
 
  private:
   struct Seen {
-    bool is_uniform = false;      // of numbers, parameters and time
-    std::optional<double> value;  // where all of them are known
-    bool has_sum = false;         // over cells: its factors are those of its terms and of their adjoints
+    bool is_uniform = false;      // contains only numbers, parameters and time
+    std::optional<double> value;  // if all of these are known
+    bool has_sum = false;         // contains a sum over cells; its factors also multiply the terms and their adjoints
   };
 
   Seen look(const Expr& e) {
@@ -56,8 +56,7 @@ class Looking {
         [&](const Call&) { return look_below(e, false); }, [&](const Select&) { return look_below(e, false); },
         [&](const Derivative&) { return look_into(e); }, [&](const Advect&) { return look_into(e); },
         [&](const Shift&) { return look_into(e); }, [&](const Interpolate&) { return look_into(e); },
-        [&](const BandPass&) { return look_into(e); },
-        [](const Sample&) { return Seen{}; },  // its place is the same at all points
+        [&](const BandPass&) { return look_into(e); }, [](const Sample&) { return Seen{}; },  // its position is uniform
         [&](const Reduce& r) {
           look_into(e);
           return Seen{r.is_over_all(), std::nullopt, r.is_over_all()};  // one double
@@ -67,11 +66,11 @@ class Looking {
   }
 
   Seen of_param(const Param& p) const {
-    const Parameter* known = problem_.find_param(p.name);  // an unknown has the value that it starts from
+    const Parameter* known = problem_.find_param(p.name);  // an unknown has its initial value
     return {true, known != nullptr ? std::optional(known->value) : std::nullopt};
   }
 
-  /// Arithmetic: what is uniform of it meets the rest.
+  /// Arithmetic: a uniform operand meets the others.
   Seen look_below(const Expr& e, bool of_factors) {
     std::vector<std::pair<Expr, Seen>> parts;
     for_each_part(e, [&](const Expr& part) { parts.emplace_back(part, look(part)); });
@@ -148,7 +147,7 @@ void check_numbers_of_floats(const Problem& problem, DiagnosticSink& sink) {
       case test_field: return looking.run(false);
       case control:
       case control_start:
-      case unknown_start: return looking.run(false);  // of a field or a parameter
+      case unknown_start: return looking.run(false);  // for a field or a parameter
       case boundary_weight:
       case stretch_map:
       case metric:

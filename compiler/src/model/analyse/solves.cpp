@@ -22,14 +22,14 @@ std::vector<const Solve*> solves_of(const Problem& problem) {
     return false;
   };
   for_each_formula(problem, [&](const Use& use) {
-    if (is_of_states(use.kind)) any_part(use.formula, look);  // others hold no solves
+    if (is_of_states(use.kind)) any_part(use.formula, look);  // the others contain no solves
   });
   return known;
 }
 
 namespace {
 
-/// `order`: of the derivatives around `e`.
+/// `order`: total order of the derivatives around `e`.
 bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme, int order) {
   const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme, order); };
   if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown && order % 2 == 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The equations that a problem solves in its steps and for what is observed.
+// The equations that a problem solves in its steps and for its results.
 #pragma once
 
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace dpde::model {
 
-/// Each once, those that another needs before it. They live as long as the problem.
+/// Each solve once; a solve comes after those that it contains. Pointers are valid as long as the problem.
 std::vector<const Solve*> solves_of(const Problem& problem);
 
-/// Whether derivatives by Fourier series are in its operator.
+/// Whether its operator has derivatives by Fourier series.
 bool holds_waves(const Solve& solve, const Scheme& scheme);
-/// Whether it is solved wave by wave: the operator is made of the unknown and such derivatives of it alone, with
-/// coefficients that are the same everywhere. Derivatives of odd orders come in pairs, as in div(grad(p)).
+/// Whether it is solved mode by mode: the operator contains only the unknown and its Fourier derivatives, with uniform
+/// coefficients. Odd orders must be nested in pairs, as in div(grad(p)).
 bool is_of_waves(const Solve& solve, const Scheme& scheme);
-/// Whether derivatives of odd orders are among them. Those of a constraint are taken one by one, and each makes 0 of a
-/// wave of two cells, whose slope has no sign. In an equation the operator of a pair would be another than that of the
-/// derivative of second order.
+/// Whether the operator has derivatives of odd orders. A constraint takes the two derivatives of a pair one after the
+/// other, and each gives 0 for the wave of two cells, whose slope has no sign. In an equation the operator of a pair
+/// would then differ from the second derivative.
 bool holds_odd_orders(const Solve& solve);
 
-/// Multigrid and Krylov methods; not so automatic.
+/// Multigrid and Krylov methods; false for automatic.
 bool is_iterative(SolveMethod method);
-/// Whether solves of a step begin with what is known from before: a scheme says so, or names a method by steps; others
-/// begin with nothing. Where the method is left open masks leave no other ones for large grids (transforms need
-/// mirrors).
+/// Whether solves of a step start from the stored solution of earlier steps: if the scheme says so or names an
+/// iterative method. With an automatic method masks do so too, as they leave only iterative methods for large grids
+/// (transforms need mirror symmetry).
 bool uses_warm_start(const Problem& problem);
 
-/// Whether each of them makes a constraint true: then what it gives of a state that fulfils that is 0.
+/// Whether every solve enforces a constraint. Then a state that fulfils the constraint gives the solution 0.
 bool are_constraints(const Problem& problem);
 
 }  // namespace dpde::model

@@ -11,7 +11,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The function that switches; "" for if.
+/// Name of the switching function; "" for if.
 std::string switching_function(const Expr& e) {
   const Call* call = std::get_if<Call>(&e->kind);
   return call ? std::string(name_of(call->fn)) : "";
@@ -22,7 +22,7 @@ bool is_mask(const Problem& problem, const std::string& name) {
   return coefficient != nullptr && coefficient->is_mask;
 }
 
-/// Of a switch in the formulas of a run that the unknown moves.
+/// A switch in the run's formulas that depends on the unknown.
 std::optional<Expr> switch_moved_by(std::size_t unknown, const Problem& problem, const Influence& influence) {
   std::optional<Expr> found;
   for_each_formula_of_run(problem, [&](const Formula& formula) {
@@ -85,7 +85,7 @@ std::vector<OnlySwitching> only_switching(const Problem& problem, const Influenc
 
 namespace {
 
-/// The formula, and those that stand inside of what is no arithmetic, one after the other until `look` is true of one.
+/// Calls `look` on the formula, then on the operands of its non-arithmetic parts, until `look` returns true.
 void look_inside(const Expr& formula, const Problem& problem, const Movement& movement,
                  const std::function<bool(FormulaSymbols&, const FormulaSymbols::Inner&)>& look) {
   std::vector<FormulaSymbols::Inner> waiting{{formula, {}, ""}};
@@ -99,7 +99,7 @@ void look_inside(const Expr& formula, const Problem& problem, const Movement& mo
   }
 }
 
-/// What changes its sign where `e` is 0: (p*q)^2 is 0 where p or q is.
+/// Factors at whose zeros `e` is 0: for (p*q)^2 they are p and q.
 void add_factors(const Expr& e, std::vector<Expr>& factors) {
   const Neg* neg = std::get_if<Neg>(&e->kind);
   if (neg != nullptr) return add_factors(neg->operand, factors);
@@ -121,7 +121,7 @@ std::vector<Expr> factors_of_divisor(const Expr& pole) {
   return factors;
 }
 
-/// With the formulas of states, where they begin, and of coefficients; nullopt where one has none.
+/// With states and coefficients replaced by their initial formulas; nullopt if one has none.
 std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
   if (const Field* field = std::get_if<Field>(&e->kind)) {
     const State* state = problem.find_state(field->name);
@@ -137,14 +137,14 @@ std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
   return is_known ? std::optional(result) : std::nullopt;
 }
 
-/// nullopt where formulas do not tell it, 0 where it has both.
+/// nullopt if the formulas do not determine it, 0 if both signs occur.
 std::optional<double> sign_at_the_start(const Expr& e, const Problem& problem) {
   const std::optional<Expr> start = at_the_start(e, problem);
   const Movement nothing{[](const std::string&) { return false; }};
   return start ? find_sign(FormulaSymbols(problem, nothing, {*start, {}, ""}).formula()) : std::nullopt;
 }
 
-/// Whether an unknown moves the places where `e` is 0 at first, or is what it is made of.
+/// Whether an unknown moves the initial zeros of `e`, or is a field in it.
 bool moves_its_start(const Expr& e, const Problem& problem, const Influence& influence) {
   const auto is_sought = [&](const std::string& name) {
     return std::ranges::any_of(problem.task->unknowns,
@@ -183,7 +183,7 @@ Jump jump_of(const Expr& e, const FormulaSymbols::Inner& in, const Movement& mov
   return jump;
 }
 
-/// One after the other, each as if those before met.
+/// One jump after the other; each search assumes that the branches meet at those found before.
 void add_jumps(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Movement& movement,
                std::vector<Jump>& jumps) {
   look_inside(formula, problem, movement, [&](FormulaSymbols& converter, const FormulaSymbols::Inner& next) {
@@ -193,7 +193,7 @@ void add_jumps(const Expr& formula, const FormulaPlace& in, const Problem& probl
       const bool begins_on_both = jumps.back().side && sign_at_the_start(*jumps.back().side, problem) == 0.0;
       if (begins_on_both && !in.event) jumps.back().side = std::nullopt;
       converter.trust(*found);
-      if (!jumps.back().side) break;  // it is refused
+      if (!jumps.back().side) break;  // the jump will be rejected
     }
     return false;
   });
@@ -217,8 +217,8 @@ Movement movement_of(const Influence& influence, Signs signs) {
   return {[&](const std::string& name) { return !influence.on(name).any.empty(); }, false, signs};
 }
 
-/// All divisors at whose zeros the formula jumps, whatever the signs of fields. Zeros that nothing moves are left out.
-/// What is 0 with one sign around it is one of which nothing is known, as no run can see it pass.
+/// Appends all divisors at whose zeros the formula jumps, whatever the signs of fields, except zeros that nothing
+/// moves. A zero without a change of sign gives no `value`: a run cannot detect it.
 void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& problem, const Influence& influence,
                   std::vector<Divisor>& divisors) {
   const Movement movement = movement_of(influence, Signs::any);
@@ -243,7 +243,7 @@ void add_divisors(const Expr& formula, const FormulaPlace& in, const Problem& pr
   });
 }
 
-/// Of the problem's events the one that has it, unless that is one of each step.
+/// The problem's event with this formula, unless it happens after each step.
 std::optional<std::size_t> event_of(const Problem& problem, const Expr* formula) {
   const auto has_it = [&](const Event& event) {
     return std::ranges::any_of(event.updates, [&](const Event::Update& update) { return &update.value == formula; });
@@ -253,8 +253,8 @@ std::optional<std::size_t> event_of(const Problem& problem, const Expr* formula)
   return static_cast<std::size_t>(found - problem.events.begin());
 }
 
-/// Of the formulas that the losses hang on, with where they stand. Those of masks are left out, as no
-/// unknown may stand in them.
+/// Calls `f` on each formula that the losses depend on, with its location. Formulas of masks are skipped, as they must
+/// not contain unknowns.
 void for_each_judged_formula(const Problem& problem, const Influence& influence,
                              const std::function<void(const Expr&, const FormulaPlace&)>& f) {
   const std::vector<Loss>& losses = problem.task->losses;

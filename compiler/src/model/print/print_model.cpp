@@ -23,7 +23,7 @@ constexpr int atom = 8;
 constexpr double pi = 3.141592653589793;
 constexpr const char* axis_names[] = {"x", "y", "z"};
 
-/// A text and how tightly its outermost operator binds.
+/// A text and the precedence of its outermost operator.
 struct Piece {
   std::string text;
   int precedence = atom;
@@ -49,7 +49,7 @@ Piece number_piece(double value) {
   return {fmt::format("{}", value), value < 0 ? unary_precedence : atom};
 }
 
-/// a - (b - c), (a^b)^c and -a^2 keep their parentheses; a*b and a/b stand close, sums and comparisons do not.
+/// a - (b - c), (a^b)^c and -a^2 keep their parentheses. No spaces around * and /, spaces around + - and comparisons.
 Piece binary_piece(const Binary& b) {
   const int own = precedence(b.op);
   const bool is_power = b.op == BinaryOp::power;
@@ -160,7 +160,7 @@ std::string text_of(const Axis& axis) {
                      axis.topology == Topology::periodic ? ", periodic" : "", stretched, place);
 }
 
-/// "" when all axes are periodic.
+/// "" if all axes are periodic.
 std::string boundary_text(const Problem& problem, const State& state) {
   std::vector<std::string> sides;
   for (std::size_t i = 0; i < problem.axes.size() && i < state.boundary.size(); ++i) {
@@ -184,7 +184,7 @@ std::string event_text(const Problem& p, const Event& event) {
   return text;
 }
 
-/// The solve calls the residual as what it seeks.
+/// In the solve the residual has the name of the unknown.
 std::string preconditioner_text(const Solve& solve) {
   if (!solve.preconditioner) return "";
   NetworkCall call = std::get<NetworkCall>((*solve.preconditioner)->kind);
@@ -208,7 +208,7 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
   }
 }
 
-/// How steps are made in parts.
+/// How steps are divided into substeps.
 void add_parts(const Problem& p, std::vector<std::string>& lines) {
   if (p.rate) lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.courant, print(*p.rate)));
   if (p.step_control) {
@@ -228,7 +228,7 @@ void add_units(const Problem& p, std::vector<std::string>& lines) {
   if (!units.empty()) lines.push_back(fmt::format("# units: {}", fmt::join(units, ", ")));
 }
 
-/// What a run tells and writes.
+/// Reported and written results of a run.
 void add_results(const Problem& p, std::vector<std::string>& lines) {
   for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
   if (p.accuracy) {
@@ -319,7 +319,7 @@ std::string option_text(const char* name, double value) {
   return value == 0 ? "" : fmt::format(", {} = {}", name, value);
 }
 
-/// Those that are not as they would be anyway.
+/// Only settings that differ from their defaults.
 std::string text_of(const Training& training) {
   std::string text = fmt::format(", batch {}, epochs {}, seed {}", training.batch, training.epochs, training.seed);
   if (training.trials > 1) text += fmt::format(", trials {}", training.trials);
@@ -403,7 +403,7 @@ std::vector<std::string> task_lines(const Task& task) {
   return lines;
 }
 
-/// An operator whose adjoint is given stands for itself in expressions: here is what it is.
+/// Expressions contain an operator with a given adjoint by its name only: this prints its definition.
 std::string text_of(const Operator& function) {
   std::vector<std::string> body;
   for (const Expr& component : function.body) body.push_back(bare(component));
@@ -416,11 +416,11 @@ std::string text_of(const Operator& function) {
   return text;
 }
 
-/// Those of a problem, each once.
+/// The operators of a problem, each once.
 std::string operators_text(const Problem& problem) {
   std::vector<std::string> texts;
   for_each_formula(problem, [&](const Use& use) {
-    if (!is_of_states(use.kind)) return;  // others apply none
+    if (!is_of_states(use.kind)) return;  // other formulas apply no operators
     any_part(use.formula, [&](const Expr& part) {
       const Apply* apply = std::get_if<Apply>(&part->kind);
       const std::string text = apply ? text_of(apply->function) : "";

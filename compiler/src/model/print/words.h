@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words that the model level gives a meaning to, for editors.
+// Words with a meaning at the model level, for editors.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@ namespace dpde::model {
 
 /// Functions and operators of formulas: lap, sin, mean, ...
 std::vector<std::string> words_of_functions();
-/// Keys of a scheme, and what each may be; of `split` an example.
+/// Keys of a scheme, and the choices for each; for `split` an example.
 std::vector<std::string> words_of_schemes();
 std::vector<std::string> choices_of(const std::string& key);
-/// Behind `using`: methods; options of what is trained.
+/// Words after `using`: methods; options of training.
 std::vector<std::string> words_of_optimisers();
 std::vector<std::string> words_of_training();
-/// Behind `on`: where fields lie.
+/// Words after `on`: placements of fields.
 std::vector<std::string> words_of_placements();
 /// Layers of networks.
 std::vector<std::string> words_of_layers();
