@@ -64,8 +64,8 @@ struct Divisor {
 /// Of all formulas that the losses depend on, without those that jump anyway.
 std::vector<Divisor> trusted_divisors(const Problem& problem, const Influence& influence);
 
-/// The value of a parameter, of t or of dt, and where it may go: a sought parameter stays within its bounds. Without
-/// bounds it keeps its sign, as a length or a rate does, for which formulas are written, where other things move too.
+/// The symbol for a parameter, t or dt, with its range. An unknown parameter stays within its bounds. Without bounds it
+/// is assumed to keep its sign, as a length or rate does, even where other quantities change.
 Piecewise::Symbol range_of(const Problem& problem, const std::string& param);
 
 /// Which fields, parameters and networks change, and whether positions do.

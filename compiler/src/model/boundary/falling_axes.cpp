@@ -12,13 +12,13 @@ namespace dpde::model {
 
 namespace {
 
-/// What `e` is the negative of, where it is written as one.
+/// The operand if `e` is a negation, else nullptr.
 const Expr* negated(const Expr& e) {
   const auto* neg = std::get_if<Neg>(&e->kind);
   return neg ? &neg->operand : nullptr;
 }
 
-/// Signs of the parts of a sum or product go outwards, or vanish.
+/// Moves signs of the operands of a sum or product outwards, or cancels them.
 Expr with_signs_outside(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
   const Expr *of_left = negated(left), *of_right = negated(right);
   const Expr& a = of_left ? *of_left : left;
@@ -47,7 +47,7 @@ class FallingAxesRewriter {
     for (Expr& part : parts) part = (*this)(part);
     return parts;
   }
-  /// The coordinate of a place, or the place of a coordinate.
+  /// Converts a position to the coordinate, and the other way round.
   Expr turned(int axis, const Expr& e) const {
     return binary(BinaryOp::subtract, *axes_[static_cast<std::size_t>(axis)].ends, e, e->origin);
   }

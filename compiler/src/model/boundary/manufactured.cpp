@@ -21,7 +21,7 @@ class Manufacturer {
  public:
   explicit Manufacturer(Problem& problem) : problem_(problem) {}
 
-  /// "" where it is done.
+  /// "" on success.
   std::string make() {
     if (const std::string what = what_stands_in_the_way(); !what.empty()) return what + " stand in the way";
     for (std::size_t i = 0; i < problem_.states.size(); ++i)
@@ -68,7 +68,7 @@ class Manufacturer {
   }
   double duration() const { return problem_.steps * problem_.step; }
 
-  /// U, or dt(U) of the state whose velocity this one is.
+  /// U, or dt(U) if the state is the velocity of another one.
   Expr solution(std::size_t i, const Expr& t) const {
     const std::string& carried = problem_.states[i].velocity_of;
     const std::size_t state = carried.empty() ? i : index_of(carried);
@@ -83,7 +83,7 @@ class Manufacturer {
     return sum;
   }
 
-  /// f(u) + dt(U) - f(U); of a state that has a velocity f is that.
+  /// f(u) + dt(U) - f(U); for a state with a velocity f is the velocity.
   Expr rate_of(const State& state) {
     if (!state.rhs || std::holds_alternative<Field>((*state.rhs)->kind)) return state.rhs.value_or(Expr(0.0));
     const Expr in_time = slope_of(solutions_.at(state.name), {.is_time = true});

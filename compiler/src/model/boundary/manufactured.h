@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A smooth solution that is made up, and the source terms that make it one: each equation dt(u) = f(u) becomes
-// dt(u) = f(u) + dt(U) - f(U), in which U is put into f by the rules of calculus (P. J. Roache, Code verification by
-// the method of manufactured solutions, J. Fluids Eng. 124 (2002)).
+// Manufactured solutions: each equation dt(u) = f(u) becomes dt(u) = f(u) + dt(U) - f(U), with a chosen smooth U put
+// into f analytically (P. J. Roache, Code verification by the method of manufactured solutions, J. Fluids Eng. 124
+// (2002)).
 #pragma once
 
 #include "model/model.h"
@@ -9,10 +9,10 @@
 
 namespace dpde::model {
 
-/// The scene begins with U, has it as its exact solution, and equations with sources. U of the state i is
+/// The scene then starts from U, has U as its exact solution, and source terms in its equations. U of state i is
 ///   1 + i/10 + 1/5 sum over axes of sin(2 pi ((x - low)/length - t/T) + i + axis),
-/// T being the length of the run. False, after a diagnostic, where that is no solution on rings alone: walls, events,
-/// controls, constraints, networks, solves, means, values of files and neighbours.
+/// T being the length of the run. Returns false, after a diagnostic, if the problem is not only periodic differential
+/// equations: with walls, events, controls, constraints, networks, solves, means, values of files or neighbours.
 bool manufacture(Problem& problem, DiagnosticSink& sink);
 
 }  // namespace dpde::model

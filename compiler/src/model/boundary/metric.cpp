@@ -12,11 +12,11 @@ namespace dpde::model {
 
 namespace {
 
-constexpr double smallest_length = 1e-9;  // of a unit at a pole, over that in the cells: cos(pi/2) is no 0
+constexpr double smallest_length = 1e-9;  // of a unit at a pole, relative to that inside: cos(pi/2) is not exactly 0
 
 using Place = std::array<double, 3>;
 
-/// `f` of the cells along x, y and z.
+/// Calls `f` for each cell along x, y and z.
 void for_each_cell(const std::vector<Axis>& axes, const std::function<void(const std::array<int, 3>&)>& f) {
   std::array<int, 3> cells{1, 1, 1};
   for (std::size_t a = 0; a < axes.size(); ++a) cells[a] = axes[a].cells;
@@ -54,7 +54,7 @@ struct Cells {
   }
 };
 
-/// Along one axis, at one or both of its ends.
+/// Whether values beyond the poles at one or both ends of an axis are read.
 struct ReadsAcross {
   const Problem& problem;
   std::size_t axis;
@@ -79,7 +79,8 @@ struct ReadsAcross {
   static bool holds_field(const Expr& e) {
     return any_part(e, [](const Expr& part) { return std::holds_alternative<Field>(part->kind); });
   }
-  /// What is multiplied by the size of a face that is 0 at the pole; wider differences see faces beyond it.
+  /// The factor of a face area that vanishes at the pole, so that beyond it nothing is read; wider differences read
+  /// further faces.
   const Expr* flux_in(const Expr& e) const {
     const auto* product = std::get_if<Binary>(&e->kind);
     const bool is_flux =
@@ -172,7 +173,7 @@ Expr volume_of(const Metric& metric) {
 }
 
 double mean_of(const Expr& formula, const std::vector<Axis>& axes, const Placement& placement) {
-  // a formula of few axes is the same along the others
+  // a formula that does not depend on an axis is evaluated in one cell along it
   std::vector<Axis> few = axes_at(axes, placement);
   for (std::size_t a = 0; a < few.size(); ++a) {
     if (!depends_on_axis(formula, static_cast<int>(a))) few[a].cells = 1;

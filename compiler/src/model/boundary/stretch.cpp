@@ -27,7 +27,7 @@ namespace {
 
 Expr metric_of(const Stretch& stretch) { return over(1.0, slope_of(stretch.map)); }
 
-/// 1 over the mean of the slope, at the centres or at the upper faces of the cells.
+/// 1 over the mean slope, at the centres or at the upper faces of the cells.
 double normalisation(const Axis& axis, const Expr& slope, bool on_faces) {
   double sum = 0;
   for (int i = 0; i < axis.cells; ++i) sum += value_at(slope, axis.low + (i + (on_faces ? 1.0 : 0.5)) * axis.spacing());
@@ -46,11 +46,11 @@ class StretchRewriter {
   }
 
   Expr operator()(const Expr& e);
-  /// Of a field at this placement.
+  /// Sides of a field at this placement.
   void rewrite(AxisSides& sides, int axis, const Placement& home);
-  /// From now on equations are those of a field at this placement.
+  /// The following formulas are those of a field at this placement.
   void begin(const Placement& home) { home_ = home; }
-  /// The coefficients that were read so far.
+  /// The metric coefficients that were used so far.
   std::vector<Coefficient> metrics() const;
 
  private:
@@ -79,20 +79,20 @@ class StretchRewriter {
 
   const Problem& problem_;
   const Placements placements_;
-  std::vector<std::optional<Expr>> slopes_;  // one an axis; none where it is uniform
+  std::vector<std::optional<Expr>> slopes_;  // one per axis; nullopt for a uniform axis
   std::vector<std::string> names_;
   std::vector<bool> is_read_;
   Placement home_{};
 };
 
-/// How much of the way from `from` to `to` lies before x. At the ends it has the right-hand slope.
+/// The fraction of the interval from `from` to `to` below x. At the ends its slope is the right-hand one.
 Expr share_before(const Expr& x, const Expr& from, const Expr& to) {
   const Expr share = over(binary(BinaryOp::subtract, x, from), binary(BinaryOp::subtract, to, from));
   return call(Fn::min, {call(Fn::max, {share, 0.0}), 1.0});
 }
 
-/// Where a place x lies in the uniform coordinate s, which is linear in x between the points of a field, as the field
-/// itself is: the sum of the parts of all cells that lie before it.
+/// The uniform coordinate s of a position x. Between the points of a field s is linear in x, as the field itself is. s
+/// is the sum over all cells of the part of each that lies below x.
 class UniformPlace {
  public:
   UniformPlace(const Axis& axis, int number, bool on_faces) : axis_(axis), number_(number), on_faces_(on_faces) {}
@@ -107,7 +107,7 @@ class UniformPlace {
 
  private:
   bool is_periodic() const { return axis_.topology == Topology::periodic; }
-  /// s of the point that the sum begins with.
+  /// s at the point where the sum begins.
   Expr begin(const Expr& h) const {
     return is_periodic() && !on_faces_ ? binary(BinaryOp::subtract, axis_.low, over(h, 2.0)) : Expr(axis_.low);
   }
@@ -117,7 +117,7 @@ class UniformPlace {
     return binary(BinaryOp::add, axis_.low,
                   times(period, call(Fn::fraction, {over(binary(BinaryOp::subtract, x, axis_.low), period)})));
   }
-  /// What a cell has before x, for a spacing of h.
+  /// The contribution of a cell, for spacing h.
   Expr part(const Expr& given, const Expr& h) const {
     const Expr s = coordinate(number_), x = within(given), half = over(h, 2.0);
     const auto place = [&](const Expr& at) { return at_place(axis_.stretch->map, at); };
@@ -133,7 +133,7 @@ class UniformPlace {
                end = times(half, share_before(x, place(s), axis_.high));
     return binary(BinaryOp::add, select(is_first, first, before), select(is_last, end, 0.0));
   }
-  /// Places are made of numbers and parameters.
+  /// The same for positions made of numbers and parameters.
   double number_of(double x) const {
     double s = value_at(begin(axis_.spacing()), 0);
     const Expr formula = part(x, axis_.spacing());
@@ -173,7 +173,7 @@ Expr StretchRewriter::operator()(const Expr& e) {
       },
       [&](const Reduce& r) { return weighted(r, origin); },
       [&](const Apply& a) {
-        Operator function = a.function;  // of coordinates: others are on no stretched axis
+        Operator function = a.function;  // of coordinates only: other operators are not allowed on stretched axes
         function.body = all(function.body);
         return apply({std::move(function), all(a.arguments), a.component, a.places, a.results}, origin);
       },
@@ -192,8 +192,8 @@ Expr StretchRewriter::operator()(const Expr& e) {
       });
 }
 
-/// Times the volume of the cell in units of the uniform coordinates: fluxes then enter both their cells alike, and a
-/// symmetric operator stays one.
+/// Multiplies by the cell volume in uniform coordinates: a flux then has the same weight in both its cells, and a
+/// symmetric operator stays symmetric.
 Expr StretchRewriter::over_volume(Expr e) {
   for (int axis = 0; axis < static_cast<int>(slopes_.size()); ++axis) {
     if (is_stretched(axis)) e = over(e, metric(axis), e->origin);
@@ -212,7 +212,7 @@ Expr StretchRewriter::spacing_or(const Param& p, const Expr& e) {
   return e;
 }
 
-/// What `weighted` weighs integrals by, times the spacing.
+/// The integral weight of `weighted`, times the spacing.
 Expr StretchRewriter::size_along(int axis) {
   const auto a = static_cast<std::size_t>(axis);
   const Expr h = param("h" + problem_.axes[a].name);
@@ -245,7 +245,7 @@ Expr StretchRewriter::advection_of(const Advect& a, Origin origin) {
   return advect(std::move(velocity), (*this)(a.operand), origin);
 }
 
-/// What is staggered along an axis is weighted by the slope of the map there.
+/// A value staggered along an axis has the slope of the map there as its weight.
 Expr StretchRewriter::weighted(const Reduce& r, Origin origin) {
   Expr operand = (*this)(r.operand);
   const bool is_weighted = r.reduction == Reduce::Kind::mean || r.reduction == Reduce::Kind::integral;
@@ -262,7 +262,7 @@ Expr StretchRewriter::weighted(const Reduce& r, Origin origin) {
   return times(factor, reduce(std::move(result), origin));
 }
 
-/// Between the two cells beside a side, as differences have it.
+/// Midway between the centres of the two cells next to a side, as differences use it.
 double StretchRewriter::metric_beside(int axis, bool is_low) const {
   const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
   const auto in_cell = [&](double i) {

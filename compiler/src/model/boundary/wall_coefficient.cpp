@@ -12,7 +12,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Of states and of what is solved for.
+/// Of states and of unknowns of solves.
 std::vector<const std::vector<AxisSides>*> boundaries_of(const Problem& problem) {
   std::vector<const std::vector<AxisSides>*> boundaries;
   for (const State& state : problem.states) boundaries.push_back(&state.boundary);
@@ -20,7 +20,7 @@ std::vector<const std::vector<AxisSides>*> boundaries_of(const Problem& problem)
   return boundaries;
 }
 
-/// Whether a side across the axis takes the value that the coefficient has in the cell there.
+/// Whether the side takes the coefficient's value in the cell at the wall.
 bool takes_cell(const Problem& problem, const Coefficient& coefficient, const Side& side, std::size_t axis) {
   const bool is_at_cell = condition_of(side.kind).takes_rate() || !is_led_to_walls(problem, coefficient, axis);
   return is_at_cell && reads(side.value, coefficient.name);
@@ -37,7 +37,7 @@ bool is_in_a_boundary(const Problem& problem, const Coefficient& coefficient) {
   });
 }
 
-/// Whether steps take it as a field. What is made of their results changes nothing in them.
+/// Whether steps read it as a field. Formulas of results do not affect steps.
 bool is_in_steps(UseKind kind) {
   switch (time_of(kind)) {
     case UseTime::step: return true;

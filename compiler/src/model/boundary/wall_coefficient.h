@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What coefficients are beyond walls, where they have no condition.
+// Values of coefficients beyond walls; coefficients have no boundary conditions.
 #pragma once
 
 #include "model/model.h"
 
 namespace dpde::model {
 
-/// Whether a value or slope at the axis' walls has the coefficient as the straight line through the two cells beside
-/// the wall leads to it, of order 2: one that an equation reads, or whose formula varies across the wall. Another one
-/// has a value for each place of the wall, that of the cell there, whether a formula, a file or a task gives it.
+/// Whether a value or slope at the axis' walls uses the coefficient extrapolated linearly from the two cells next to
+/// the wall, of order 2. True if an equation reads the coefficient, or if its formula varies across the wall. Any other
+/// coefficient has the value of the cell at each point of the wall, whether it comes from a formula, a file or a task.
 bool is_led_to_walls(const Problem& problem, const Coefficient& coefficient, std::size_t axis);
 
-/// Whether the coefficient goes on as a straight line beyond the low or high side of a bounded axis, so that it is
-/// known on the wall to order 2: where a state has a slope there, k*du/dn is a flux through the wall. Elsewhere it is
-/// mirrored: between values its error on the wall moves the state by order 2 only, and a line through rough values may
-/// leave them with the other sign. One of which a boundary takes the cell at the wall is mirrored there, and one that
-/// lies on walls needs no values beyond.
+/// Whether ghost cells of the coefficient at the low or high side of a bounded axis are extrapolated linearly, such
+/// that its value on the wall is of order 2. This is needed where a state has a slope: k*du/dn is a flux through the
+/// wall. Elsewhere the coefficient is mirrored: its error on the wall then changes the state by order 2 only, and
+/// extrapolation of rough values could change their sign. It is also mirrored if a boundary condition takes its cell
+/// value at the wall. A coefficient that lies on walls needs no ghost cells.
 bool goes_on_beyond(const Problem& problem, const Coefficient& coefficient, std::size_t axis, bool is_low);
 
 }  // namespace dpde::model

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether conditions a*u + b*du/dn = c at walls are ones: with a and b of opposite signs cells may be too coarse, and
-// where both are 0 nothing is said.
+// Whether conditions a*u + b*du/dn = c at walls determine ghost cells. With a and b of opposite signs cells may be too
+// coarse; with a = b = 0 there is no condition.
 #pragma once
 
 #include <map>
@@ -14,14 +14,15 @@ namespace dpde::model {
 
 struct WallMisfit {
   bool is_empty = false;  // a and b are 0
-  std::string condition;  // what is none, and when: the first words of empty-condition or of condition-too-coarse
+  std::string condition;  // the invalid condition, and when: the first words of empty-condition or of
+                          // condition-too-coarse
   std::string reason;     // why cells are too coarse
   std::string hint;
 };
-/// At the place; `when` goes on behind the condition.
+/// Reports it at the position `range`; `when` continues the words of the condition.
 void report(const WallMisfit& misfit, const std::string& when, SourceRange range, DiagnosticSink& sink);
 
-/// A condition on `field` at a side across an axis, or at both.
+/// A condition on `field` at a side across an axis, or at both sides.
 struct WeightedSide {
   std::string field;
   int axis = 0;
@@ -32,15 +33,15 @@ struct WeightedSide {
 
 using KnownValues = std::map<std::string, std::optional<double>>;
 
-/// For these values of parameters, at all times of the run. Weights that hold others are not looked at.
+/// For these parameter values, at all times of the run. Weights with other parameters are not checked.
 std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const WeightedSide& side, KnownValues values);
 
-/// A misfit, and where its condition is written.
+/// A misfit, and the position of its condition.
 struct WallMisfitAt {
   WallMisfit misfit;
   SourceRange range;
 };
-/// Of the first condition of the scene that has one, among those that hold a parameter that is sought.
+/// The first misfit of the scene, among conditions with an unknown parameter.
 std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownValues& values);
 
 }  // namespace dpde::model
