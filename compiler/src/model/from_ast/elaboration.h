@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of from_ast hand to one another: the chosen blocks, the names, and the problem as far as it is made.
-// Each part reports what is wrong and goes on with something that causes no further messages.
+// Shared state of the parts of from_ast: the selected blocks, the names, and the problem as built so far. Each part
+// reports its errors and continues with a replacement that causes no follow-up messages.
 #pragma once
 
 #include <functional>
@@ -20,29 +20,29 @@
 
 namespace dpde::model {
 
-/// An expression with its type. A `none` was reported already: whoever meets it stays silent.
+/// An expression with its type. `none` means: the error is already reported, so add no message.
 struct TypedExpr {
   enum class Type { none, number, vector, tensor, condition } type = Type::none;
-  std::vector<Expr> parts;  // of a vector one an axis, of a tensor one for two axes, row by row, otherwise one
+  std::vector<Expr> parts;  // one per axis for a vector, one per pair of axes (row by row) for a tensor, otherwise one
 };
 inline TypedExpr number_of(Expr e) { return {TypedExpr::Type::number, {std::move(e)}}; }
-/// `f` of each component.
+/// Applies `f` to each component.
 template <class F>
 TypedExpr map_parts(TypedExpr value, const F& f) {
   for (Expr& part : value.parts) part = f(part);
   return value;
 }
 
-/// What does not go with a row of a scheme, and what to write instead.
+/// A conflict with a line of a scheme, and the suggested change.
 struct Obstacle {
   std::string what, hint;
 };
 
-/// The settings of --set, and which of them were asked for.
+/// The settings of --set, and the keys that were queried.
 class Settings {
  public:
   explicit Settings(const std::map<std::string, std::string>& texts) : texts_(texts) {}
-  /// The text given for `key`; `key` counts as known from now on.
+  /// The text given for `key`; marks `key` as known.
   const std::string* find(const std::string& key);
   const std::map<std::string, std::string>& texts() const { return texts_; }
   const std::vector<std::string>& known() const { return known_; }
@@ -53,35 +53,35 @@ class Settings {
   std::vector<std::string> known_;
 };
 
-/// The arguments of the function of the file that is being put in, and of which functions it is part.
+/// Arguments of the function of the file being expanded, and the functions that contain the call.
 struct FunctionScope {
   const ast::Function& function;
   std::map<std::string, TypedExpr> arguments;
   const FunctionScope* outer;
 };
 
-/// A network of the file. In a call a vector gives as many channels as there are axes, and gets as many.
+/// A network of the file. A vector input gives one channel per axis, and so does a vector output.
 struct DeclaredNetwork {
   const ast::Network* source = nullptr;
-  std::optional<network::Network> network = {};  // none: reported
-  bool vector = false;                           // its output; else a number, or
-  std::vector<std::string> outputs = {};         // what is called so
-  std::vector<bool> relative = {};  // for each input: it enters relative to its mean over the grid; none: none does
+  std::optional<network::Network> network = {};  // nullopt: error reported
+  bool vector = false;                           // the output is a vector; else a number, or
+  std::vector<std::string> outputs = {};         // numbers with these names
+  std::vector<bool> relative = {};  // for each input: taken relative to its mean over the grid; empty: none is
   struct Misfit {
     SourceRange range;
     std::string text, hint;
   };
-  std::vector<Misfit> misfits = {};  // why its symmetries are none of this grid: an error where something calls it
+  std::vector<Misfit> misfits = {};  // why its symmetries do not fit this grid: an error if the network is called
 };
 
-/// The place of an inject or a sample that is not the same in every run.
+/// Position of an inject or a sample that varies between runs.
 struct OpenPlace {
   std::string callee;
   std::vector<Expr> position;
   SourceRange range;
 };
 
-/// The rate of a field inside the mask that holds it, else 0.
+/// The time derivative of a field inside the mask that fixes it, 0 outside.
 struct MaskForce {
   std::string mask;
   Expr rate;
@@ -161,32 +161,33 @@ struct Elaboration {
   int expansions = 0;                        // of functions and operators of the file
 };
 
-/// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.
+/// Declares a name of the file; false, with a diagnostic, if it is taken or reserved.
 bool declare(Elaboration& elaboration, const ast::Identifier& name, Role role, bool is_vector = false);
-/// Declares the components of a vector, one an axis of the scene, and gives their names; of other names just the name.
+/// Declares the components of a vector, one per axis of the scene, and returns their names; for other names just the
+/// name.
 std::vector<std::string> declare_components(Elaboration& elaboration, const std::string& name);
-/// u.x, u.y of a vector u; of other names just the name.
+/// u.x, u.y for a vector u; for other names just the name.
 std::vector<std::string> components_of(const Elaboration& elaboration, const std::string& written);
-/// Reports a name that means nothing, the component of something that has none, or one along an axis there is not.
+/// Reports a name without meaning, a component of something without components, or of an axis that does not exist.
 void report_unknown(Elaboration& elaboration, const ast::Identifier& name,
                     const std::function<std::vector<std::string>()>& candidates);
 /// Reports that `name` was given before, at `first`.
 void report_duplicate(Elaboration& elaboration, const std::string& what, SourceRange range, SourceRange first);
-/// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something
-/// else: "only a field has `thing`".
+/// The states with this name: one, or the components of a vector; empty, after the diagnostic "only a field has
+/// `thing`", for other names.
 std::vector<State*> find_states(Elaboration& elaboration, const ast::Identifier& name, const std::string& thing,
                                 const std::string& hint = "");
-/// "dt(u)" of a velocity u_t; other names as they are.
+/// "dt(u)" for a velocity u_t; other names unchanged.
 std::string written_name(const Elaboration& elaboration, const std::string& name);
-/// The fields that are not among `seen`, of a vector with no component among them the vector.
+/// The fields not in `seen`; a vector with no component in `seen` appears as the vector.
 std::vector<std::string> states_not_in(const Elaboration& elaboration, const std::map<std::string, SourceRange>& seen);
 
-/// The axis that is called so; -1: none.
+/// The axis with this name, or -1.
 int axis_of(const Elaboration& elaboration, const std::string& name);
-/// As the scene's coordinates call it: lat; else x, y, z.
+/// The name in the scene's coordinates: lat; else x, y, z.
 std::string written_axis(const Elaboration& elaboration, std::size_t axis);
 
-/// The items of one kind, in order.
+/// The items of one kind, in file order.
 template <class Kind>
 struct Found {
   const Kind& kind;
@@ -201,7 +202,7 @@ std::vector<Found<Kind>> items_of(const std::vector<ast::Item>& items) {
   return found;
 }
 
-/// The declaration of this kind called `name`, or nullptr.
+/// The declaration of this kind with this name, or nullptr.
 template <class Kind>
 const Kind* find_declaration(const ast::File& file, const std::string& name) {
   for (const ast::Declaration& declaration : file.declarations) {

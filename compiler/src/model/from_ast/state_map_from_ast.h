@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A test beside a scene of other states says how these are made of the task's: beside vortex where omega = curl(u).
+// State maps: a comparison run of a scene with other states computes these from the task's states, as in "beside vortex
+// where omega = curl(u)".
 #pragma once
 
 #include <string>
@@ -13,12 +14,12 @@ namespace dpde::model {
 
 using StateMap = std::vector<ast::NamedFormula>;
 
-/// What the tests of the task say of the scene: all of them the same, else it is reported; none where nothing is said.
+/// The map that the task's tests give for the scene; empty if none. Reports an error if the tests give different maps.
 StateMap state_map_of(const ast::Task& task, const std::string& scene, DiagnosticSink& sink);
-/// The same of a file, whose arrays are written out, for each state of `there` that it makes: placed as that is.
-/// Reports what is no field of that scene.
+/// The map of a file with expanded arrays, for each state of `there` that it computes, at that state's placement.
+/// Reports names that are not fields of that scene.
 StateMap state_map_to(const Problem& there, const ast::File& file, const std::string& task, DiagnosticSink& sink);
-/// The states of `there` that a name stands for: itself, or the components of a vector.
+/// The states of `there` with this name: one, or the components of a vector.
 std::vector<const State*> states_called(const Problem& there, const std::string& name);
 
 }  // namespace dpde::model

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds at the sides of bounded axes, for each field.
+// Conditions at the sides of bounded axes, for each field.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -16,7 +16,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Which sides a place means: [axis][low, high].
+/// The sides that a name selects: [axis][low, high].
 struct NamedSides {
   int axis = -1;  // -1: all
   bool low = true, high = true;
@@ -41,14 +41,14 @@ std::optional<NamedSides> find_place(Elaboration& elaboration, const ast::Identi
   return std::nullopt;
 }
 
-/// A number or a parameter whose value is 0.
+/// A number or a parameter with value 0.
 bool is_zero(const Elaboration& elaboration, const Expr& e) {
   const auto* param = std::get_if<Param>(&e->kind);
   const auto found = param ? elaboration.params.values.find(param->name) : elaboration.params.values.end();
   return is_constant(e, 0) || (found != elaboration.params.values.end() && found->second && *found->second == 0);
 }
 
-/// Whether the call has `count` arguments without names.
+/// Whether the call has `count` unnamed arguments.
 bool takes(Elaboration& elaboration, const ast::Call& call, std::size_t count, const std::string& usage) {
   bool plain = call.arguments.size() == count;
   for (const ast::Argument& argument : call.arguments) plain = plain && argument.name.empty();
@@ -59,7 +59,7 @@ bool takes(Elaboration& elaboration, const ast::Call& call, std::size_t count, c
   return false;
 }
 
-/// u = ..., WORD or WORD(...) of side_conditions.h.
+/// Reads u = ..., or WORD or WORD(...) of side_conditions.h.
 std::optional<Side> condition_side(Elaboration& elaboration, const SideCondition& condition, const ast::Call& call,
                                    const std::string& field) {
   Side side{condition.kind};
@@ -104,7 +104,7 @@ std::optional<Side> side_of(Elaboration& elaboration, const ast::Expr& value, co
   return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
 }
 
-/// Marks one side as given; false when it was before.
+/// Marks one side as given; false if it was given before.
 bool mark(Elaboration& elaboration, const ast::BoundarySide& side, const std::string& name, SourceRange& seen,
           const std::string& field) {
   if (seen.is_known()) {
@@ -130,7 +130,7 @@ void check_not_periodic(Elaboration& elaboration, const ast::BoundarySide& side,
                           "leave this out, or periodic in the grid line");
 }
 
-/// "x", "x.low", ... of the sides that nothing was said about, but for poles (check_poles).
+/// "x", "x.low", ... of the sides without a condition, except poles (check_poles).
 std::vector<std::string> missing_sides(const Elaboration& elaboration,
                                        const std::vector<std::array<SourceRange, 2>>& seen) {
   std::vector<std::string> missing;
@@ -157,7 +157,7 @@ void check_complete(Elaboration& elaboration, const State& state, const std::vec
                                       state.name, fmt::join(missing, " = 0, ")));
 }
 
-/// With t or with fields in it.
+/// Whether a condition contains t or fields.
 bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) {
   if (has_wall_formula(problem, boundary)) return true;
   const auto is_time = [](const Expr& part) {
@@ -173,7 +173,7 @@ bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) 
   });
 }
 
-/// Whether an equation takes a derivative in space of something that holds the field.
+/// Whether an equation has a spatial derivative of an expression with the field.
 bool reads_around(const Problem& problem, const std::string& field) {
   const auto is_field = [&](const Expr& part) {
     const auto* read = std::get_if<Field>(&part->kind);
@@ -208,7 +208,7 @@ std::optional<SourceRange> boundary_of_side(const Elaboration& elaboration, cons
 
 namespace {
 
-/// Nothing holds what lies on the wall that an axis begins with.
+/// Refuses outflow at the wall where an axis begins: arrays of a staggered field have no value there.
 void check_open_walls(Elaboration& elaboration, const State& state) {
   for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
     const Axis& along = elaboration.problem.axes[axis];
@@ -229,7 +229,8 @@ void check_open_walls(Elaboration& elaboration, const State& state) {
   }
 }
 
-/// dt(u) stays 0 where u keeps a value, and has no slope where u has none. Where the walls of u move, nothing may ask.
+/// dt(u) is 0 at sides where u has a value, and has zero slope where u has a slope. If the conditions of u vary in
+/// time, spatial derivatives of dt(u) are refused.
 void derive_velocity_boundaries(Elaboration& elaboration) {
   Problem& problem = elaboration.problem;
   for (State& state : problem.states) {
@@ -246,7 +247,7 @@ void derive_velocity_boundaries(Elaboration& elaboration) {
     for (AxisSides& sides : state.boundary) {
       for (Side* side : {&sides.low, &sides.high}) {
         side->value = 0.0;
-        // what a slope follows from is the rate in the cell beside the side
+        // the slope follows from the time derivative in the cell next to the side
         if (condition_of(side->kind).takes_rate()) side->kind = SideKind::zero_gradient;
       }
     }
@@ -273,7 +274,7 @@ void bind_side(Elaboration& elaboration, const ast::BoundarySide& side, SidesOfF
                                             set.a, set.b, call ? call->callee_range : side.place.range});
     const bool set_low = place->low && mark(elaboration, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
-    // one message where both sides were given before
+    // a single message if both sides were given before
     if (!place->high || (place->low && !set_low)) continue;
     if (mark(elaboration, side, axis.name + ".high", into.seen[i][1], into.field)) into.sides[i].high = set;
   }
@@ -281,10 +282,10 @@ void bind_side(Elaboration& elaboration, const ast::BoundarySide& side, SidesOfF
 
 namespace {
 
-/// The side with a value that was reported already.
+/// The side with its value replaced, as the error in it is already reported.
 ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, ast::Expr()}; }
 
-/// The component of a vector that the side names as a whole; "" where it does not.
+/// Component of the vector that is the side's whole value; "" if it is not a vector.
 std::string component_of(const Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index) {
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const Symbol* meaning = word ? elaboration.names.scope.find(word->name) : nullptr;
@@ -293,8 +294,8 @@ std::string component_of(const Elaboration& elaboration, const ast::BoundarySide
   return index < names.size() ? names[index] : "";
 }
 
-/// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as
-/// zero_gradient hold for all components.
+/// The line's side for one component of a vector: the component of a tuple or of another vector. 0 and words such as
+/// zero_gradient apply to all components.
 ast::BoundarySide part_of(Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index,
                           std::size_t count) {
   const std::string component = component_of(elaboration, side, index);
@@ -359,7 +360,7 @@ void bind_boundaries(Elaboration& elaboration) {
       const std::size_t before = elaboration.sink.all().size();
       for (std::size_t i = 0; i < states.size(); ++i) {
         SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
-        const bool failed = elaboration.sink.all().size() != before;  // said once, not for each component
+        const bool failed = elaboration.sink.all().size() != before;  // reported once, not for each component
         const bool is_whole = states[i]->name != item.field.name;
         bind_side(elaboration,
                   failed     ? poisoned(side)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values and slopes at walls that are no finite numbers, as far as they are known before the run: formulas of numbers,
-// parameters with values, coordinates and t.
+// Reports boundary values and slopes that are not finite, if known before the run: formulas of numbers, parameters with
+// values, coordinates and t.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ class BoundaryValues {
     bool is_low;
   };
 
-  /// What is not finite at t = 0 alone is left to the run: a scheme may not look there.
+  /// A value that is infinite only at t = 0 is left to the run, as a scheme may not evaluate it there.
   bool look_at(const std::string& field, const Expr& value, const Wall& wall, SourceRange range) {
     const Problem& problem = elaboration_.problem;
     const std::optional<double> first = not_finite(value, wall, problem.t_begin);
@@ -51,7 +51,7 @@ class BoundaryValues {
     return true;
   }
 
-  /// The first value along the wall that is none; nullopt where there is none, or values are not known.
+  /// The first non-finite value along the wall; nullopt if all are finite or unknown.
   std::optional<double> not_finite(const Expr& value, const Wall& wall, double t) const {
     KnownValues values = elaboration_.params.values;
     values["t"] = t;

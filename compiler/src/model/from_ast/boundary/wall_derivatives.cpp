@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second derivatives that losses, tests and observables take beside walls that have values. There the value u_0 of the
-// first cell is mirrored, 2a - u_0, with which equations are of order 2 as a whole. That image errs by h^2 u''/4, so
-// that (u_1 - 2 u_0 + image)/h^2 in the first cell is 3/4 of u'' on the finest grid too.
+// Second derivatives in losses, tests and observables next to walls with values. The ghost value 2a - u_0 is the value
+// u_0 of the first cell mirrored at the wall value a; with it equations are of order 2 as a whole. Its error is h^2
+// u''/4, so (u_1 - 2 u_0 + ghost)/h^2 in the first cell is 3/4 of u'', even on the finest grid.
 #include <algorithm>
 #include <variant>
 
@@ -13,7 +13,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The walls with a value halfway between points of the state: "x.low, x.high"; "" where there are none.
+/// Walls with a value halfway between points of the state: "x.low, x.high"; "" if there are none.
 std::string walls_with_values(const Problem& problem, const State& state) {
   std::string walls;
   const auto add = [&](const std::string& wall) { walls += (walls.empty() ? "" : ", ") + wall; };
@@ -26,7 +26,7 @@ std::string walls_with_values(const Problem& problem, const State& state) {
   return walls;
 }
 
-/// Outside of forces on masks: these take the rates as the step has them.
+/// Ignores forces on masks: these use the right-hand sides exactly as the step does.
 bool holds_second(const Elaboration& elaboration, const Expr& e, const std::string& state) {
   const auto* reduce = std::get_if<Reduce>(&e->kind);
   const auto is_it = [&](const auto& force) {
@@ -57,7 +57,7 @@ void check_wall_derivatives(Elaboration& elaboration) {
         return check(elaboration, use.formula, use.origin,
                      use.kind == UseKind::output ? "leave out the cells beside the wall where that matters"
                                                  : "where that matters, weight the cells beside the wall by 0");
-      case UseTime::step:  // of order 2 as a whole
+      case UseTime::step:  // equations are of order 2 as a whole
       case UseTime::field:
       case UseTime::boundary:
       case UseTime::geometry:

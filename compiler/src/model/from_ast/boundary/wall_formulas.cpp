@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values and slopes at walls that are formulas of the fields there. They are made of what a stage of a step begins
-// with, so schemes that solve for what a stage ends with, or that ask for a wall at another time, cannot have them.
+// Boundary values and slopes that are formulas of fields. They are computed from the state at the beginning of a stage.
+// They cannot be combined with schemes that are implicit in the state at the end of a stage, or that need boundary
+// values at another time.
 #include <fmt/format.h>
 
 #include "model/analyse/solves.h"
@@ -58,7 +59,7 @@ class WallFormula {
     for_each_part(e, [&](const Expr& part) { for_each_field(part); });
   }
 
-  /// At cell centres, or on the very wall, where arrays hold it and it is complete without a fill.
+  /// Allowed: cell centres, or points on the wall that are stored in arrays and complete without a fill.
   void check_place(const State& read) {
     if (read.placement == Placement{}) return;
     Placement across{};
@@ -94,7 +95,7 @@ class WallFormula {
 void check_wall_formulas(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
   for (const State& state : problem.states) {
-    if (!state.history_of.empty() || !state.velocity_of.empty()) continue;  // they have the sides of others
+    if (!state.history_of.empty() || !state.velocity_of.empty()) continue;  // their sides are those of other states
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
       if (problem.axes[axis].topology == Topology::periodic) continue;
       WallFormula(elaboration, state, axis, true).check(state.boundary[axis].low);

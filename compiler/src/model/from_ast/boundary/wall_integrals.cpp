@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// integral(k*dy(T), at = y.low): what goes through a wall.
+// integral(k*dy(T), at = y.low): the flux through a wall.
 //
-// On a wall a field at the cell centres is the mean of the first cell and its image, and its derivative across the wall
-// their difference: that is what div(k*grad(T)) and lap(T) let through, so that the integral over a wall balances with
-// what the field gains. Where such terms move the field, both are of second order. What a constraint gives has an image
-// without a slope, which says nothing of it: it is extrapolated from the first cells. So is the derivative of what lies
-// on the wall itself.
+// On a wall a field at cell centres is the mean of the first cell and its ghost value, and its derivative across the
+// wall is their difference. div(k*grad(T)) and lap(T) use the same flux, so the integral over a wall balances the
+// change of the field. If such terms act on the field, both approximations are of second order. The ghost value of a
+// field determined by a constraint has zero slope, which carries no information; its wall value is extrapolated from
+// the first cells. So is the derivative of a field that lies on the wall itself.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -43,20 +43,20 @@ Expr sum_of(const std::vector<std::pair<double, Expr>>& terms, const Origin& ori
   return sum;
 }
 
-/// An expression as it is on a wall, in the row of cells beside it.
+/// Evaluates an expression on a wall, in the row of cells next to it.
 class OnWall {
  public:
   OnWall(const Elaboration& elaboration, Wall wall)
       : elaboration_(elaboration), wall_(wall), axis_(elaboration.problem.axes[static_cast<std::size_t>(wall.axis)]) {}
 
-  /// nullopt: `mistake` says what is not known there.
+  /// nullopt: `mistake` names the part that is not known there.
   std::optional<Expr> term(const Expr& e) {
     takes_all_on_it_ = reads_what_lies_on_it(e);
     return (*this)(e);
   }
   std::optional<Expr> operator()(const Expr& e) {
     if (is_uniform(e)) return e;
-    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) {  // on the wall nothing is left to be brought there
+    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) {  // values on the wall need no interpolation to it
       const bool is_brought = takes_all_on_it_ && !reads_what_lies_on_it(taken->operand);
       return is_brought ? std::optional(inside(e, row_of_wall())) : (*this)(taken->operand);
     }
@@ -97,13 +97,13 @@ class OnWall {
     return std::nullopt;
   }
 
-  /// `field` so many rows farther into the grid.
+  /// `field` shifted by `rows` rows into the grid.
   Expr inside(const Expr& field, int rows) const {
     std::vector<int> offset(elaboration_.problem.axes.size(), 0);
     offset[static_cast<std::size_t>(wall_.axis)] = wall_.is_low ? rows : -rows;
     return rows == 0 ? field : shift(field, std::move(offset), field->origin);
   }
-  /// The row of what lies on the wall, which is one before the first where the field does not hold it.
+  /// The row of values on the wall; one before the first row at a wall where the field has none.
   int row_of_wall() const { return axis_.holds_wall(wall_.is_low) ? 0 : -1; }
 
   bool reads_what_lies_on_it(const Expr& e) const {
@@ -120,14 +120,14 @@ class OnWall {
     return placement[static_cast<std::size_t>(wall_.axis)];
   }
 
-  /// What a constraint gives has an image without a slope, but where it is 0 on an open wall.
+  /// A field determined by a constraint has a ghost value of zero slope, unless it is 0 on an open wall.
   bool is_extrapolated(const std::string& name) const {
     if (!elaboration_.solves.multipliers.contains(name)) return false;
     const AxisSides& sides = elaboration_.problem.find_state(name)->boundary[static_cast<std::size_t>(wall_.axis)];
     return !condition_of((wall_.is_low ? sides.low : sides.high).kind).gives_value();
   }
 
-  /// In a product with what lies on the wall, all of it is there: the mean of both cells is what is interpolated.
+  /// In a product with a field that lies on the wall, the mean of both cells is the interpolated value.
   std::optional<Expr> value(const Field& read, const Expr& e) {
     if (lies_on_wall(read.name)) return inside(e, row_of_wall());
     if (takes_all_on_it_)
@@ -136,7 +136,7 @@ class OnWall {
     return sum_of({{0.5, e}, {0.5, inside(e, -1)}}, e->origin);
   }
 
-  /// The derivative along the axis of the wall.
+  /// The derivative across the wall.
   std::optional<Expr> across(const Expr& e) {
     if (is_uniform(e)) return Expr(0.0);
     if (const auto* read = std::get_if<Field>(&e->kind)) return slope(*read, e);
@@ -164,7 +164,7 @@ class OnWall {
     if (takes_all_on_it_ && !lies_on_wall(read.name))
       return is_extrapolated(read.name) ? unknown(e)
                                         : std::optional(inside(derivative(e, wall_.axis, 1, e->origin), wall));
-    std::vector<std::pair<double, Expr>> terms;  // into the grid, in units of the spacing
+    std::vector<std::pair<double, Expr>> terms;  // (weight, value); direction into the grid, in units of the spacing
     if (lies_on_wall(read.name)) {
       terms = {{-1.5, inside(e, wall)}, {2, inside(e, wall + 1)}, {-0.5, inside(e, wall + 2)}};
     } else if (is_extrapolated(read.name)) {
@@ -176,7 +176,7 @@ class OnWall {
     return binary(BinaryOp::divide, sum_of(terms, e->origin), spacing(), e->origin);
   }
 
-  /// Of the axis on the wall: times the slope of the map there, where it is stretched.
+  /// Spacing at the wall; on a stretched axis the uniform spacing times the slope of the map there.
   Expr spacing() const {
     if (!axis_.stretch) return param("h" + axis_.name);
     const double end = wall_.is_low ? axis_.low : axis_.high, near = 1e-6 * (axis_.high - axis_.low);
@@ -187,10 +187,10 @@ class OnWall {
   const Elaboration& elaboration_;
   Wall wall_;
   const Axis& axis_;
-  bool takes_all_on_it_ = false;  // the term holds something that lies on the wall
+  bool takes_all_on_it_ = false;  // the term contains a field that lies on the wall
 };
 
-/// The terms of a sum, each with constant factors: they may lie at different places.
+/// The terms of a sum with their constant factors; the terms may have different placements.
 void add_terms(const Expr& e, const Expr& factor, std::vector<Expr>& terms) {
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return add_terms(neg->operand, negate(factor), terms);
   const auto* b = std::get_if<Binary>(&e->kind);

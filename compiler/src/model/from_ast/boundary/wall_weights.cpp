@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The weights of conditions at walls, with all the values that they are known to take before the run: those of the
-// scene, and those that unknowns begin with.
+// Checks the weights of conditions at walls for all values known before the run: those of the scene, and the initial
+// values of unknowns.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@ namespace dpde::model {
 
 namespace {
 
-/// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b
-/// have opposite signs and h is not, the factor vanishes or turns round: the image is then anything.
+/// a*u + b*du/dn = c gives the ghost value of u the factor a/2 + b/h, about b/h for small h. If a and b have opposite
+/// signs and h is not small, the factor vanishes or changes sign, and the ghost value is meaningless.
 std::optional<WallMisfit> misfit_at(const Problem& problem, const WeightedSide& side, double a, double b,
                                     const std::string& when) {
   if (a == 0 && b == 0)
@@ -38,7 +38,7 @@ std::optional<WallMisfit> misfit_at(const Problem& problem, const WeightedSide& 
                                 std::floor((along.high - along.low) / limit))};
 }
 
-/// Whether it holds a parameter that is sought.
+/// Whether it contains an unknown parameter.
 bool may_change(const Problem& problem, const Expr& e) {
   return any_part(e, [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
@@ -69,7 +69,7 @@ std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const WeightedS
   return std::nullopt;
 }
 
-/// The weights of stretched axes stand in their uniform coordinate here: where both are 0 they are so in any.
+/// On stretched axes the weights refer to the uniform coordinate; a = b = 0 is independent of the coordinate.
 std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownValues& values) {
   for (const State& state : problem.states) {
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
@@ -89,7 +89,7 @@ std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownV
 }
 
 void check_wall_weights(Elaboration& elaboration) {
-  std::set<int> told;  // where a line begins: once for all components and axes it is for
+  std::set<int> told;  // beginnings of reported lines: one report per line, not per component and axis
   for (const WeightedSide& side : elaboration.weighted_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;

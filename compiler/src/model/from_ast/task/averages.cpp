@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses of means over all the states that they look at: (average(mean(u^2)) - average(mean(v^2)))^2. Each average is
-// the mean of a quantity over the states, and the loss a formula of these numbers, once a run.
+// Losses of averages: (average(mean(u^2)) - average(mean(v^2)))^2. Each average is the mean of a quantity over the
+// selected states; the loss is a formula of these numbers, evaluated once per run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ TypedExpr average(FormulaScope& here, const ast::Call& e, SourceRange range) {
 
 namespace {
 
-/// What a formula of numbers cannot hold: anything that a state has; null where it is one.
+/// A part of `e` that depends on a state, and so is not allowed in a formula of numbers; nullptr if there is none.
 const Expr* no_number(const Elaboration& elaboration, const Expr& e) {
   const Param* param = std::get_if<Param>(&e->kind);
   const auto is_average = [&](const ElaboratedAverages::Average& average) {

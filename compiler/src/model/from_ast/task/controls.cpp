@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controls: parameters with one value for each interval of time, from a formula of t taken in the middle of each.
+// Controls: parameters with one value per time interval, from a formula of t evaluated in the middle of each interval.
 #include <fmt/format.h>
 
 #include "model/from_ast/formulas/formula_scope.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int most_values = 10000000;
 
-/// One value an interval; empty after a diagnostic.
+/// One value per interval; empty after a diagnostic.
 std::vector<double> values_of(Elaboration& elaboration, const Control& control, const Expr& formula,
                               SourceRange range) {
   const Problem& problem = elaboration.problem;
@@ -24,8 +24,8 @@ std::vector<double> values_of(Elaboration& elaboration, const Control& control, 
     return {};
   }
   for (int number = 0; number < count; ++number) {
-    const double t =
-        problem.t_begin + (number + 0.5) * control.every * problem.step;  // of a whole interval, the last one too
+    const double t = problem.t_begin + (number + 0.5) * control.every * problem.step;  // middle of a full interval,
+                                                                                       // also for the last one
     const std::optional<double> value = made_once(elaboration, formula, range, t);
     if (!value) return {};
     values.push_back(*value);
@@ -48,7 +48,7 @@ const ast::UnknownItem* unknown_of(const Elaboration& elaboration, const std::st
   return nullptr;
 }
 
-/// The formula as written and its values, none after a diagnostic.
+/// The resolved formula and its values; empty values after a diagnostic.
 void bind_formula(Elaboration& elaboration, const Control& control, const ast::Expr& written, Expr& formula,
                   std::vector<double>& values) {
   const auto read = formulas::number({elaboration, FormulaContext::control, control.name}, written);
@@ -97,7 +97,7 @@ void bind_controls(Elaboration& elaboration) {
   }
   for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
     const Symbol* meaning = elaboration.names.scope.find(item.name.name);
-    const bool is_field = meaning && meaning->role == Role::coefficient;  // bind_coefficients looks at those
+    const bool is_field = meaning && meaning->role == Role::coefficient;  // checked by bind_coefficients
     if (!item.every || is_field || elaboration.params.controls.contains(item.name.name)) continue;
     elaboration.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
                             fmt::format("declare it in the model: control {}", item.name.name));

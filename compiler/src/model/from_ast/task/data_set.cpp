@@ -16,7 +16,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr double most_of_an_option = 1e9, most_runs = 1e5;  // runs are files of their own until all are done
+constexpr double most_of_an_option = 1e9, most_runs = 1e5;  // each run is a separate file until all are done
 
 class DataSetReader {
  public:
@@ -86,7 +86,7 @@ class DataSetReader {
     refuse_mixture("coarsen ... in", range);
   }
 
-  /// A file is named by one line.
+  /// Refuses a mixture of the two ways to name files.
   void refuse_mixture(const std::string& option, SourceRange range) {
     const bool has_lone = seen_.contains("coarsen") || seen_.contains("file");
     if (has_lone && !set_.grids.empty())
@@ -132,13 +132,13 @@ double DataSet::value_of(std::size_t number, int run) const {
   const Vary& each = vary[number];
   if (each.counts) return each.low + run;
   if (!each.values.empty()) {
-    std::size_t turns = static_cast<std::size_t>(run);  // of the lists before it
+    std::size_t turns = static_cast<std::size_t>(run);  // number of full turns of the previous lists
     for (std::size_t i = 0; i < number; ++i) turns /= std::max<std::size_t>(1, vary[i].values.size());
     return each.values[turns % each.values.size()];
   }
   std::seed_seq words{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                       static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
-  std::mt19937_64 random(words);  // the standard says what both give
+  std::mt19937_64 random(words);  // the standard fixes the output of both the generator and seed_seq
   const double share = static_cast<double>(random() >> 11) * 0x1p-53;
   return each.is_log ? std::exp((1 - share) * std::log(each.low) + share * std::log(each.high))
                      : each.low + (each.high - each.low) * share;

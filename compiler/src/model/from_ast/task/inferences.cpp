@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls of networks: corrector(u, nu), of several outputs corrector(a, b).da.
+// Calls of networks: corrector(u, nu); with several outputs corrector(a, b).da.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace dpde::model {
 
 namespace {
 
-/// What is left of a number that is counted from its mean over the grid.
+/// The deviation from the mean over the grid; 0 for a uniform expression.
 Expr relative_to_mean(const Expr& e) {
   if (is_uniform(e)) return number(0, e->origin);
   return binary(BinaryOp::subtract, e, reduce(Reduce::Kind::mean, e, e->origin), e->origin);
@@ -29,7 +29,7 @@ namespace {
 std::optional<std::vector<Expr>> counted_channels(FormulaScope& here, const network::Network& network,
                                                   const ast::Call& e);
 
-/// One number a channel: those of vectors, component by component.
+/// One number per channel; vectors by component.
 std::optional<std::vector<Expr>> channels(FormulaScope& here, const DeclaredNetwork& declared, const ast::Call& e) {
   const ast::Network& source = *declared.source;
   if (declared.network && counts_channels(source)) return counted_channels(here, *declared.network, e);
@@ -54,7 +54,7 @@ std::optional<std::vector<Expr>> channels(FormulaScope& here, const DeclaredNetw
   return complete ? std::optional(std::move(channels)) : std::nullopt;
 }
 
-/// Of a network of a program, which knows numbers only.
+/// For a network of a program, which has only numbers.
 std::optional<std::vector<Expr>> counted_channels(FormulaScope& here, const network::Network& network,
                                                   const ast::Call& e) {
   if (!takes(here, e, network.inputs)) return std::nullopt;
@@ -102,7 +102,7 @@ bool may_call_network(FormulaScope& here, const DeclaredNetwork& declared, const
   return false;
 }
 
-/// Only vectors have their components at places of their own: the call takes them cell by cell.
+/// Only vectors may have components at different placements; the call is then computed cell by cell.
 bool may_mix_places(FormulaScope& here, const DeclaredNetwork& declared, const NetworkCall& call, SourceRange range) {
   const Placements placements(here.elaboration.problem);
   const Placements::OfCall places = placements.places_of(call, {});

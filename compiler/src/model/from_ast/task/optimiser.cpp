@@ -42,7 +42,7 @@ std::optional<double> rate_of(Elaboration& elaboration, const ast::Call& call, c
   return std::nullopt;
 }
 
-/// hessian = full or gauss_newton; false where the argument is another one.
+/// hessian = full or gauss_newton; false for another argument.
 bool bind_hessian(Elaboration& elaboration, const ast::Call& call, const ast::Argument& argument,
                   Optimiser& optimiser) {
   if (optimiser.kind != Optimiser::Kind::newton_cg || argument.name != "hessian") return false;
@@ -59,7 +59,7 @@ std::string example_of(const OptimiserKind& kind) {
   return fmt::format("write {}({})", kind.name, kind.takes_rate ? "rate = 0.1" : "");
 }
 
-/// momentum of gradient descent, decay of both methods that take a rate; false where the argument is another one.
+/// momentum for gradient descent, decay for both methods with a rate; false for another argument.
 bool bind_memory(Elaboration& elaboration, const ast::Call& call, const ast::Argument& argument, Optimiser& optimiser) {
   const bool is_momentum = argument.name == "momentum" && optimiser.kind == Optimiser::Kind::gradient_descent;
   const bool is_decay = argument.name == "decay" && (optimiser.kind == Optimiser::Kind::gradient_descent ||
@@ -108,7 +108,7 @@ void bind_iterations(Elaboration& elaboration, const ast::Expr& e, Optimiser& op
   elaboration.sink.report("bad-iterations", e.range(), {fmt::format("{}", *value)});
 }
 
-/// What stands behind the optimiser.
+/// Options after the optimiser.
 void bind_options(Elaboration& elaboration, const ast::UsingItem& item, Optimiser& optimiser) {
   std::map<std::string, SourceRange> seen;
   for (const ast::Argument& option : item.options) {

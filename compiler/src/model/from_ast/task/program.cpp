@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hand-written program as the step of a scene. States are what it swaps; parameters and coefficients are what its
-// kernels take beside them; its fills say how the boundaries are, and must agree with the grid.
+// A hand-written program as the step of a scene. Its states are the fields that it swaps; its parameters and
+// coefficients are the other inputs of its kernels. Its fills define the boundaries and must agree with the grid.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void declare_states(Elaboration& elaboration) {
                           "write swap u, v where v is the next u");
 }
 
-/// Fields that are read before any kernel has written them are given from outside.
+/// A field that is read before any kernel writes it is an input.
 void declare_input(Elaboration& elaboration, const ast::Identifier& name, const std::set<std::string>& written) {
   if (written.contains(name.name) || elaboration.names.scope.find(name.name)) return;
   elaboration.names.scope.declare(name.name, {Role::coefficient, name.range});
@@ -60,7 +60,7 @@ void declare_kernel(Elaboration& elaboration, const ast::Kernel& kernel, std::se
 
 using OfName = std::function<void(const std::string& name, SourceRange range)>;
 
-/// The names in a value of a side, or in a multiplier, that are no words of it.
+/// Names in the value of a side or in a multiplier, except its keywords.
 void for_each_name(const ast::Expr& e, const OfName& f) {
   match(
       e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
@@ -103,7 +103,7 @@ int largest_rank(const ast::Expr& e) {
   return rank;
 }
 
-/// 0 where neither the head nor an offset of the body tells.
+/// 0 if neither the head nor an offset of the body determines it.
 int rank_of(const ast::Kernel& kernel) {
   if (kernel.axes) return *kernel.axes;
   int rank = 0;
@@ -122,12 +122,12 @@ std::vector<const ast::Kernel*> kernels_of(const Elaboration& elaboration, const
   std::vector<const ast::Kernel*> kernels;
   for (const auto& [run, range] : items_of<ast::RunItem>(program.items)) {
     const auto* kernel = find_declaration<ast::Kernel>(elaboration.file, run.kernel.name);
-    if (kernel) kernels.push_back(kernel);  // one that is missing is reported by the stencil level
+    if (kernel) kernels.push_back(kernel);  // a missing kernel is reported by the stencil level
   }
   return kernels;
 }
 
-/// What the scene gives a value, its task seeks or the command sets.
+/// Names that the scene gives a value, that its task optimises, or that the command line sets.
 std::set<std::string> names_given(const Elaboration& elaboration) {
   std::set<std::string> names;
   for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items))
@@ -139,8 +139,8 @@ std::set<std::string> names_given(const Elaboration& elaboration) {
   return names;
 }
 
-/// The other programs of the file may be those of the scene's starts, coefficients, observables and losses, in text
-/// that was emitted: what they take, and the scene gives, is a parameter or coefficient as of the step.
+/// In emitted text, other programs of the file may compute the scene's initial states, coefficients, observables and
+/// losses. Their inputs, if the scene gives them a value, become parameters or coefficients as for the step.
 void declare_what_others_take(Elaboration& elaboration) {
   const std::set<std::string> given = names_given(elaboration);
   const auto declare_given_param = [&](const std::string& name, SourceRange range) {
@@ -165,7 +165,7 @@ void declare_what_others_take(Elaboration& elaboration) {
 
 void check_ranks(Elaboration& elaboration) {
   const int axes = static_cast<int>(elaboration.problem.axes.size());
-  std::set<int> seen;  // of a kernel and its copies in a repeat one is enough
+  std::set<int> seen;  // position of each kernel; a kernel's copies in a repeat are checked once
   for (const ast::Kernel* kernel : kernels_of(elaboration, *elaboration.blocks.program)) {
     const int rank = rank_of(*kernel);
     if (rank == 0 || rank == axes || !seen.insert(kernel->name.range.begin).second) continue;
@@ -174,7 +174,7 @@ void check_ranks(Elaboration& elaboration) {
   }
 }
 
-/// Whether what the fill says of this axis agrees with the grid; reports otherwise.
+/// Whether the fill's condition for this axis agrees with the grid; reports otherwise.
 bool agrees(Elaboration& elaboration, const ast::FillItem& fill, const ast::BoundarySide& side, const Axis& axis) {
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const bool fill_is_periodic = word && word->name == "periodic";
@@ -192,8 +192,8 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
   return side.place.name == "all" || side.place.name.substr(0, side.place.name.find('.')) == axis.name;
 }
 
-/// Whether a value is a field that the program computes, or the number of a pass: the model level knows no such thing,
-/// and what it knows of a program's boundaries is for readers only.
+/// Whether a value is a field computed by the program, or the number of a pass. The model level does not represent
+/// these; it keeps a program's boundaries for display only.
 bool is_computed(const Elaboration& elaboration, const ast::Expr& e) {
   if (const auto* name = std::get_if<ast::Name>(&e->kind))
     return !is_side_word(name->name) && !elaboration.names.scope.find(name->name);
@@ -277,7 +277,7 @@ void bind_fills(Elaboration& elaboration) {
     for (const auto& [fill, range] : items_of<ast::FillItem>(elaboration.blocks.program->items)) {
       if (!fill.fold && fill.field.name == state.name) {
         bind_fill(elaboration, fill, state);
-        break;  // a second fill of the same field is the next step of the same boundary
+        break;  // a second fill of the same field belongs to a later step of the same boundary
       }
     }
   }

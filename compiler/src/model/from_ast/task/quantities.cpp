@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers made of a state: losses, observables, tests. Sums of mean, sum and integral over the grid, each times a
-// number, are left as they are, for they cost one sweep; any other number, (integral(u) - d)^2, is the mean of itself.
+// Numbers computed from a state: losses, observables, tests. Linear combinations of mean, sum and integral over the
+// grid stay as they are, since one sweep computes them. Any other number, (integral(u) - d)^2, becomes the mean of
+// itself.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace {
 
 bool is_sum(const Binary& b) { return b.op == BinaryOp::add || b.op == BinaryOp::subtract; }
 
-/// a*mean(u), mean(u)/a: the factor is what no reduction is in.
+/// a*mean(u), mean(u)/a: the factor contains no reduction.
 const Expr* scaled_reduction(const Binary& b) {
   const bool in_left = holds_reduction(b.left), in_right = holds_reduction(b.right);
   if (b.op == BinaryOp::multiply && in_right && is_uniform(b.left)) return &b.right;
@@ -23,8 +24,8 @@ const Expr* scaled_reduction(const Binary& b) {
   return is_product && in_left && is_uniform(b.right) ? &b.left : nullptr;
 }
 
-/// The part of `e` that is no number: what varies in space outside of all reductions; nullptr where there is none.
-/// Data that stand outside are one number a state, where they can be.
+/// The part of `e` outside all reductions that varies in space; nullptr if `e` is a number. Data outside reductions are
+/// one number per state, if possible.
 const Expr* varying_part(const Elaboration& elaboration, const Expr& e) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
   if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(elaboration, field->name) ? nullptr : &e;
@@ -40,7 +41,7 @@ const Expr* varying_part(const Elaboration& elaboration, const Expr& e) {
   return has_parts && is_made_of_parts ? found : &e;
 }
 
-/// What to write for it.
+/// The suggested formula.
 std::string reduced(const Elaboration& elaboration, const Expr& varying) {
   const auto* field = std::get_if<Field>(&varying->kind);
   if (field != nullptr && elaboration.problem.task) {
@@ -54,14 +55,14 @@ std::string reduced(const Elaboration& elaboration, const Expr& varying) {
   return "write mean(u^2), sum, integral, max or min of what varies in space, as in mean((u - v)^2)";
 }
 
-/// The data that stand outside of reductions.
+/// Marks the data outside of reductions as series.
 void mark_series(Elaboration& elaboration, const Expr& e) {
   if (std::holds_alternative<Reduce>(e->kind)) return;
   if (const auto* field = std::get_if<Field>(&e->kind)) mark_as_series(elaboration, field->name);
   for_each_part(e, [&](const Expr& part) { mark_series(elaboration, part); });
 }
 
-/// Of a number: a sum of reductions with factors. A max or min over the grid is the mean of itself, too.
+/// A number as a sum of reductions with factors. A max or min over the grid becomes the mean of itself, too.
 Expr as_reductions(const Expr& e) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
     const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
@@ -77,8 +78,8 @@ Expr as_reductions(const Expr& e) {
   return model::reduce(Reduce::Kind::mean, e, e->origin);
 }
 
-/// The term whose values at several times could be added up or averaged: that no mean, sum or integral says which;
-/// nullptr where all do.
+/// A term for which it is undefined whether values at several times are added or averaged, as it is no mean, sum or
+/// integral; nullptr if there is none.
 const Expr* uncounted_part(const Expr& e) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
     const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
@@ -119,7 +120,8 @@ std::optional<Expr> quantity_of(Elaboration& elaboration, const Expr& value, con
                                 SourceRange whole) {
   const Expr number = over_one_cell(elaboration, value);
   const Expr* mistake =
-      elaboration.problem.has_grid ? varying_part(elaboration, number) : nullptr;  // of one cell: a number
+      elaboration.problem.has_grid ? varying_part(elaboration, number) : nullptr;  // with a single cell everything is a
+                                                                                   // number
   if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
     elaboration.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(elaboration, *mistake));

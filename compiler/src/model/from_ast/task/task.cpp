@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of the scene: data, unknowns, losses, tests, and the optimiser.
+// The task of a scene: data, unknowns, losses, tests, and the optimiser.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -49,7 +49,7 @@ std::vector<OtherField> fields_of(const Elaboration& elaboration, const ast::Sce
   return fields;
 }
 
-/// The fields of a scene that `name` means, of a vector its components; none after a diagnostic.
+/// The fields of a scene with this name, vectors by component; empty after a diagnostic.
 std::vector<OtherField> fields_called(Elaboration& elaboration, const ast::Scene& scene, const std::string& name,
                                       SourceRange range) {
   std::vector<OtherField> found;
@@ -76,7 +76,7 @@ bool is_observable(const ast::Scene& scene, const std::string& name) {
   return std::any_of(lines.begin(), lines.end(), [&](const auto& line) { return line.kind.name.name == name; });
 }
 
-/// Data that are the field of a scene's run, or its observable.
+/// Data from a field or an observable of a scene's run.
 std::vector<Datum> data_of_run(Elaboration& elaboration, const ast::DataItem& item) {
   const auto* field = std::get_if<ast::Name>(&item.value->kind);
   const auto* scene = find_declaration<ast::Scene>(elaboration.file, item.scene->name);
@@ -129,7 +129,7 @@ std::vector<Datum> data_of_files(Elaboration& elaboration, const ast::DataItem& 
   return {};
 }
 
-/// Whether the datum is a component of what was asked for: a vector, on one axis too.
+/// Whether the datum is a component of the requested vector, also on one axis.
 bool is_component(const ast::DataItem& item, const Datum& datum) {
   return datum.field != std::get<ast::Name>(item.value->kind).name;
 }
@@ -157,7 +157,7 @@ void bind_datum(Elaboration& elaboration, const ast::DataItem& item, SourceRange
   }
 }
 
-/// One unknown a component.
+/// One unknown per component.
 void bind_unknown_states(Elaboration& elaboration, const ast::UnknownItem& item, const Unknown& common) {
   const std::vector<State*> states = find_states(elaboration, item.name, "an initial state");
   std::vector<Source> from;
@@ -221,7 +221,8 @@ void bind_unknown_values(Elaboration& elaboration, const ast::UnknownItem& item,
   }
   for (Parameter& parameter : elaboration.problem.params) {
     if (parameter.name != item.name.name) continue;
-    const bool is_set = elaboration.selection.overrides.contains(parameter.name);  // settings stand above everything
+    const bool is_set = elaboration.selection.overrides.contains(parameter.name);  // settings of the command line have
+                                                                                   // precedence
     const auto start =
         item.from && !is_set ? evaluate(elaboration, *item.from, "the start of an unknown") : parameter.value;
     unknown.from.formula = model::number(start.value_or(0), {item.from ? item.from->range() : item.name.range});
@@ -242,14 +243,13 @@ void bind_bounds(Elaboration& elaboration, const ast::UnknownItem& item, Unknown
                           "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
 }
 
-/// The values that an unknown begins with, as far as they are known here: fields that vary in space are looked at when
-/// they are computed.
+/// The initial values of an unknown, if known here; fields that vary in space are checked when they are computed.
 std::vector<double> starts_of(const Elaboration& elaboration, const Unknown& unknown) {
   if (unknown.kind == Unknown::Kind::control) return elaboration.problem.find_control(unknown.name)->start;
   const auto is_open = [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
     if (!param) return false;
-    const auto value = elaboration.params.values.find(param->name);  // empty where it is known to be missing
+    const auto value = elaboration.params.values.find(param->name);  // nullopt after an error
     return value == elaboration.params.values.end() || !value->second;
   };
   if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open))
@@ -303,7 +303,7 @@ void bind_unknowns(Elaboration& elaboration) {
       "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
 }
 
-/// A loss of which nothing varies has no derivative that anybody wants: a factor of 0, or a number alone.
+/// A loss without a varying part has a useless derivative: a factor of 0, or a constant.
 bool check_loss(Elaboration& elaboration, const ast::MinimiseItem& item, const Expr& value) {
   const bool varies = any_part(value, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind);
@@ -335,7 +335,7 @@ void bind_losses(Elaboration& elaboration) {
                           "write minimise mean((u - u_ref)^2) at t = 1");
 }
 
-/// Of the task as another scene meets it, only what names that scene.
+/// In a comparison run of another scene, only the tests that name that scene.
 bool is_asked_here(const Elaboration& elaboration, const ast::TestItem& item) {
   const std::string& scene = elaboration.selection.beside;
   return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Baseline& beside) {
@@ -389,7 +389,7 @@ void mark_unknowns(Elaboration& elaboration) {
   }
 }
 
-/// The weights of networks; those must be called somewhere, be it in the loss.
+/// Unknown weights of networks; the networks must be called somewhere, at least in the loss.
 void bind_learned(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::LearnItem>(elaboration.blocks.task->items)) {

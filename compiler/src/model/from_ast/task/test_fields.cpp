@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What spectra and correlations are of: a field or vector made of the states, at every cell.
+// Fields of spectra and correlations: a field or vector computed from the states in every cell.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double usual_threshold = 0.8;
 
-/// Waves fit on what is periodic and uniform alone.
+/// Waves require periodic, uniform axes.
 bool has_waves(Elaboration& elaboration, SourceRange range) {
   for (const Axis& axis : elaboration.problem.axes) {
     if (axis.topology == Topology::periodic && !axis.stretch) continue;
@@ -39,7 +39,8 @@ double threshold_of(Elaboration& elaboration, const ast::TestItem& item) {
 
 }  // namespace
 
-/// Its number is the mean energy, of which a spectrum is the parts: that tells what is read, and where it lies.
+/// The test's number is the mean energy, whose parts are the spectrum; it determines the fields read and their
+/// placement.
 bool bind_fields(Elaboration& elaboration, const ast::TestItem& item, Test& test) {
   const bool is_spectrum = item.kind == ast::TestItem::Kind::spectrum;
   const char* what = is_spectrum ? "the field of a spectrum" : "the field of a correlation";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tasks that learn from trajectories: their data, the lengths of windows, and what `using` says of batches.
+// Tasks that learn from trajectories: data, sample lengths, and the options of `using`.
 #include "model/training.h"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ const ast::Call* as_trajectories(const ast::Expr& e) {
   return call && call->callee == "trajectories" ? call : nullptr;
 }
 
-/// The name of the file; "" after a diagnostic.
+/// The file name; "" after a diagnostic.
 std::string file_in(Elaboration& elaboration, const ast::Expr& e, std::size_t arguments) {
   const ast::Call* call = as_trajectories(e);
   const auto* file =
@@ -107,7 +107,7 @@ void bind_option(Elaboration& elaboration, const ast::Argument& option, Training
       {"validate", "using", fmt::format("is a share of the runs, below 1, not {}", training.validate)});
 }
 
-/// How many states the losses look at: the same of all.
+/// The number of states that a loss uses, the same for all losses.
 int length_of_losses(Elaboration& elaboration) {
   int length = 0;
   for (const Loss& loss : elaboration.problem.task->losses) {
@@ -124,7 +124,7 @@ int length_of_losses(Elaboration& elaboration) {
   return length;
 }
 
-/// What windows begin with has no values of its own.
+/// The datum with which samples begin has no values; refuses formulas that read it.
 void check_unread(Elaboration& elaboration, const Datum& datum) {
   const Task& task = *elaboration.problem.task;
   const auto check = [&](const Expr& value, const Origin& origin) {
@@ -163,7 +163,7 @@ bool is_sought(const Problem& problem, const std::string& name) {
   return std::ranges::find(problem.task->unknowns, name, &Unknown::name) != problem.task->unknowns.end();
 }
 
-/// Controls that are sought are found for each window by itself.
+/// Unknown controls are optimised for each sample separately.
 bool seeks_controls(const Problem& problem) {
   const auto is_control = [](const Coefficient& coefficient) { return coefficient.is_control(); };
   return std::ranges::any_of(problem.controls,
@@ -173,7 +173,7 @@ bool seeks_controls(const Problem& problem) {
          });
 }
 
-/// All that is sought is each window's own then, and nothing is learnt from one for another.
+/// Then every unknown belongs to one sample, and nothing is learnt across samples.
 void check_for_controls(Elaboration& elaboration, const std::vector<Found<ast::UsingItem>>& lines) {
   constexpr const char* such_task = "a task that seeks controls for each window of trajectories";
   const Problem& problem = elaboration.problem;
@@ -202,7 +202,7 @@ void check_for_controls(Elaboration& elaboration, const std::vector<Found<ast::U
   }
 }
 
-/// What does not begin anew with each window.
+/// Refuses items that do not restart with each sample.
 void check_scene(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
   for (const Unknown& unknown : problem.task->unknowns) {
@@ -229,7 +229,7 @@ void check_scene(Elaboration& elaboration) {
   }
 }
 
-/// L-BFGS and Newton's method compare losses: they have to be those of one function, and the gradient its own.
+/// L-BFGS and Newton's method compare losses: loss and gradient must belong to one fixed function.
 void check_for_all_windows(Elaboration& elaboration, const ast::UsingItem& item, const std::string& method,
                            const Training& training) {
   constexpr std::array<std::string_view, 6> of_batches{"batch", "seed", "noise", "clip", "cut", "schedule"};
@@ -253,7 +253,7 @@ void check_optimiser(Elaboration& elaboration, const ast::UsingItem& item, const
   }
 }
 
-/// Each from the same file as the task's own scene, unless it has one of its own.
+/// Comparison scenes start from the file of the task's own scene, unless they name another.
 void bind_beside(Elaboration& elaboration, const ast::TestItem& item, Test& test) {
   std::map<std::string, SourceRange> seen{{elaboration.problem.scene, elaboration.blocks.task->of.range}};
   for (const ast::TestItem::Baseline& beside : item.beside) {
@@ -307,8 +307,8 @@ bool is_vector_let(const Elaboration& elaboration, const std::string& name) {
   return let != elaboration.names.lets.end() && let->second.type == TypedExpr::Type::vector;
 }
 
-/// What is read of the file: of a vector its components. What is no field of the scene is one where that is said: by a
-/// tuple, by a placement that numbers have not, or by a shorthand of the model.
+/// Variables of the file; for a vector its components. A name that is not a field of the scene counts as a vector if it
+/// is given as a tuple, has a placement for vectors, or is a vector let of the model.
 std::vector<std::string> variables_of(Elaboration& elaboration, const ast::DataItem& item, const ast::Expr& argument) {
   std::vector<std::string> names;
   const auto* tuple = std::get_if<ast::Tuple>(&argument->kind);
