@@ -8,7 +8,7 @@
 
 namespace dpde::model {
 
-/// The cells set for each of so many axes: one number for all of them, or one each, cells=64,32.
+/// The cell counts set for each of `axes` axes: one number for all axes, or one each, cells=64,32.
 std::vector<std::optional<double>> cells_setting(Elaboration& elaboration, std::size_t axes);
 
 }  // namespace dpde::model

@@ -41,7 +41,7 @@ Expr Coordinates::on_faces(const Expr& component, int axis) const {
 
 Expr Coordinates::slope(const Expr& f, int axis) const { return over(d(f, axis), scale(axis)); }
 
-/// The second difference of neighbours where lengths allow it.
+/// Uses the compact second difference if the lengths allow it.
 Expr Coordinates::diffusion(const Expr& f, int axis) const {
   const Expr h = scale(axis), across = face(axis);
   if (depends_on_axis(h, axis)) return outflow(slope(f, axis), axis);
@@ -73,7 +73,7 @@ Expr Coordinates::turn_of(const Expr& component, int a, int b) const {
   return over(d(times(h, on_faces(component, b)), b), times(h, scale(b)));
 }
 
-/// At a pole the turning is that of the flow around it, which grows with the way from there: twice its slope.
+/// At a pole the rotation is twice the slope of the mean velocity around it, which grows linearly with the distance.
 Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
   const auto part = [&](int by, int of) { return turn_of(v[static_cast<std::size_t>(of)], of, by); };
   const auto difference = [&](const Expr& x, const Expr& y) { return binary(BinaryOp::subtract, x, y, origin_); };
@@ -89,12 +89,13 @@ Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
     mean.over[along] = true;
     const Expr slope = times(2.0, over(d(model::reduce(mean, origin_), across), scale(across)));
     const Expr is_inside = binary(BinaryOp::greater, scale(around), length_of_poles(problem_, to, along), origin_);
-    turn = model::select(is_inside, turn, across == b ? negate(slope, origin_) : slope);  // nobody wrote this switch
+    turn = model::select(is_inside, turn, across == b ? negate(slope, origin_) : slope);  // the user did not write this
+                                                                                          // switch
   }
   return turn;
 }
 
-/// On one axis the faces are the nodes: a component there counts as one on faces.
+/// On one axis faces and nodes coincide: a component there counts as one on faces.
 bool Coordinates::is_spread(const std::vector<Expr>& v) const {
   if (!placements_.is_staggered()) return false;
   std::optional<Placement> first;
@@ -226,8 +227,8 @@ std::vector<Expr> Coordinates::vector_laplacian(const std::vector<Expr>& f) cons
         continue;
       }
       const Expr flux = over(binary(minus, d(own, axis), times(turn, other), origin_), h);
-      // of order 2 the mean of the other flux on both faces, so that D_j of a constant vector, applied twice, is as
-      // small as its square: near a pole what is left is divided by r^2
+      // At order 2 the other flux is averaged over both faces, as then D_j applied twice to a constant vector is as
+      // small as its square: near a pole the remainder is divided by r^2
       const Expr spacing = param("h" + problem_.axes[static_cast<std::size_t>(axis)].name, origin_);
       const Expr bend = times(over(times(spacing, spacing), 4.0), derivative(own, axis, 2, origin_));
       const Expr beside = problem_.scheme.derivative_order > 2 ? own : binary(BinaryOp::add, own, bend, origin_);
@@ -245,7 +246,7 @@ Expr Coordinates::times_volume(const Expr& e) const {
   return problem_.metric ? times(e, volume_of(*problem_.metric)) : e;
 }
 
-/// A mean is one of 1 to rounding. Sums, largest and smallest values look at each cell once.
+/// The mean of 1 is 1 to rounding. Sums, largest and smallest values count each cell once.
 Expr Coordinates::reduction(const Reduce& reduce) const {
   const bool is_weighed = reduce.reduction == Reduce::Kind::mean || reduce.reduction == Reduce::Kind::integral;
   if (!problem_.metric || !is_weighed) return model::reduce(reduce, origin_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data of one time that are compared with the state at another.
+// Checks data of one time that are compared with a state at another time.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 double end_of(const Problem& problem) { return problem.t_begin + problem.steps * problem.step; }
 
-/// The one time that the datum is of; nullopt where it has several, or is whatever a file holds.
+/// The single time of the datum; nullopt if it has several, or a file determines it.
 std::optional<double> time_of(const Problem& problem, const Datum& datum) {
   if (datum.when.kind == When::Kind::at && datum.when.times.size() == 1) return datum.when.times.front();
   const bool is_last_state = datum.when.kind == When::Kind::end && !datum.scene.empty();
@@ -23,14 +23,14 @@ std::optional<double> time_of(const Problem& problem, const Datum& datum) {
 std::vector<double> times_of(const Problem& problem, const When& when) {
   if (when.kind == When::Kind::end) return {end_of(problem)};
   return when.kind == When::Kind::at ? when.times
-                                     : std::vector<double>{};  // over time one datum is a goal for all states
+                                     : std::vector<double>{};  // over time, one datum is a target for all states
 }
 
 void check_times(Elaboration& elaboration, const Expr& value, const When& when, const Origin& origin) {
   const Problem& problem = elaboration.problem;
   for (const Datum& datum : problem.task->data) {
     const std::optional<double> own = time_of(problem, datum);
-    // where the run begins there is a formula or a file: a pattern to compare with at any time
+    // a datum at the beginning is a formula or a file: a pattern to compare with at any time
     if (!own || !reads(value, datum.name) || std::abs(*own - problem.t_begin) <= 1e-6 * problem.step) continue;
     for (const double t : times_of(problem, when)) {
       if (std::abs(t - *own) <= 1e-6 * problem.step) continue;
@@ -39,7 +39,7 @@ void check_times(Elaboration& elaboration, const Expr& value, const When& when, 
           fmt::format(
               "write at t = {:.10g} here, or at t = {:.10g} behind the data; a goal for another time stays as it is",
               *own, t));
-      return;  // said once, not for each component
+      return;  // reported once, not for each component
     }
   }
 }

@@ -24,13 +24,13 @@ std::optional<int> as_cells(Elaboration& elaboration, double value, SourceRange 
   return std::nullopt;
 }
 
-/// What the line `cells` says of each axis; none without one.
+/// Cell counts of the line `cells` for each axis; null without a line.
 struct Counts {
   std::vector<const ast::Expr*> of_axes;
-  bool are_of_each = false;  // cells 64, 32, or 64 where no axis would take it: an axis has none of its own beside
+  bool are_of_each = false;  // cells 64, 32, or 64 if no axis could use it: then no axis may have a count of its own
 };
 
-/// From the settings of this axis or of all axes, else from the line itself or `counted`, of the line `cells`.
+/// From the settings for this axis or all axes, else from the axis' own line, else from the line `cells`.
 int cells_of(Elaboration& elaboration, const ast::GridItem& item, const Counts& counts, std::size_t axis,
              std::optional<double> of_setting) {
   const ast::Expr* counted = counts.of_axes[axis];
@@ -65,7 +65,7 @@ Counts counts_of(Elaboration& elaboration, std::size_t axes) {
                             {counted(static_cast<int>(axes), "number"), std::to_string(written.size())},
                             "write one number for all axes, or one for each");
   }
-  // after a mistake any of them will do
+  // after an error any count will do
   for (std::size_t i = 0; i < axes; ++i) counts.of_axes[i] = &written[written.size() == axes ? i : 0];
   const bool is_unused = std::ranges::all_of(items_of<ast::GridItem>(elaboration.blocks.scene->items),
                                              [](const auto& line) { return line.kind.cells.has_value(); });
@@ -73,7 +73,7 @@ Counts counts_of(Elaboration& elaboration, std::size_t axes) {
   return counts;
 }
 
-/// A scene without a grid is one cell: ordinary equations.
+/// A scene without a grid has one cell: ordinary differential equations.
 void bind_one_cell(Elaboration& elaboration, std::optional<double> cells) {
   elaboration.problem.has_grid = false;
   Axis axis;
@@ -83,7 +83,7 @@ void bind_one_cell(Elaboration& elaboration, std::optional<double> cells) {
   elaboration.problem.axes.push_back(axis);
 }
 
-/// Places of cells are computed in the precision of the fields.
+/// Cell positions are computed in the precision of the fields.
 void check_precision(Elaboration& elaboration, const ast::GridItem& item, const Axis& axis) {
   constexpr int most_single_cells = 1 << 24;
   if (elaboration.problem.scheme.real == Precision::f64 || axis.cells <= most_single_cells) return;
@@ -94,7 +94,7 @@ void check_precision(Elaboration& elaboration, const ast::GridItem& item, const 
                           "take fewer cells, or real = f64");
 }
 
-/// What knows of the order of cells has no meaning on an axis that runs down.
+/// Features that depend on the order of cells are not available on a descending axis.
 void check_falling(Elaboration& elaboration, const ast::GridItem& item) {
   const auto refuse = [&](const char* what, const char* hint) {
     elaboration.sink.report("not-allowed-here", item.high.range(), {"an axis that runs down", what}, hint);
@@ -122,7 +122,7 @@ void bind_extent(Elaboration& elaboration, const ast::GridItem& item, Axis& axis
   check_falling(elaboration, item);
 }
 
-/// Of a name that is none: of coordinates it may be one.
+/// For an unknown axis name: it may belong to other coordinates.
 std::string hint_of_axis(const std::string& name) {
   constexpr std::pair<std::string_view, std::string_view> lines[] = {
       {"r", "polar, or coordinates cylinder,"}, {"theta", "polar"}, {"lon", "sphere(1)"}, {"lat", "sphere(1)"}};
@@ -132,7 +132,7 @@ std::string hint_of_axis(const std::string& name) {
   return "the axes are x; x and y; or x, y and z";
 }
 
-/// The axes that are given, an empty place for each that is not.
+/// The grid lines by axis; nullptr for an axis without one.
 std::vector<const ast::GridItem*> grid_lines(Elaboration& elaboration) {
   std::vector<const ast::GridItem*> lines;
   for (const auto& [item, range] : items_of<ast::GridItem>(elaboration.blocks.scene->items)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene without a grid is one cell: ordinary equations, in which nothing may vary in space.
+// A scene without a grid has one cell: ordinary differential equations, in which nothing may vary in space.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ bool varies(const Elaboration& elaboration, const Expr& e) {
          std::holds_alternative<Sample>(e->kind);
 }
 
-/// Whether what varies in space has no place in such a formula.
+/// Whether a formula of this kind needs a grid in order to vary in space.
 bool needs_grid_to_vary(UseKind kind) {
   switch (time_of(kind)) {
     case UseTime::step:
@@ -39,12 +39,12 @@ bool needs_grid_to_vary(UseKind kind) {
     case UseTime::field:
     case UseTime::never: return true;
     case UseTime::boundary:                // a single cell has no sides
-    case UseTime::geometry: return false;  // nor has it places
+    case UseTime::geometry: return false;  // and no positions
   }
   unreachable("time of a use");
 }
 
-/// What stands at `range` needs a grid.
+/// Reports that the item at `range` needs a grid.
 class Gridless {
  public:
   explicit Gridless(Elaboration& elaboration) : elaboration_(elaboration) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// coordinates polar, cylinder, sphere(a), metric(h1, h2): the lengths of units of the coordinates, and where axes end
-// in poles.
+// coordinates polar, cylinder, sphere(a), metric(h1, h2): lengths of units of the coordinates, and ends of axes that
+// are poles.
 #include "model/boundary/metric.h"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The scene's line, as a name and what stands in its brackets.
+/// The scene's line: its name and arguments.
 struct WrittenCoordinates {
   std::string kind;
   SourceRange range;
@@ -119,8 +119,8 @@ class MetricBinder {
     return metric;
   }
 
-  /// In all cells, and on all faces but those at the ends; along its own axis there too, as a pole is where a unit of
-  /// another coordinate has no length.
+  /// Checks lengths in all cells and on all inner faces. The length along an axis is also checked at its own ends: at a
+  /// pole only the units of other coordinates have no length.
   bool is_positive(const Metric& metric) {
     std::vector<Expr> lengths = metric.scales;
     lengths.push_back(metric.around);
@@ -131,7 +131,7 @@ class MetricBinder {
     return true;
   }
 
-  /// `along`: the axis whose unit it is.
+  /// `along`: the axis of this length.
   bool is_positive(const Expr& length, const std::string& of, int along) {
     std::vector<std::array<double, 3>> places{{}};
     for (std::size_t a = 0; a < elaboration_.problem.axes.size(); ++a) {
@@ -180,7 +180,7 @@ class MetricBinder {
            "another axis they may be 0, which is a pole";
   }
 
-  /// Whether both ends of a periodic axis, which are one place, have the same lengths.
+  /// Whether lengths agree at both ends of a periodic axis, which are the same points.
   bool closes(const Metric& metric) {
     for (std::size_t a = 0; a < elaboration_.problem.axes.size(); ++a) {
       if (elaboration_.problem.axes[a].topology != Topology::periodic) continue;
@@ -231,7 +231,7 @@ class Poles {
   }
 
  private:
-  /// Of a field's component along an axis: x and y turn round on the way over the pole.
+  /// Whether a field's component along an axis changes sign across the pole, as x and y do.
   bool turns_round(const std::string& name) const {
     const int along = is_component(name) ? axis_of(name.substr(name.find('.') + 1)) : -1;
     return along == 0 || along == 1;
@@ -258,7 +258,7 @@ class Poles {
       const SourceRange range = boundary_of_side(elaboration_, state.name, place).value_or(line);
       const Side& opposite = is_low ? state.boundary[axis].high : state.boundary[axis].low;
       const bool lack_both = is_pole && is_pole_at(problem, axis, !is_low) && lacks_pole(state, side, axis) &&
-                             lacks_pole(state, opposite, axis);  // one mistake
+                             lacks_pole(state, opposite, axis);  // a single error
       const std::string written = written_axis(elaboration_, axis) + (lack_both ? "" : end);
       if (state.velocity_of.empty() && (is_low || !lack_both)) check(state, side, axis, written, range, is_pole);
       if (side.kind == SideKind::pole && turns_round(state.name)) side.kind = SideKind::opposite_pole;

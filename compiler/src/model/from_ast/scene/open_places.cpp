@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places that follow t or an unknown, with all the values that they are known to take before the run. (Beyond a wall
-// they would stay at the wall, as they do during a search.)
+// Checks positions that depend on t or an unknown, for all values known before the run. (During a search a position
+// beyond a wall is moved to the wall.)
 #include <fmt/format.h>
 
 #include "model/from_ast/names/known_values.h"
@@ -10,13 +10,13 @@ namespace dpde::model {
 
 namespace {
 
-/// Where the place leaves the grid: "x = 1.25 at t = 0.9"; nullopt when it does not, as far as is known.
+/// Where the position is outside the grid: "x = 1.25 at t = 0.9"; nullopt if it is inside, as far as known.
 std::optional<std::string> leaves_grid(const Problem& problem, const OpenPlace& place, KnownValues values) {
   for (std::size_t axis = 0; axis < place.position.size(); ++axis) {
     const Axis& grid = problem.axes[axis];
     const bool varies = holds_time(place.position[axis]);
     if (grid.topology == Topology::periodic || grid.stretch)
-      continue;  // there it comes back on the other side; stretched axes have another coordinate by now
+      continue;  // periodic axes wrap; stretched axes already use another coordinate here
     for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
       values["t"] = t;
       const std::optional<double> at = known_value(place.position[axis], values);

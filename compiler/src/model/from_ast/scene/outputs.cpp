@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run writes down on its way.
+// Output of a run.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,9 +25,9 @@ std::optional<int> interval_of(Elaboration& elaboration, const ast::Expr& every,
 
 namespace {
 
-/// What the model has a name for that is no field, or a formula that gets one, each component where it lies (at the
-/// centre where no field is on faces) or where it is wanted: a number, vector or tensor; what is solved for. `written`:
-/// the name, or that of a component, slope.x.
+/// Adds output fields for a let of the model that is not a field, for a named formula, or for the unknown of a solve: a
+/// number, vector or tensor. Each component has its own placement (centres, if no field in it is on faces) or the
+/// requested one. `written`: the name, or that of a component, slope.x.
 std::vector<std::string> show(Elaboration& elaboration, const ast::Identifier& written, const std::string& name,
                               const TypedExpr& let, const std::optional<ast::Identifier>& on = {}) {
   std::vector<std::string> names;
@@ -49,7 +49,7 @@ std::vector<std::string> show(Elaboration& elaboration, const ast::Identifier& w
   return names;
 }
 
-/// A formula with a name of its own.
+/// A formula with its own name.
 void bind_formula(Elaboration& elaboration, const ast::NamedFormula& formula,
                   std::map<std::string, SourceRange>& seen) {
   const ast::Identifier& name = formula.name;
@@ -58,7 +58,7 @@ void bind_formula(Elaboration& elaboration, const ast::NamedFormula& formula,
     show(elaboration, name, name.name, value, formula.on);
 }
 
-/// The states and what else is written down under that name; none after a diagnostic.
+/// The states and other fields written under that name; empty after a diagnostic.
 std::vector<std::string> written_down(Elaboration& elaboration, const ast::Identifier& name) {
   const std::string whole = name.name.substr(0, name.name.find('.'));
   const auto let = elaboration.names.lets.find(whole);
@@ -69,7 +69,7 @@ std::vector<std::string> written_down(Elaboration& elaboration, const ast::Ident
   const Symbol* meaning = elaboration.names.scope.find(name.name);
   const bool has_failed = meaning != nullptr && meaning->role == Role::let && let == elaboration.names.lets.end() &&
                           !elaboration.names.scene_lets.contains(name.name);
-  if (has_failed) return {};  // its own line has a diagnostic
+  if (has_failed) return {};  // its definition has a diagnostic
   for (const State* state : find_states(elaboration, name, "an output")) names.push_back(state->name);
   return names;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Placements as declared, and the check that every expression is taken where it can be.
+// Declared placements, and the check that every expression can be evaluated at its placement.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ void check_quantity(Elaboration& elaboration, const Placements& placements, cons
   for_each_part(e, [&](const Expr& part) { check_quantity(elaboration, placements, part, where); });
 }
 
-/// The bounded axis along which a field is staggered; -1: there is none.
+/// The bounded axis along which a field is staggered, or -1.
 int walled_axis(const Elaboration& elaboration, const Placement& placement) {
   for (int axis = 0; axis < axis_count(elaboration); ++axis) {
     if (placement[static_cast<std::size_t>(axis)] && elaboration.problem.axes[axis].topology == Topology::bounded)
@@ -50,7 +50,7 @@ bool moves(const Expr& e) {
          std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
 }
 
-/// Whether the body of an operator takes a parameter elsewhere than at the point itself.
+/// Whether the body of an operator reads a parameter at other points.
 bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
   const auto* field = std::get_if<Field>(&e->kind);
   bool found = field && inside && field->name == parameter;
@@ -58,8 +58,8 @@ bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
   return found;
 }
 
-/// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low
-/// one.
+/// Coefficients and data have no boundary conditions: between walls a staggered one has values on the high wall but not
+/// on the low one.
 void check_no_wall_values(Elaboration& elaboration, const Placements& placements, const Expr& e, bool inside,
                           SourceRange where) {
   if (const auto* field = std::get_if<Field>(&e->kind)) {
@@ -73,7 +73,7 @@ void check_no_wall_values(Elaboration& elaboration, const Placements& placements
   if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
     return check_no_wall_values(elaboration, placements, field(sampled->field, e->origin), true, where);
   }
-  if (const auto* network = std::get_if<NetworkCall>(&e->kind)) {  // its arguments are read where they lie
+  if (const auto* network = std::get_if<NetworkCall>(&e->kind)) {  // its arguments are read at their own placements
     for (const Expr& argument : network->arguments)
       check_no_wall_values(elaboration, placements, argument, false, where);
     return;
@@ -91,7 +91,7 @@ void check_no_wall_values(Elaboration& elaboration, const Placements& placements
       e, [&](const Expr& part) { check_no_wall_values(elaboration, placements, part, inside || moves(e), where); });
 }
 
-/// A coefficient that is the field of another model is where that field is.
+/// A coefficient that is a field of another model has that field's placement.
 void check_coupling(Elaboration& elaboration) {
   if (!elaboration.blocks.scene || elaboration.blocks.scene->also.empty()) return;
   std::vector<ast::Identifier> models{elaboration.blocks.scene->of};
@@ -114,8 +114,7 @@ void check_coupling(Elaboration& elaboration) {
   }
 }
 
-/// "edges" or "faces" where the components of a vector would lie at the places that are wanted of this one; ""
-/// elsewhere.
+/// "edges" or "faces" if a vector with this word would have the required placement in this component; else "".
 std::string places_wanted(const Elaboration& elaboration, const Placements::Mistake& mistake) {
   const auto* field = std::get_if<Field>(&mistake.part->kind);
   const std::string whole = field ? vector_of(field->name) : "";
@@ -165,7 +164,7 @@ std::optional<Placement> placement_named(const std::string& on, int component, i
   }
   const std::string base = vector_of(on), kind = base.empty() ? on : base;
   const int axis = base.empty() ? component : axis_of(on.substr(base.size() + 1));
-  if (kind == "edges" && axis >= 0) {  // those along z are there on two axes too, each a point
+  if (kind == "edges" && axis >= 0) {  // on two axes there are also edges along z, each a point
     for (int other = 0; other < axes; ++other) {
       if (other != axis) stagger(other);
     }
@@ -180,7 +179,7 @@ Placement placement_of(Elaboration& elaboration, const std::optional<ast::Identi
   if (!on) return {};
   const auto placement = placement_named(on->name, component, axis_count(elaboration));
   if (placement) return *placement;
-  if (component > 0) return {};  // said for the first one
+  if (component > 0) return {};  // reported for the first one
   if (on->name == "faces" || on->name == "edges")
     elaboration.sink.report(
         "unknown-placement", on->range, {on->name + " of a number"},
@@ -192,7 +191,7 @@ Placement placement_of(Elaboration& elaboration, const std::optional<ast::Identi
 
 namespace {
 
-/// Between walls on which a state lies a cubic goes through four points, those on the walls among them.
+/// Between walls on which a state lies, cubic interpolation needs four points, including those on the walls.
 void check_cubic(Elaboration& elaboration, const State& state) {
   const Transport& transport = elaboration.problem.scheme.transport_of(state.name);
   if (transport.advect != Advection::semi_lagrangian || transport.order != 3 || !holds_advect(*state.rhs)) return;
@@ -204,7 +203,7 @@ void check_cubic(Elaboration& elaboration, const State& state) {
   }
 }
 
-/// Where a formula is taken by whoever asks for it: at its home, or anywhere where its sums can be.
+/// Placement at which a formula is evaluated: its home, or for sums any placement that fits.
 enum class Taken { at_home, in_sums, checked_elsewhere };
 Taken taken(UseKind kind) {
   switch (kind) {
@@ -219,8 +218,8 @@ Taken taken(UseKind kind) {
     case UseKind::held_where:
     case UseKind::held_value: return Taken::checked_elsewhere;  // as part of a correction
     case UseKind::potential:
-    case UseKind::constraint: return Taken::checked_elsewhere;  // where the constraint is bound
-    case UseKind::test_field: return Taken::checked_elsewhere;  // wherever it is natural
+    case UseKind::constraint: return Taken::checked_elsewhere;  // when the constraint is bound
+    case UseKind::test_field: return Taken::checked_elsewhere;  // at its natural placement
     case UseKind::initial:
     case UseKind::coefficient:
     case UseKind::unknown_start:  // of coordinates, and networks of these
@@ -230,7 +229,7 @@ Taken taken(UseKind kind) {
     case UseKind::boundary_value:
     case UseKind::boundary_weight:
     case UseKind::stretch_map:
-    case UseKind::metric: return Taken::checked_elsewhere;           // of what is known everywhere
+    case UseKind::metric: return Taken::checked_elsewhere;           // everything in them is known everywhere
     case UseKind::stated_operator: return Taken::checked_elsewhere;  // where it is used
   }
   unreachable("kind of use");

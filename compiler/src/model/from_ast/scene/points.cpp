@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points between cells: inject(f, at = (x0, y0)), a density whose sum over the cells times their volume is f, and
-// sample, the value of a field there. They are spelled out here in functions that exist, so that discretising and
-// differentiating them need no rule of their own. Formulas of coordinates are known at every placement: what is a hat
-// around each cell's centre is one around each face, where values on faces are wanted.
+// Points between cells. inject(f, at = (x0, y0)) is a density; its sum over the cells times their volume is f. sample
+// is the value of a field at a point. Both are expanded here into existing functions, so discretisation and
+// differentiation need no extra rules. Formulas of coordinates are known at every placement: a hat function around cell
+// centres becomes one around faces for values on faces.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 Expr larger(const Expr& a, const Expr& b) { return call(Fn::max, {a, b}); }
 Expr smaller(const Expr& a, const Expr& b) { return call(Fn::min, {a, b}); }
 
-/// hx, hy, hz: bound by the grid that the scene is run on.
+/// hx, hy, hz: set by the grid of the run.
 Expr spacing(int axis) { return param("h" + axis_name(axis)); }
 
 }  // namespace
@@ -43,10 +43,10 @@ Expr place_before(const Axis& axis, int number_of_axis, double cells) {
 
 namespace {
 
-/// What one source gives along the axes of a scene: a hat around each cell x, which begins at the cell before and ends
-/// at the one behind. A place is before or behind a cell as its number compares with the cell's, which is the same
-/// number for the cell's neighbours, so that the shares of all cells add up to 1 and their slopes in the place to 0. On
-/// a cell they are the right-hand ones, as `interp` has it.
+/// Weights of one source along the axes of a scene: for each cell a hat function that extends from the previous to the
+/// next cell. Whether a position is before or after a cell is decided by comparing the same numbers for neighbouring
+/// cells, so the weights of all cells add up to 1 and their derivatives by the position to 0. On a cell derivatives are
+/// the right-hand ones, as for `interp`.
 class Hats {
  public:
   explicit Hats(const Problem& problem) : problem_(problem) {
@@ -56,9 +56,9 @@ class Hats {
     for (const State& state : problem.states) note(state);
   }
 
-  /// What a cell takes of a point at `position` along an axis. Along a periodic axis, which a point may have gone
-  /// around many times, it has images one period away. Between walls the first and the last point that are no walls
-  /// themselves take all that lies beyond them.
+  /// The weight of a cell for a point at `position` along an axis. On a periodic axis the position is wrapped, and
+  /// periodic images of the point count. Between walls the first and the last point that are not on walls take the
+  /// whole weight beyond them.
   Expr along(int number_of_axis, const Expr& position) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     if (axis.topology == Topology::periodic) {
@@ -83,7 +83,7 @@ class Hats {
   }
 
  private:
-  /// The place on the axis itself, as it is where it is there already.
+  /// The position wrapped onto the axis; unchanged if already there.
   static Expr around(const Axis& axis, const Expr& position) {
     const double period = axis.high - axis.low;
     const auto* fixed = std::get_if<Number>(&position->kind);
@@ -94,12 +94,12 @@ class Hats {
     return select(is_there, position, plus(axis.low, times(period, call(Fn::fraction, {rounds}))));
   }
 
-  /// Between walls: whether the cell takes all that lies before or behind it.
+  /// Between walls: whether the cell takes the whole weight below or above it.
   struct Beyond {
     std::optional<Expr> is_first, is_last;
   };
 
-  /// Of the cell's image so far away.
+  /// For the cell's periodic image at distance `away`.
   Expr hat(int number_of_axis, const Expr& point, double away, const Beyond& beyond) const {
     const Expr here = shifted(coordinate(number_of_axis), away), before = neighbour(number_of_axis, -1, away),
                behind = neighbour(number_of_axis, +1, away);
@@ -117,8 +117,8 @@ class Hats {
   }
   static Expr shifted(const Expr& place, double away) { return away == 0 ? place : plus(place, away); }
 
-  /// The place of the point before (-1) or behind (+1), of an image so far away. Coordinates wrap around along periodic
-  /// axes; there and back again leaves the number that the point itself has.
+  /// Position of the previous (-1) or next (+1) point, for an image at distance `away`. Coordinates wrap on periodic
+  /// axes; going there and back gives the identical number.
   Expr neighbour(int number_of_axis, int cells, double away) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     std::vector<int> offset(problem_.axes.size(), 0);
@@ -126,7 +126,7 @@ class Hats {
     const Expr x = coordinate(number_of_axis), place = shift(x, std::move(offset));
     if (axis.topology == Topology::bounded) return place;
     const double period = axis.high - axis.low;
-    const BinaryOp is_beside = cells < 0 ? BinaryOp::less : BinaryOp::greater;  // of one cell it is x itself
+    const BinaryOp is_beside = cells < 0 ? BinaryOp::less : BinaryOp::greater;  // with one cell it is x itself
     return select(binary(is_beside, place, x), shifted(place, away),
                   shifted(place, cells < 0 ? away - period : away + period));
   }
@@ -137,8 +137,8 @@ class Hats {
 
 Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin);
 
-/// Interpolation ends half a cell beyond the centres: beside the wall whose values the field does not hold it is
-/// spelled out, from the value on the wall itself.
+/// Interpolation ends half a cell beyond the centres. Next to the wall where the field has no values, it is written out
+/// using the value on the wall itself.
 Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
   const Axis& along = problem.axes[axis];
   const int number_of_axis = static_cast<int>(axis);
@@ -158,9 +158,9 @@ Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, c
   return select(binary(BinaryOp::less, share, 0.5), plus(on_wall, inside), taken(InterpolationBasis::linear));
 }
 
-/// Beside a wall with a slope, across a stretched axis: the halo has that slope over a cell as wide as the map has it
-/// on the wall, which is not twice the way from the wall to the centre. The value goes on from the centre with the
-/// slope itself.
+/// Next to a wall with a slope, across a stretched axis. The ghost value has that slope over the map's cell width on
+/// the wall, which differs from twice the distance between wall and centre. So the value is extrapolated from the
+/// centre with the slope itself.
 Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sample sample, std::size_t axis,
                            const Origin& origin) {
   const Axis& along = problem.axes[axis];
@@ -174,7 +174,7 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
   if (condition_of(sides.low.kind).gives_slope()) {
     const Expr first = place_after(along, number_of_axis, 0.5);
     const Expr share = binary(BinaryOp::divide, minus(first, larger(place, along.low)),
-                              times(h, value_at(slope, along.low)));  // of the halo's value
+                              times(h, value_at(slope, along.low)));  // weight of the ghost value
     value = select(binary(BinaryOp::less, place, first),
                    plus(times(share, taken(InterpolationBasis::lower)),
                         times(minus(1.0, share), taken(InterpolationBasis::upper))),
@@ -191,7 +191,7 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
   return value;
 }
 
-/// The value of a field at a place along the axes from `axis` on.
+/// The value of a field at a position along the axes from `axis` on.
 Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
   if (axis == problem.axes.size()) return model::sample(std::move(sample), origin);
   const Axis& along = problem.axes[axis];
@@ -204,10 +204,10 @@ Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Orig
   return sampled(problem, std::move(sample), axis + 1, origin);
 }
 
-/// A formula at a place. Fields are what they are there, wherever they lie, coordinates are the place itself. What is
-/// made of neighbours, as a derivative, is linear between the points where the scheme has it: its sum over the grid,
-/// weighed by hats around these. In curved coordinates that holds with the lengths that stand around it: apart from its
-/// own lengths a difference says nothing.
+/// Evaluates a formula at a position. Fields are interpolated and coordinates are those of the position. An expression
+/// of neighbours, as a derivative, is interpolated linearly between the points where the scheme has it: its sum over
+/// the grid, weighted by hat functions. In curvilinear coordinates it is interpolated together with its metric factors,
+/// without which a difference has no meaning.
 class AtPoint {
  public:
   AtPoint(const Problem& problem, const std::vector<Expr>& place, Origin origin)
@@ -255,7 +255,7 @@ class AtPoint {
   Origin origin_;
 };
 
-/// Whether `e` has a value when it is read: neither t nor an unknown nor a parameter without a value is in it.
+/// Whether the value of `e` is known when it is read: it has no t, no unknown and no parameter without a value.
 bool is_known_now(const Elaboration& elaboration, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
     const auto* param = std::get_if<Param>(&part->kind);
@@ -266,7 +266,7 @@ bool is_known_now(const Elaboration& elaboration, const Expr& e) {
   });
 }
 
-/// Whether a part on faces along an axis with a pole is taken in the cell beside it, as far as that is known.
+/// Whether a part on faces along an axis with a pole is read in the cell next to the pole, as far as known.
 bool is_beside_its_pole(const Elaboration& elaboration, const Expr& e, const std::vector<Expr>& place) {
   if (!is_on_pole(elaboration.problem, e)) return false;
   for (std::size_t a = 0; a < elaboration.problem.axes.size(); ++a) {
@@ -290,7 +290,7 @@ bool holds_sample(const Expr& e) {
 
 namespace {
 
-/// A formula that is the same in all cells, evaluated in the first one: one number.
+/// A formula that is uniform in space as one number, from the first cell.
 Expr in_first_cell(const Problem& problem, const Expr& e) {
   std::optional<Expr> first;
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
@@ -332,7 +332,7 @@ std::optional<std::vector<Expr>> point(FormulaScope& here, const ast::Call& e) {
     }
     if (!is_known_now(here.elaboration, along)) continue;
     const Value value = value_of(along, here.elaboration.params.values);
-    const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // places wrap there
+    const bool is_around = grid.topology == Topology::periodic && std::isfinite(value.number);  // positions wrap
     if (value.mistake.empty() && is_around) continue;
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
     here.elaboration.sink.report("outside-the-grid", place.range(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What would be divided by the length of a unit of another coordinate on a pole, where that is 0. Formulas at cell
-// centres have half a cell to the pole; derivatives of derivatives, and what lies on faces, are taken on the very pole.
+// Finds divisions by the length of a unit of another coordinate on a pole, where it is 0. Formulas at cell centres keep
+// half a cell distance; nested derivatives and formulas on faces are evaluated on the pole itself.
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -19,14 +19,15 @@ namespace dpde::model {
 
 namespace {
 
-// Of a formula along the axis: how near to the pole it is taken, in halves of cells. 0 is the pole itself, 1 the centre
-// beside it, 2 the face behind that one. From there it is taken at all centres, or at all faces.
+// Distance from the pole, in half cells along the axis, of the nearest evaluation of a formula: 0 is on the pole, 1 the
+// centre next to it, 2 the next face. Further evaluations follow at all centres, or at all faces.
 constexpr int on_pole = 0, beside_it = 1, inner_face = 2;
 
-/// What differences read that reach so many halves of cells further; beyond the pole lie centres and faces again.
+/// The nearest point that a difference reads, which extends `halves` half cells further. Beyond the pole there are
+/// centres and faces again.
 int reaching(int nearest, int halves) { return nearest >= halves ? nearest - halves : (nearest + halves) % 2; }
 
-/// Beside the pole at one end of an axis.
+/// For the pole at one end of an axis.
 class Divisions {
  public:
   Divisions(const Elaboration& elaboration, const Placements& placements, std::size_t axis, bool is_low)
@@ -36,10 +37,10 @@ class Divisions {
         axis_(axis),
         is_low_(is_low) {}
 
-  /// The division by a length of 0, or a formula that has no bound there; nullptr where there is none.
+  /// The division by a length of 0, or a formula that is unbounded there; nullptr if there is none.
   const Expr* find(const Expr& e, int nearest) const {
     if (nearest == on_pole && depends_on_axis(e, static_cast<int>(axis_))) {
-      const Expr formula = with_numbers(e, 0), other = with_numbers(e, 1);  // in one of which a factor may be 0
+      const Expr formula = with_numbers(e, 0), other = with_numbers(e, 1);  // a factor may be 0 in one of them
       if (is_formula(formula) && is_formula(other)) return is_unbounded(formula) || is_unbounded(other) ? &e : nullptr;
     }
     if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
@@ -75,8 +76,8 @@ class Divisions {
  private:
   const Axis& axis() const { return problem_.axes[axis_]; }
 
-  /// With the values that parameters begin with, or with others, as they may become: a factor that is 0 by chance hides
-  /// what it is a factor of. What has no value, as t and controls, may be any number.
+  /// Substitutes the initial values of parameters, or other values, since a factor that happens to be 0 hides its
+  /// cofactor. Anything without a value, as t and controls, gets an arbitrary number.
   Expr with_numbers(const Expr& e, double others) const {
     constexpr double odd = 0.7316, growth = 0.3717;
     KnownValues values = values_;
@@ -93,9 +94,9 @@ class Divisions {
     return is_formula(divisor) && is_unbounded(binary(BinaryOp::divide, 1.0, divisor));
   }
 
-  /// Of what grows towards the pole as a power of the way to it.
+  /// Detects growth towards the pole by a power of the distance.
   bool is_unbounded(const Expr& formula) const {
-    constexpr double way = 1e-3, most_growth = 1e5;  // for that part of the axis
+    constexpr double way = 1e-3, most_growth = 1e5;  // between this fraction of the axis and the pole
     const auto at = [&](double part) {
       std::array<double, 3> place{};
       for (std::size_t a = 0; a < problem_.axes.size(); ++a) place[a] = problem_.axes[a].centre(0);
@@ -106,25 +107,26 @@ class Divisions {
     return !(at(0) <= most_growth * at(way));
   }
 
-  /// As the differences of the back ends have it.
+  /// Same stencils as in the back ends.
   int read_by(const Derivative& d, int nearest) const {
     const bool is_central = d.order > 1 || (nearest % 2 != 0 && !is_midway(d.operand));
     const int reach =
         d.order > 1 ? reach_of(problem_.scheme.laplacian_order) + (d.order > 2 ? 2 : 0) : derivative_reach();
     return reaching(nearest, is_central ? reach : reach - 1);
   }
-  /// In halves of cells, of a central difference.
+  /// In half cells, of a central difference.
   int reach_of(int order) const { return order == spectral ? 2 * axis().cells : order; }
   int derivative_reach() const { return reach_of(problem_.scheme.derivative_order); }
 
-  /// Whether a first derivative of `e` may be one between faces: `e` can be taken there, or is a derivative itself.
+  /// Whether a first derivative of `e` may be a difference between faces: `e` can be evaluated there, or is a
+  /// derivative itself.
   bool is_midway(const Expr& e) const {
     std::optional<Placement> place = placements_.is_staggered() ? placements_.natural(e) : std::nullopt;
     if (!place) return belongs_midway(e);
     (*place)[axis_] = true;
     return placements_.can_be_at(e, *place) || belongs_midway(e);
   }
-  /// Of formulas of fields at centres.
+  /// For formulas of fields at centres.
   bool belongs_midway(const Expr& e) const {
     const auto* d = std::get_if<Derivative>(&e->kind);
     if (d != nullptr && d->axis == static_cast<int>(axis_)) return belongs_midway(d->operand) != (d->order == 1);
@@ -133,7 +135,7 @@ class Divisions {
     return found;
   }
 
-  /// Each part from where on it is chosen, as far as that is known.
+  /// Each branch from the first point where it is chosen, as far as known.
   const Expr* in_choice(const Select& choice, int nearest) const {
     const Expr* found = find(choice.condition, nearest);
     for (const bool holds : {true, false}) {
@@ -144,7 +146,7 @@ class Divisions {
     return found;
   }
 
-  /// Whether a condition holds at a place, nullopt where that hangs on more than the coordinate along the axis.
+  /// Whether a condition holds at a point; nullopt if it depends on more than the coordinate along the axis.
   std::optional<bool> truth(const Expr& condition, int place) const {
     const bool is_elsewhere = any_part(condition, [&](const Expr& part) {
       const auto* at = std::get_if<Coordinate>(&part->kind);
@@ -154,7 +156,7 @@ class Divisions {
     const auto* both = std::get_if<Binary>(&condition->kind);
     if (both == nullptr || (both->op != BinaryOp::logical_and && both->op != BinaryOp::logical_or)) return std::nullopt;
     const auto left = truth(both->left, place), right = truth(both->right, place);
-    const bool decides = both->op == BinaryOp::logical_or;  // whatever the other is
+    const bool decides = both->op == BinaryOp::logical_or;  // whatever the other operand is
     if (left == decides || right == decides) return decides;
     return left && right ? std::optional(!decides) : std::nullopt;
   }
@@ -182,7 +184,7 @@ class PolePlaces {
 
   void check() {
     for_each_formula(elaboration_.problem, [&](const Use& use) {
-      if (!is_of_states(use.kind)) return;  // others hold no differences, of which lengths make divisions
+      if (!is_of_states(use.kind)) return;  // the others contain no differences that could divide by lengths
       look_at(use.formula, use.home[axis_] ? inner_face : beside_it, use.origin);
     });
   }
@@ -192,7 +194,7 @@ class PolePlaces {
     const Expr* division = divisions_.find(e, nearest);
     if (division == nullptr) return;
     const SourceRange own = (*division)->origin.range, place = own.is_known() ? own : origin.range;
-    if (!told_.emplace(place.begin, place.end).second) return;  // a held value stands in a correction too
+    if (!told_.emplace(place.begin, place.end).second) return;  // a fixed value is also part of a correction
     elaboration_.sink.report(
         "on-pole", place, {},
         "take fields at cell centres, and derivatives of derivatives as lap(u) or div(k*grad(u)), or let the axis end "
@@ -203,7 +205,7 @@ class PolePlaces {
   Placements placements_;
   Divisions divisions_;
   std::size_t axis_;
-  std::set<std::pair<int, int>> told_;  // where
+  std::set<std::pair<int, int>> told_;  // reported positions
 };
 
 }  // namespace

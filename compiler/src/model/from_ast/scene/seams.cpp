@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What differences and means over the seam of a periodic axis read, where that is made of a coordinate which jumps
-// there: dy(beta*y) is beta in all rows but those beside the seam.
+// Warns if differences and means across a periodic boundary read a coordinate, which jumps there: dy(beta*y) is beta in
+// all rows except next to the boundary.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,20 +17,21 @@ namespace dpde::model {
 
 namespace {
 
-/// Of an operator with an adjoint of its own, around what its body says: the arguments by their names, and where it is
-/// used.
+/// Call of an operator with a given adjoint, while its body is checked: the arguments by name, and the position of the
+/// call.
 struct Arguments {
   const Apply& apply;
   const Origin& use;
   const Arguments* outer;
 };
 
-/// Formulas of coordinates alone: fields and all else that has no formula are some number, the same everywhere.
+/// Replaces fields and everything else without a formula by arbitrary uniform numbers, so that formulas contain only
+/// coordinates.
 class StandIns {
  public:
   explicit StandIns(const Elaboration& elaboration) : elaboration_(elaboration) {}
 
-  /// Across the seam of an axis.
+  /// Across the periodic boundary of an axis.
   Expr formula_of(const Expr& e, int axis, const Arguments* arguments) {
     const auto same = [&](const Expr& part) { return formula_of(part, axis, arguments); };
     if (std::holds_alternative<Number>(e->kind) || std::holds_alternative<Coordinate>(e->kind)) return e;
@@ -58,7 +59,7 @@ class StandIns {
   }
 
  private:
-  /// Along an axis beside. A derivative of what holds a field holds that of the field, which is some number too.
+  /// The derivative along another axis. If the operand has a field, so has its derivative, and any number will do.
   static Expr slope(const Derivative& d, Expr formula) {
     const bool has_field = any_part(d.operand, [](const Expr& e) { return std::holds_alternative<Field>(e->kind); });
     for (int i = 0; i < d.order && !has_field; ++i) formula = slope_of(formula, {d.axis});
@@ -86,7 +87,7 @@ class StandIns {
     return has_formula ? formula_of(*coefficient->value.formula, axis, nullptr) : some_number(name);
   }
 
-  /// For each name another one, so that none cancels another.
+  /// A different number for each name, so that they do not cancel.
   Expr some_number(const std::string& name) {
     const auto next = static_cast<double>(numbers_.size());
     return numbers_.emplace(name, 0.7316 + 0.3717 * next).first->second;
@@ -97,8 +98,8 @@ class StandIns {
   int others_ = 0;
 };
 
-/// Whether a formula has other values at the two ends of an axis, which are one place. What is as steep inside is
-/// rough on purpose: masks, layers.
+/// Whether a formula differs between the two ends of a periodic axis. If it is as steep inside, it is rough on purpose:
+/// masks, layers.
 bool jumps(const Expr& formula, const std::vector<Axis>& axes, std::size_t axis, double beside) {
   constexpr int places = 2048;
   constexpr double least = 1e-3, rounding = 1e-12, end = 1e-9;
@@ -128,14 +129,14 @@ class Seams {
   void check() {
     const Placements placements(elaboration_.problem);
     for_each_formula(elaboration_.problem, [&](const Use& use) {
-      if (!is_of_states(use.kind)) return;  // others hold no differences
+      if (!is_of_states(use.kind)) return;  // the others contain no differences
       origin_ = use.origin;
       walk(use.formula, {placements, nullptr}, use.home);
     });
   }
 
  private:
-  /// Where an expression stands: in an operator its arguments have other places.
+  /// Context of an expression: in an operator its arguments have other placements.
   struct Inside {
     const Placements& placements;
     const Arguments* arguments;
@@ -173,12 +174,12 @@ class Seams {
     for_each_part(e, [&](const Expr& part) { go_on(part, wanted); });
   }
 
-  /// What reads neighbours along several axes.
+  /// Expressions that read neighbours along several axes.
   void look_around(const Expr& e, const Inside& inside, const Placement& wanted) {
     const auto* advect = std::get_if<Advect>(&e->kind);
     const auto* shift = std::get_if<Shift>(&e->kind);
     const bool is_place = shift != nullptr && std::holds_alternative<Coordinate>(shift->operand->kind);
-    if (is_place) return;  // of the neighbour itself, as inject has it, which knows the seam
+    if (is_place) return;  // the coordinate of the neighbour itself, as in inject, which handles the periodic boundary
     const auto* inference = std::get_if<NetworkCall>(&e->kind);
     const network::Network* network = inference != nullptr ? network_of(inference->network) : nullptr;
     for (int axis = 0; axis < static_cast<int>(elaboration_.problem.axes.size()); ++axis) {
@@ -197,7 +198,7 @@ class Seams {
     return declared != nullptr && declared->network ? &*declared->network : nullptr;
   }
 
-  /// Of what is averaged from its own places to those that are wanted.
+  /// Averages from their own placement to the required one.
   void look_between(const Expr& e, const Inside& inside, const Placement& wanted, const Origin& origin) {
     const std::optional<Placement> own = inside.placements.natural(e);
     for (std::size_t axis = 0; own && axis < elaboration_.problem.axes.size(); ++axis) {
@@ -205,7 +206,7 @@ class Seams {
     }
   }
 
-  /// Of what is taken between the last points of an axis and the first.
+  /// Values between the last point of an axis and the first.
   void look_beside(const Sample& sample, const Inside& inside, const Origin& origin) {
     const std::vector<Axis> axes = axes_at(elaboration_.problem.axes, inside.placements.of(sample.field));
     for (std::size_t axis = 0; axis < sample.place.size(); ++axis) {
@@ -249,7 +250,7 @@ class Seams {
   Elaboration& elaboration_;
   StandIns stand_ins_;
   Origin origin_;
-  std::set<std::pair<int, int>> told_;  // where
+  std::set<std::pair<int, int>> told_;  // reported positions
 };
 
 }  // namespace

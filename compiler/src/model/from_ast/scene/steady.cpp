@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// until steady 1e-8: runs that end where the state changes by less a unit of time, and what tasks can ask of them. The
-// gradient is that of the steady state, by the implicit function theorem: it knows neither the way there nor where that
-// began, and each step has to be the same.
+// until steady 1e-8: runs that end when the state changes more slowly than this per unit of time, and restrictions on
+// their tasks. The gradient is that of the steady state, by the implicit function theorem. It does not depend on the
+// path or the initial state, and requires all steps to be identical.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ bool is_of_time(const Expr& e) {
   });
 }
 
-/// Whether steps are made of it.
+/// Whether steps depend on it.
 bool is_part_of_steps(UseKind kind) {
   switch (time_of(kind)) {
     case UseTime::step:
@@ -39,7 +39,7 @@ bool is_part_of_steps(UseKind kind) {
   unreachable("time of a use");
 }
 
-/// The first thing that makes steps differ.
+/// The first item that makes steps differ.
 const Origin* change_in_time(const Problem& problem) {
   const Origin* found = nullptr;
   for_each_formula(problem, [&](const Use& use) {
@@ -68,7 +68,7 @@ PlaceInText time_in(const Elaboration& elaboration, const ast::RunItem& run) {
   return std::nullopt;
 }
 
-/// What `place_in` finds in the first of these that has it.
+/// The first result of `place_in` for these parts.
 template <class Parts, class PlaceIn>
 PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
   for (const auto& part : parts) {
@@ -77,7 +77,7 @@ PlaceInText first_place(const Parts& parts, const PlaceIn& place_in) {
   return std::nullopt;
 }
 
-/// Where the lines of a program, or of a block in it, take the time: kernels that are run, sides and multipliers.
+/// Where the lines of a program, or of a block in it, use the time: kernel calls, sides and multipliers.
 PlaceInText time_in(const Elaboration& elaboration, const std::vector<ast::Item>& items) {
   return first_place(items, [&](const ast::Item& item) {
     return match(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// time 0 .. 1, step 1/32, tolerance 1e-6: the parts of steps by the error that their scheme estimates.
+// time 0 .. 1, step 1/32, tolerance 1e-6: adaptive substeps by the error estimate of the scheme.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The setting, else the number that is written; `otherwise` without one, nullopt after a diagnostic.
+/// The setting, else the number in the file; `otherwise` without either, nullopt after a diagnostic.
 std::optional<double> positive(Elaboration& elaboration, const std::optional<ast::Expr>& written, const char* what,
                                double otherwise) {
   if (!written) return otherwise;
@@ -33,7 +33,7 @@ std::optional<double> tolerance_of(Elaboration& elaboration, const ast::TimeItem
   return std::nullopt;
 }
 
-/// Whether the scheme estimates the error of a whole step, and nothing else divides that.
+/// Whether the scheme estimates the error of a whole step, and nothing else divides steps.
 bool can_control(Elaboration& elaboration, SourceRange range) {
   const Scheme& scheme = elaboration.problem.scheme;
   const auto refuse = [&](const char* what, const char* hint) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the points of a stretched axis lie: the formula, and whether it is a map of the axis onto itself.
+// Reads the formula of a stretched axis and checks that it maps the axis onto itself.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::optional<Expr> formula_of(Elaboration& elaboration, const ast::Expr& e, int
   return std::nullopt;
 }
 
-/// What maps the axis onto itself, made of the formula f that reaches from `from` to `to`.
+/// The formula scaled to map the axis onto itself; f ranges from `from` to `to`.
 std::string scaled(const Axis& axis, double from, double to) {
   if (!(to > from))
     return fmt::format("the formula has to give {} at {} = {} and {} at {} = {}", axis.low, axis.name, axis.low,
@@ -112,7 +112,7 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
 Expr with_values(Elaboration& elaboration, const Expr& e) {
   fix_params(elaboration, e);
   KnownValues values = elaboration.params.values;
-  for (auto& [name, value] : values) value = value.value_or(0);  // reported
+  for (auto& [name, value] : values) value = value.value_or(0);  // error reported
   return with_known(e, values);
 }
 
