@@ -12,12 +12,12 @@ namespace dpde::model {
 
 struct Value {
   double number = 0;
-  std::string mistake;  // "division by zero", ...; "" when the number is finite
+  std::string mistake;  // "division by zero", ...; "" if the number is finite
   SourceRange at;       // of the mistake
 };
 
-/// `values` has all parameters of `e`; fields, coordinates and reductions do not occur. For messages: what goes on into
-/// the problem is asked of made_once.
+/// `values` has all parameters of `e`; `e` has no fields, coordinates or reductions. For messages; values that enter
+/// the problem come from made_once.
 Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>& values);
 
 }  // namespace dpde::model

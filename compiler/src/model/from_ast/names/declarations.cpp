@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names a model declares, in the order of its text; a vector's components are known with the grid.
+// The names a model declares, in file order; components of vectors follow with the grid.
 #include <algorithm>
 #include <set>
 
@@ -9,7 +9,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Calls `add` with each name of the model's items of one kind that means what it should.
+/// Calls `add` with each correctly declared name of the model's items of one kind.
 template <class Item, class Add>
 void for_each_declared(const Elaboration& elaboration, const Item& item, Role role, const Add& add) {
   for (const ast::Identifier& name : item.names) {
@@ -18,7 +18,7 @@ void for_each_declared(const Elaboration& elaboration, const Item& item, Role ro
   }
 }
 
-/// The field, or vector as a whole, that an equation of second order moves; "" of other equations.
+/// The field, or whole vector, of an equation of second order; "" for other equations.
 std::string moved_field(const ast::EquationItem& item) {
   const std::string field = rated_field(item.field.name), vector = vector_of(field);
   return vector.empty() ? field : vector;
@@ -106,7 +106,7 @@ void bind_fields(Elaboration& elaboration) {
           coefficient.name = component;
           coefficient.placement = placement_of(elaboration, given->on, number++);
           coefficient.is_mask = given->mask;
-          if (given->control) coefficient.every = 1;  // a step, unless the scene says another interval
+          if (given->control) coefficient.every = 1;  // one step, unless the scene gives another interval
         }
       });
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions and operators of the file: put in where they are called. A body knows its parameters, coordinates, t and
-// pi, and that of an operator the spacings and neighbours of its parameters.
+// Functions and operators of the file, expanded at each call. A body can use its parameters, coordinates, t and pi; an
+// operator's also spacings and neighbours of its parameters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 constexpr int max_expansions = 20000;
 constexpr int max_offset = 64;
 
-/// "f -> g -> f", or "" when `function` is not being put in already.
+/// "f -> g -> f", or "" if `function` is not being expanded already.
 std::string cycle_to(const ast::Function& function, const FunctionScope* scope) {
   std::string path = function.name.name;
   for (; scope; scope = scope->outer) {
@@ -52,8 +52,8 @@ TypedExpr body(FormulaScope& here, FunctionScope& scope, const ast::Call& e, Sou
   return value;
 }
 
-/// The operator by itself, of fields of its own, so that its order can be found out. What it holds was checked before.
-/// Where a network is in it, it stays as it is used: networks are not measured.
+/// Records the operator with independent fields as arguments, to measure its order. Its body was already checked. An
+/// operator with a network or a solve is recorded as called: these are not measured.
 void note_order(FormulaScope& here, const FunctionScope& call, const TypedExpr& value) {
   if (here.is_measuring) return;
   const ast::Function& function = call.function;
@@ -111,7 +111,7 @@ TypedExpr user_call(FormulaScope& here, const ast::Function& function, const ast
     if (argument.type == TypedExpr::Type::none) return {};
     scope.arguments.emplace(function.parameters[i].name, std::move(argument));
   }
-  const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});  // a body does not know them
+  const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});  // not visible in a body
   TypedExpr value = body(here, scope, e, range);
   here.variables = running;
   return value;

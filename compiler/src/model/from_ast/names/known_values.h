@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that formulas of numbers, parameters and t are known to take before the run, for a look at what they do: a
-// host may give others. What something is made of is evaluated elsewhere (made_once).
+// Values of formulas of numbers, parameters and t that are known before the run, for checks only: a host program may
+// set others. Values used at compile time come from made_once.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace dpde::model {
 
-/// nullopt where a parameter has no value, or the formula none that is finite.
+/// nullopt if a parameter has no value or the result is not finite.
 std::optional<double> known_value(const Expr& e, const KnownValues& values);
-/// The formula with these values in the place of parameters that have one.
+/// The formula with known parameters replaced by their values.
 Expr with_known(const Expr& e, const KnownValues& values);
 bool holds_time(const Expr& e);
-/// The beginning of the steps and their middle, where schemes look; of very many some.
+/// The begin and middle of the steps, where schemes evaluate; of very many steps a selection.
 std::vector<double> times_of_run(const Problem& problem);
-/// The scene's values, with those that the task's parameters begin with. Not without a task.
+/// The scene's values, with initial values of the task's parameters. Requires a task.
 KnownValues values_at_start(const Elaboration& elaboration);
 
 }  // namespace dpde::model

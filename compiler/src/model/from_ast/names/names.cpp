@@ -71,8 +71,8 @@ std::vector<std::string> Scope::names(Role role) const {
 }
 
 bool is_reserved(const std::string& name) {
-  if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
-  constexpr std::string_view noise = "noise_";                        // fields of noise are called so
+  if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // names of derivatives
+  constexpr std::string_view noise = "noise_";                        // names of noise fields
   if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
   return find_bound_name(name) || is_side_word(name) ||
          std::find(std::begin(wave_names), std::end(wave_names), name) != std::end(wave_names) ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the names of a scene stand for. One name means one thing in a problem.
+// Meanings of the names of a scene. A name has one meaning in a problem.
 #pragma once
 
 #include <map>
@@ -21,20 +21,20 @@ struct Symbol {
   Role role;
   SourceRange declared;
   int axis = -1;           // of a coordinate
-  bool is_vector = false;  // its components are declared as well, as u.x
+  bool is_vector = false;  // its components are declared as well: u.x
 };
 
 class Scope {
  public:
-  /// Knows x, y, z, t and pi.
+  /// Contains x, y, z, t and pi.
   Scope();
   const Symbol* find(const std::string& name) const;
-  /// The first declaration of a name stays.
+  /// The first declaration of a name wins.
   void declare(const std::string& name, Symbol meaning) { meanings_.emplace(name, meaning); }
   void forget(const std::string& name) { meanings_.erase(name); }
-  /// That a name was to be declared and could not is told once, not again where it is used.
+  /// Records a name whose declaration failed, so that its uses cause no further message.
   void refuse(const std::string& name) { refused_.insert(name); }
-  /// Of a component its vector counts.
+  /// A component counts as its vector.
   bool is_refused(const std::string& name) const;
   std::vector<std::string> names() const;
   std::vector<std::string> names(Role role) const;
@@ -44,10 +44,10 @@ class Scope {
   std::set<std::string> refused_;
 };
 
-/// Words that the language or the levels below it give a meaning to.
+/// Words of the language or of the levels below it.
 bool is_reserved(const std::string& name);
 
-/// The vector of a component, u of u.x; of other names "".
+/// The vector of a component: u for u.x; "" for other names.
 std::string vector_of(const std::string& name);
 
 /// 0, 1, 2 for x, y, z; -1 for other names.
@@ -55,15 +55,15 @@ int axis_of(std::string_view name);
 /// "x", "y", "z"
 std::string axis_name(int axis);
 
-/// "u" of "dt(u)"; "" of other texts.
+/// "u" for "dt(u)"; "" for other texts.
 std::string rated_field(std::string_view written);
-/// u_t of u and "_t", u_t.x of u.x.
+/// For suffix "_t": u_t for u, u_t.x for u.x.
 std::string name_beside(const std::string& field, const std::string& suffix);
 std::string velocity_name(const std::string& field);
-/// The state called so in a text: u of "u", u_t of "dt(u)".
+/// The state written as this text: u for "u", u_t for "dt(u)".
 std::string state_name(const std::string& written);
 
-/// "did you mean nu?", or what there is to choose from when no name is near.
+/// "did you mean nu?", or the list of candidates if no name is similar.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
 
 /// "1 argument", "2 arguments"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of parameters, in any order: of settings, else of the scene, else of the model.
+// Values of parameters, in any order: from the settings, else the scene, else the model.
 #include <fmt/format.h>
 
 #include "model/from_ast/formulas/formula_scope.h"
@@ -10,7 +10,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Whether the task gives the unknown parameter a value to start from.
+/// Whether the task gives the unknown parameter an initial value.
 bool has_start(const Elaboration& elaboration, const std::string& name) {
   if (!elaboration.blocks.task) return false;
   for (const auto& [unknown, range] : items_of<ast::UnknownItem>(elaboration.blocks.task->items)) {
@@ -61,7 +61,7 @@ class ParameterValues {
     if (is_component || (meaning && meaning->role == Role::coefficient)) return;  // bind_coefficients
     if (!meaning || meaning->role != Role::parameter) return report_not_a_value(elaboration_, item.name, meaning);
     const auto [first, is_new] = seen_.emplace(item.name.name, item.name.range);
-    if (!is_new && first->second == item.name.range) return;  // a formula above wanted it
+    if (!is_new && first->second == item.name.range) return;  // evaluated before, for a formula above
     if (!is_new) return report_duplicate(elaboration_, item.name.name, item.name.range, first->second);
     evaluate_if_free(item.name.name, item.value);
   }
@@ -78,7 +78,7 @@ class ParameterValues {
     ast::for_each_name(value, [&](const std::string& name) { want(vector_of(name).empty() ? name : vector_of(name)); });
   }
 
-  /// The value of a parameter, and of what that is made of.
+  /// Evaluates a parameter and the names in its formula.
   void want(const std::string& name) {
     const auto let = elaboration_.names.scene_lets.find(name);
     const auto found = defaults_.find(name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas of a scene that other formulas of it name: let k = 2*pi/L; initial h = 1 - b, b a coefficient that is given
-// by a formula, or an initial state. The formula is put in where the name stands.
+// Names of a scene that stand for formulas: let k = 2*pi/L; initial h = 1 - b, where b is an initial state or a
+// coefficient given by a formula. The formula is substituted for the name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr std::size_t max_names_of_names = 200;  // what the stack holds
+constexpr std::size_t max_names_of_names = 200;  // limited by the stack
 
 bool stands_in_model(const Elaboration& elaboration, SourceRange range) {
   return elaboration.blocks.model && std::ranges::any_of(elaboration.blocks.model->items, [&](const ast::Item& item) {
@@ -22,7 +22,7 @@ bool stands_in_model(const Elaboration& elaboration, SourceRange range) {
          });
 }
 
-/// What the scene gives the state or coefficient, as a whole or this component of it.
+/// The scene's value for the state or coefficient, as a whole or for this component.
 struct Giver {
   const ast::Expr* value = nullptr;
   bool is_projected = false;
@@ -42,7 +42,7 @@ Giver giver_of(const Elaboration& elaboration, const std::string& name, Role rol
   return {};
 }
 
-/// What keeps the formula from standing for the name: then the name would be another field than it.
+/// Why the formula cannot replace the name: the field would differ from it.
 std::string obstacle(const Elaboration& elaboration, const std::string& name, Role role, const Giver& giver) {
   const std::string whole = vector_of(name);
   if (elaboration.blocks.task) {
@@ -88,7 +88,7 @@ TypedExpr put_in(FormulaScope& here, const std::string& name, SourceRange range,
     here.open.erase(name);
     return {};
   }
-  const bool was_in_sum = std::exchange(here.is_in_sum, false);  // it is put in elsewhere, too
+  const bool was_in_sum = std::exchange(here.is_in_sum, false);  // the formula is also used elsewhere
   TypedExpr value = formula();
   here.is_in_sum = was_in_sum;
   here.open.erase(name);

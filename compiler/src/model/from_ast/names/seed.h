@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeds of noise and of weights are whole numbers that a double holds.
+// Seeds of noise and weights are integers that a double represents exactly.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which task, scene, model or program of the file is meant; names of blocks are unique.
+// Selects the task, scene, model or program of the file; checks that names of blocks are unique.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,7 +14,7 @@ namespace dpde::model {
 
 namespace {
 
-/// Coordinates and t may name parameters: f(x) means its own x.
+/// A parameter may have the name of a coordinate or t: in f(x), x is the parameter.
 void check_function(Elaboration& elaboration, const ast::Function& function) {
   const auto refuse = [&](const ast::Identifier& name, const char* what) {
     elaboration.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
@@ -29,8 +29,8 @@ void check_function(Elaboration& elaboration, const ast::Function& function) {
   }
 }
 
-/// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
-/// false when two have the same name.
+/// Names of scenes, tasks and programs are used on the command line, those of models and programs in scenes. False if
+/// two are equal.
 bool names_are_unique(Elaboration& elaboration) {
   bool fine = true;
   std::map<std::string, SourceRange> chosen, models, schemes, functions;
@@ -69,7 +69,7 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
   return a;
 }
 
-/// Of what is called so, or nearly, and is for some verbs only; "" where nothing is.
+/// A hint for blocks with this or a similar name that only some commands accept; "" if there is none.
 std::string hint_of_verb(const Elaboration& elaboration, const std::string& name) {
   const auto named = [&](const std::vector<std::string>& names) {
     return std::ranges::find(names, name) != names.end() ? name : nearest_name(name, names);
@@ -92,7 +92,7 @@ bool select_named(Elaboration& elaboration, const std::string& name) {
   return false;
 }
 
-/// What the file says itself goes before what it imports.
+/// Blocks of the file itself have precedence over imported ones.
 bool select_only(Elaboration& elaboration) {
   ast::File own = elaboration.file;
   std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
@@ -125,7 +125,7 @@ bool select_scene_of_task(Elaboration& elaboration) {
   return elaboration.blocks.scene != nullptr;
 }
 
-/// false after a diagnostic.
+/// False after a diagnostic.
 bool select_models(Elaboration& elaboration) {
   std::map<std::string, SourceRange> seen{{elaboration.blocks.scene->of.name, elaboration.blocks.scene->of.range}};
   std::vector<ast::Identifier> all{elaboration.blocks.scene->of};
@@ -156,8 +156,7 @@ bool select_model(Elaboration& elaboration) {
   return false;
 }
 
-/// What the models before one have: names of fields, and whether these are vectors; of coefficients also where they
-/// lie.
+/// Names in the models before one: fields, with whether they are vectors; for coefficients also their placement.
 struct Provided {
   std::set<std::pair<std::string, bool>> fields;
   std::set<std::tuple<std::string, bool, std::string>> coefficients;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings of --set. Their texts are no part of the file: mistakes in them are told without a place.
+// The settings of --set. Their texts are not part of the file, so errors in them have no position.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,7 +14,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The first message of `own`, as a sentence about a setting.
+/// Reports the first message of `own` as an error of a setting.
 void report_bad_setting(Elaboration& elaboration, const std::string& key, const std::string& text,
                         const DiagnosticSink& own) {
   const Diagnostic& first = own.all().front();
@@ -34,7 +34,7 @@ std::optional<double> number_in(Elaboration& elaboration, const std::string& key
   const auto e = parse_setting(elaboration, key, text);
   if (!e) return std::nullopt;
   DiagnosticSink own;
-  Elaboration alone(elaboration.file, elaboration.selection, own);  // knows numbers, pi and functions
+  Elaboration alone(elaboration.file, elaboration.selection, own);  // has only numbers, pi and functions
   const auto value = evaluate(alone, *e, "the setting");
   if (!value) report_bad_setting(elaboration, key, text, own);
   return value;
@@ -76,7 +76,7 @@ std::vector<std::optional<double>> cells_setting(Elaboration& elaboration, std::
 void apply_scheme_settings(Elaboration& elaboration) {
   for (const std::string& key : scheme_keys()) {
     const Symbol* meaning = elaboration.names.scope.find(key);
-    if (meaning && meaning->role == Role::parameter) continue;  // a parameter of this name goes first
+    if (meaning && meaning->role == Role::parameter) continue;  // a parameter of this name has precedence
     const std::string* text = elaboration.settings.find(key);
     if (!text) continue;
     const auto value = parse_setting(elaboration, key, *text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nobody reads is dropped or at least said. A hand-written program reads all that its kernels take.
+// Removes or reports unused items. A hand-written program uses all inputs of its kernels.
 #include <algorithm>
 
 #include "model/build.h"
@@ -18,12 +18,12 @@ bool may_read_coefficients(UseKind kind) {
     case UseTime::field:
     case UseTime::boundary: return true;
     case UseTime::geometry: return false;  // of coordinates
-    case UseTime::never: return false;     // its uses are counted where they stand
+    case UseTime::never: return false;     // its uses are counted where it is called
   }
   unreachable("time of a use");
 }
 
-/// Whether anything reads the coefficient or the task seeks it.
+/// Whether a formula reads the coefficient or the task optimises it.
 bool is_needed(const Problem& problem, const std::string& coefficient) {
   const bool found = problem.task && std::ranges::any_of(problem.task->unknowns, [&](const Unknown& unknown) {
                        return unknown.kind == Unknown::Kind::coefficient && unknown.name == coefficient;
@@ -51,7 +51,7 @@ void drop_unused(Elaboration& elaboration) {
   for (const Parameter& parameter : problem.params) {
     if (elaboration.params.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
-    if (!elaboration.selection.beside.empty()) continue;  // the task's own scene may
+    if (!elaboration.selection.beside.empty()) continue;  // the task's own scene may use it
     elaboration.sink.report("unused-parameter", elaboration.names.scope.find(parameter.name)->declared,
                             {parameter.name});
   }

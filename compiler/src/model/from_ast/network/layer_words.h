@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words for layers of a network, what each takes, and an example for messages.
+// Words for network layers, with their arguments and an example for messages.
 #pragma once
 
 #include <string>
@@ -52,7 +52,7 @@ inline std::vector<std::string> options_of(const LayerWord& word) {
   return options;
 }
 
-/// How many arguments a layer takes that have no name, the values it works on aside.
+/// Minimum and maximum number of unnamed arguments of a layer, without its input values.
 inline std::pair<std::size_t, std::size_t> least_and_most_arguments(const LayerWord& word) {
   if (word.kind == network::LayerKind::conv) return is_dense(word) ? std::pair(1, 1) : std::pair(2, 2);
   if (word.kind == network::LayerKind::activate) return {0, word.activation == network::Activation::leaky_relu ? 1 : 0};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a network block says beside its layers: padding, the begin of the weights, precision.
+// Items of a network block other than layers: padding, initialisation of weights, precision.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 using network::Padding;
 
-/// Calls `f` on the only item of a kind; others are reported.
+/// Calls `f` on the single item of a kind; reports further ones.
 template <class Kind, class F>
 void for_only(const ast::Network& source, const char* what, DiagnosticSink& sink, const F& f) {
   bool seen = false;
@@ -66,7 +66,7 @@ class PaddingReader {
   std::vector<Padding> take() { return std::move(result_); }
 
  private:
-  /// Of the bounded axes.
+  /// Padding of all bounded axes.
   void read_all(Padding padding, SourceRange range) {
     for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
       if (axes_[axis] == Topology::bounded) set(axis, padding, range);
@@ -101,7 +101,7 @@ class PaddingReader {
   std::vector<Padding> result_;
 };
 
-/// The axes that padding x periodic, y zero names.
+/// The axes in padding x periodic, y zero.
 std::optional<std::vector<Topology>> stated_axes(const ast::Network& source, DiagnosticSink& sink) {
   std::vector<Topology> axes;
   bool fine = true;
@@ -150,10 +150,10 @@ NetworkStart start_of(const ast::Network& source, const NumberOf& number_of, Dia
 
 namespace {
 
-/// host weights 120, which stands alone; false after a diagnostic.
+/// host weights 120, which must be the only item; false after a diagnostic.
 bool read_host(const ast::Network& source, const NumberOf& number_of, network::Network& network, DiagnosticSink& sink) {
   for_only<ast::HostItem>(source, "host", sink, [&](const ast::HostItem& item, SourceRange) {
-    constexpr double most = 1e9;  // as many as a machine may hold
+    constexpr double most = 1e9;  // limited by memory
     const auto count = number_of(item.weights, "the number of weights");
     if (!count) return;
     if (*count >= 0 && *count <= most && *count == std::floor(*count)) {
@@ -164,7 +164,7 @@ bool read_host(const ast::Network& source, const NumberOf& number_of, network::N
     }
   });
   if (!network.is_host()) return false;
-  network.real = Precision::f64;  // what the host gets
+  network.real = Precision::f64;  // precision of the host's function
   for (const ast::Item& item : source.items) {
     if (holds<ast::HostItem>(item.kind) || holds<ast::PaddingItem>(item.kind)) continue;
     sink.report("bad-network", item.range,

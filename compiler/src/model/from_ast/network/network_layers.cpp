@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layers of a network: each word or call becomes one, with the channels of its result and the grid that this is on.
+// The layers of a network: each word or call becomes one, with the channels and the grid of its result.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -47,7 +47,7 @@ class LayerReader {
   }
 
   // ---- messages ----------------------------------------------------------------------------------------------------
-  /// Further mistakes would follow from the first, whose result is not known.
+  /// Only the first error is reported; others would follow from it.
   void fail(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
             const std::string& hint = "") {
     if (!failed_) sink_.report(kind, range, arguments, hint);
@@ -79,7 +79,7 @@ class LayerReader {
     }
   }
 
-  /// Where values have names, layers cannot stand as words.
+  /// In a network with named values, layers cannot be bare words.
   bool refuses_words(SourceRange range) {
     if (as_values_)
       refuse(range, "layers are written as words or as values, not as both",
@@ -121,13 +121,13 @@ class LayerReader {
     for (int pass = 0; pass < repeat.count && !failed_; ++pass) {
       const std::size_t begin = network_.layers.size();
       read_items(repeat.items, true);
-      // each pass adds a layer, so that the limit of layers is one of passes
+      // each pass adds a layer, so the limit of layers also limits passes
       if (network_.layers.size() == before) refuse(repeat.count_range, "the body of repeat has no layers");
       if (repeat.shared && pass > 0) share(before, begin, repeat.count_range);
     }
   }
 
-  /// Gives the layers from `begin` on the weights of those from `first` on.
+  /// Layers from `begin` on share the weights of the layers from `first` on.
   void share(std::size_t first, std::size_t begin, SourceRange range) {
     for (std::size_t i = 0; begin + i < network_.layers.size() && !failed_; ++i) {
       Layer& layer = network_.layers[begin + i];
@@ -169,7 +169,7 @@ class LayerReader {
     return failed_;
   }
 
-  /// v1, or a call that is a layer.
+  /// v1, or a call of a layer.
   int value_of(const ast::Expr& e) {
     if (failed_) return 0;
     if (const auto* name = std::get_if<ast::Name>(&e->kind)) return named_value(name->name, e.range());
@@ -236,7 +236,7 @@ class LayerReader {
     return nullptr;
   }
 
-  /// The number of the value that the layer makes of `inputs`; 0 after a diagnostic.
+  /// Number of the value that the layer computes from `inputs`; 0 after a diagnostic.
   int add(const LayerWord& word, SourceRange word_range, SourceRange range, const std::vector<int>& inputs,
           const std::vector<ast::Argument>& arguments) {
     std::vector<ast::Expr> plain;
@@ -313,7 +313,7 @@ class LayerReader {
                        layer.channels));
   }
 
-  /// weights = v2: those of another convolution, and how they begin.
+  /// weights = v2: shares the weights of another convolution, and their initialisation.
   void take_weights(const LayerOptions& options, Layer& layer) {
     const ast::Expr& e = options.at("weights").value;
     for (const char* own : {"bias", "gain", "initial"}) {
@@ -391,7 +391,7 @@ class LayerReader {
     return input;
   }
 
-  /// add and concat, residual and skip: the same grid, and to add the same number of channels.
+  /// add and concat, residual and skip require equal grids; add also equal channels.
   int join(LayerKind kind, const char* word, SourceRange range, int first, int second) {
     const bool is_block = std::string_view(word) == "residual" || std::string_view(word) == "skip";
     if (size(first) != size(second)) {
@@ -433,7 +433,7 @@ class LayerReader {
     return static_cast<int>(network_.layers.size());
   }
 
-  /// As many channels as outputs, on the grid of the fields.
+  /// The result has one channel per output, on the grid of the fields.
   void check_output() {
     const int last = static_cast<int>(network_.layers.size());
     if (last == 0)
@@ -462,8 +462,8 @@ class LayerReader {
   const NumberOf& number_of_;
   network::Network& network_;
   DiagnosticSink& sink_;
-  std::vector<int> sizes_;  // of the grids of the layers' results
-  int current_ = 0;         // what the next word works on
+  std::vector<int> sizes_;  // grid of each layer's result
+  int current_ = 0;         // input of the next word
   bool as_values_ = false;
   std::map<std::string, Value> values_;
   std::optional<int> output_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layer that turns and mirrors: reorient(v, x = -y, y = x, channels = (-2, 1)).
+// The layer for rotations and reflections: reorient(v, x = -y, y = x, channels = (-2, 1)).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -65,7 +65,7 @@ class OrientationReader {
     return false;
   }
 
-  /// From 1 on, negative for the other direction; 0 after a diagnostic.
+  /// Axis number from 1, negative for the opposite direction; 0 after a diagnostic.
   int signed_axis(const ast::Expr& e) {
     const auto* negative = std::get_if<ast::Unary>(&e->kind);
     const bool is_back = negative && negative->op == ast::UnaryOp::negate;

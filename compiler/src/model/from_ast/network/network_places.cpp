@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What networks cannot do where they are called: mirror values of which one wall has some and the other none, and have
-// a value on the lower wall.
+// Restrictions on calls of networks: they cannot mirror values that exist on one wall but not on the other, and they
+// have no value on the lower wall.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 using AlongAxes = std::array<bool, 3>;
 
-/// The axes that a layer turns round or exchanges.
+/// The axes that a layer reverses or exchanges.
 AlongAxes axes_moved(const network::Network& network) {
   AlongAxes moved{};
   for (const network::Layer& layer : network.layers) {
@@ -42,7 +42,7 @@ class NetworkPlaces {
   }
 
  private:
-  /// `displaced`: along which axes values are taken beside the point too.
+  /// `displaced`: axes along which neighbouring values are read, too.
   void walk(const Expr& e, const Placement& wanted, AlongAxes displaced) {
     if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return look(*call, e->origin, wanted, displaced);
     if (const auto* d = std::get_if<Derivative>(&e->kind)) {
@@ -73,7 +73,7 @@ class NetworkPlaces {
     for_each_part(e, [&](const Expr& part) { walk(part, wanted, displaced); });
   }
 
-  /// Of what is averaged from where it lies to where it is wanted.
+  /// Averages from their own placement to the required one.
   void walk_between(const Expr& e, const Placement& wanted, AlongAxes displaced) {
     const Placement own = placements_.natural(e).value_or(wanted);
     for (std::size_t axis = 0; axis < own.size(); ++axis)
@@ -89,7 +89,7 @@ class NetworkPlaces {
     for (std::size_t i = 0; i < call.arguments.size(); ++i) walk(call.arguments[i], places.arguments[i], {});
   }
 
-  /// Values on faces between walls are those of the upper faces.
+  /// Between walls, values on faces are those of the upper faces.
   void check_wall(const NetworkCall& call, const Placements::OfCall& places, const AlongAxes& displaced,
                   SourceRange range) {
     for (std::size_t axis = 0; axis < elaboration_.problem.axes.size(); ++axis) {

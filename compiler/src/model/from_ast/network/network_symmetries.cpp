@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// symmetric flips, rotations, galilean: which images of the grid a network knows, and which inputs count from their
-// mean.
+// symmetric flips, rotations, galilean: symmetries of the grid under which a network is equivariant, and inputs taken
+// relative to their mean.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class SymmetryReader {
   SymmetryReader(Elaboration& elaboration, DeclaredNetwork& declared)
       : elaboration_(elaboration), declared_(declared), axes_(elaboration.problem.axes) {}
 
-  /// The generators of the group; marks the inputs of galilean.
+  /// Generators of the symmetry group; marks the inputs of galilean.
   std::vector<Orientation> run() {
     bool seen = false;
     for (const ast::Item& item : declared_.source->items) {
@@ -48,7 +48,7 @@ class SymmetryReader {
   }
 
   void read_flips(const ast::SymmetryItem::Part& part) {
-    if ((part.word.name == "flip") != part.axis.has_value()) return;  // only the parser makes parts
+    if ((part.word.name == "flip") != part.axis.has_value()) return;  // only the parser writes parts
     if (part.axis && !axis(*part.axis)) return;
     for (int a = 0; a < rank(); ++a) {
       if (part.axis && axis_of(part.axis->name) != a) continue;
@@ -59,7 +59,7 @@ class SymmetryReader {
     }
   }
 
-  /// One axis has no turns, and what is written is done or told.
+  /// Reports rotations on one axis, which has none.
   void check_turns(const ast::SymmetryItem& symmetries) {
     const auto turns = std::ranges::find(symmetries.parts, "rotations",
                                          [](const ast::SymmetryItem::Part& part) { return part.word.name; });
@@ -70,7 +70,7 @@ class SymmetryReader {
                                : "leave rotations out: flips alone are all that one axis has");
   }
 
-  /// Quarter turns, in the plane across the axis that is named or in each.
+  /// Quarter turns, in the plane normal to the named axis or in every plane.
   void read_rotations(const ast::SymmetryItem::Part& part) {
     if (part.axis && rank() < 3) {
       return misfit(part.axis->range,
@@ -113,7 +113,7 @@ class SymmetryReader {
            inputs.empty() ? "" : fmt::format("write galilean({})", inputs.front().name.name));
   }
 
-  /// Whether the scene has the axis; reported.
+  /// Whether the scene has the axis; reports otherwise.
   bool axis(const ast::Identifier& name) {
     const int number = axis_of(name.name);
     if (number >= 0 && number < rank()) return true;
@@ -133,7 +133,7 @@ class SymmetryReader {
     return true;
   }
 
-  /// A turn takes the grid onto itself.
+  /// A rotation must map the grid onto itself.
   bool are_alike(int first, int second, SourceRange range) {
     const Axis &a = axes_[static_cast<std::size_t>(first)], &b = axes_[static_cast<std::size_t>(second)];
     if (is_stretched(first, range) || is_stretched(second, range)) return false;
@@ -158,7 +158,7 @@ class SymmetryReader {
   void refuse(SourceRange range, const std::string& text, const std::string& hint) {
     elaboration_.sink.report("bad-network", range, {text}, hint);
   }
-  /// Of this grid: other scenes of the file may call the network.
+  /// Applies to this grid only: other scenes of the file may call the network.
   void misfit(SourceRange range, const std::string& text, const std::string& hint) {
     declared_.misfits.push_back({range, text, hint});
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The networks of the file, for the axes of the scene; and which of them anything calls.
+// The networks of the file, for the axes of the scene; and which of them are called.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ void bind_outputs(Elaboration& elaboration, DeclaredNetwork& declared) {
   for (const ast::Identifier& name : outputs) declared.outputs.push_back(name.name);
 }
 
-/// Of a scene whose step is a model.
+/// For a scene whose step is a model.
 void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
   const ast::Network& source = *declared.source;
   if (formulas::find_built_in(source.name.name) != nullptr) {
@@ -80,7 +80,7 @@ void bind_network(Elaboration& elaboration, DeclaredNetwork& declared) {
   bind_symmetries(elaboration, declared);
 }
 
-/// Of a hand-written program: as its text says.
+/// For a hand-written program: as its text says.
 void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared) {
   const auto lines = items_of<ast::ApplyItem>(elaboration.blocks.program->items);
   const auto calls_it = [&](const auto& line) { return line.kind.network.name == declared.source->name.name; };
@@ -92,7 +92,7 @@ void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared
     declared.outputs.push_back(fmt::format("c{}", c));
   const int axes = static_cast<int>(elaboration.problem.axes.size());
   if (!declared.network || declared.network->rank() == axes) return;
-  if (!is_applied) {  // of another program, perhaps
+  if (!is_applied) {  // maybe it belongs to another program
     declared.network.reset();
     return;
   }
@@ -102,7 +102,7 @@ void bind_network_of_program(Elaboration& elaboration, DeclaredNetwork& declared
                    declared.network->rank(), declared.network->rank() == 1 ? "axis" : "axes", axes)});
 }
 
-/// corrector = load("corrector.safetensors") of a scene.
+/// corrector = load("corrector.safetensors") in a scene.
 void bind_weights(Elaboration& elaboration, const DeclaredNetwork& declared) {
   const std::string& name = declared.source->name.name;
   std::map<std::string, SourceRange> seen;
@@ -128,7 +128,7 @@ void bind_weights(Elaboration& elaboration, const DeclaredNetwork& declared) {
   }
 }
 
-/// Axes that a layer exchanges have as many cells.
+/// Axes that a layer exchanges must have equal cell counts.
 void check_exchanges(Elaboration& elaboration, DeclaredNetwork& declared) {
   if (!declared.network || declared.network->rank() != static_cast<int>(elaboration.problem.axes.size())) return;
   for (const network::Layer& layer : declared.network->layers) {

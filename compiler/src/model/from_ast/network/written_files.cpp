@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of optimize --out are called after what they are of: two things that would write the same one are refused
-// before a long training ends with one of them.
+// Output files of optimize --out are named after items of the task. Two items with the same file name are refused here,
+// before a long training run.
 #include <fmt/format.h>
 
 #include "model/from_ast/parts.h"
@@ -13,7 +13,7 @@ class WrittenFiles {
  public:
   explicit WrittenFiles(Elaboration& elaboration) : elaboration_(elaboration) {}
 
-  /// What the task writes whatever its names are.
+  /// A file that the task always writes.
   void own(const std::string& file) { first_.emplace(file, SourceRange{}); }
   void add(const std::string& file, SourceRange range, const std::string& name) {
     const auto [first, is_new] = first_.emplace(file, range);
@@ -28,7 +28,7 @@ class WrittenFiles {
   std::map<std::string, SourceRange> first_;
 };
 
-/// Those beside them first: a test that is called like one of these is told, not the test that it belongs to.
+/// Comparison scenes first: if a test has the same name as one of them, the report is at that other test.
 void add_tests(const std::vector<Test>& tests, WrittenFiles& files) {
   for (const Test& test : tests) {
     if (test.beside.empty()) continue;

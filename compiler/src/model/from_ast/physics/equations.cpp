@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lets in their order, then the equations: one for each field.
+// Lets in file order, then the equations: one per field.
 #include <fmt/format.h>
 
 #include "model/analyse/solves.h"
@@ -19,7 +19,7 @@ void bind_let(Elaboration& elaboration, const ast::LetItem& item) {
   if (value.type != TypedExpr::Type::none) elaboration.names.lets.emplace(item.name.name, std::move(value));
 }
 
-/// Whether iterations can be made that derivatives go through. That the operator is symmetric is seen where its
+/// Whether a fixed number of differentiated iterations is possible. Symmetry of the operator is checked where its
 /// differences are known: stencil/lower/from_model.cpp.
 bool fits_iterations(Elaboration& elaboration, const Solve& solved, SourceRange range) {
   const auto refuse = [&](const char* why, const char* hint) {
@@ -36,7 +36,7 @@ bool fits_iterations(Elaboration& elaboration, const Solve& solved, SourceRange 
   return true;
 }
 
-/// The name stands for itself in its own equation, and behind that for the field that solves it.
+/// In its own equation the name stands for the unknown, afterwards for the solution.
 void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRange range) {
   const std::string& name = item.unknown.name;
   elaboration.solves.solved.insert(name);
@@ -74,7 +74,8 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
                             "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
     return;
   }
-  const Coordinates coordinates(elaboration.problem, {range});  // times volumes fluxes enter both their cells alike
+  const Coordinates coordinates(elaboration.problem, {range});  // with the volume as factor a flux has the same weight
+                                                                // in both its cells
   Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
                boundary_of_solved(elaboration, name)};
   const Scheme& scheme = elaboration.problem.scheme;
@@ -93,7 +94,7 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
   elaboration.names.lets[name] = {TypedExpr::Type::number, {solve(std::move(solved), {range})}};
 }
 
-/// What constraints give has no rate: it is what it was until a stage of a step finds it anew.
+/// A field determined by a constraint has no time derivative: it keeps its value until a stage recomputes it.
 void bind_multipliers(Elaboration& elaboration, std::map<std::string, SourceRange>& seen) {
   for (const auto& [item, range] : items_of<ast::ConstraintItem>(elaboration.blocks.model->items)) {
     const std::vector<State*> states = find_states(elaboration, item.multiplier, "a constraint");

@@ -12,7 +12,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The numbers of the steps that end at the times; the first state is no end of a step.
+/// Numbers of the steps that end at these times; the initial state is not the end of a step.
 std::vector<int> steps_at(Elaboration& elaboration, const std::vector<ast::Expr>& times) {
   const Problem& problem = elaboration.problem;
   std::vector<int> steps;
@@ -59,8 +59,8 @@ void bind_events(Elaboration& elaboration) {
     event.origin = {range};
     if (item.every) event.every = interval_of(elaboration, *item.every, "an event").value_or(1);
     const bool is_plain = !item.every && item.times.empty();
-    // A tolerance and a Courant number choose parts of steps: behind each of them an event would make states a function
-    // of these choices.
+    // A tolerance or a Courant number chooses substeps. An event after each substep would make states depend on this
+    // choice.
     event.after_step = is_plain && !elaboration.problem.has_parts();
     if (is_plain && elaboration.problem.has_parts()) event.every = 1;
     event.at = steps_at(elaboration, item.times);

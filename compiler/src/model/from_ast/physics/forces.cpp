@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What masks take of the fields that they hold: force_on(solid, u), torque_on(solid, u, about = (x, y)).
+// Forces of masks on the fields that they fix: force_on(solid, u), torque_on(solid, u, about = (x, y)).
 #include <fmt/format.h>
 
 #include <variant>
@@ -23,7 +23,7 @@ namespace formulas {
 
 namespace {
 
-/// The rates of what the mask holds, over the points inside; empty after a diagnostic.
+/// Time derivatives of the fixed field at the points inside; empty after a diagnostic.
 std::vector<Expr> rates_inside(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const std::string *mask = name_in(e.arguments[0]), *held = name_in(e.arguments[1]);
   const auto rates_of = [&](const std::string* field, const std::string* of) {
@@ -37,7 +37,7 @@ std::vector<Expr> rates_inside(FormulaScope& here, const ast::Call& e, SourceRan
   };
   std::vector<Expr> rates = rates_of(held, mask);
   if (!rates.empty()) return rates;
-  if (here.elaboration.sink.has_errors()) return {};  // its equation may be what could not be read
+  if (here.elaboration.sink.has_errors()) return {};  // its equation may have an error
   const std::string example =
       fmt::format("in the model, write mask solid; u = 0 inside solid; then {}(solid, u)", e.callee);
   const bool are_swapped = !rates_of(mask, held).empty();
@@ -49,8 +49,8 @@ std::vector<Expr> rates_inside(FormulaScope& here, const ast::Call& e, SourceRan
 
 }  // namespace
 
-/// force_on(solid, u): what a mask takes of a field that it holds, in a unit of time; the integral of its rate over the
-/// points inside.
+/// force_on(solid, u): the amount that a mask takes from a fixed field per unit of time; the integral of its right-hand
+/// side over the points inside.
 TypedExpr force(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (here.context != FormulaContext::quantity) return refuse(here, e.callee, e.callee_range);
   if (!takes(here, e, 2)) return {};
@@ -63,7 +63,7 @@ TypedExpr force(FormulaScope& here, const ast::Call& e, SourceRange range) {
   return result;
 }
 
-/// The moment of that force about a point: a number on two axes, a vector on three.
+/// The torque of that force about a point: a number on two axes, a vector on three.
 TypedExpr torque(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (here.context != FormulaContext::quantity) return refuse(here, e.callee, e.callee_range);
   if (is_refused_in_curves(here.elaboration, e.callee, range)) return {};

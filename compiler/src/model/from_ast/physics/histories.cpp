@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, ab3 that and u_rate_old, what u_rate was a
-// step before; leapfrog keeps the value u_old. All are states that begin at 0: the first steps do not use them. An
-// equation of second order needs none with leapfrog, which keeps its velocity. What solves begin with is a memory too.
+// Time schemes with memory. ab2 stores the right-hand side u_rate of the step before; ab3 also u_rate_old, the u_rate
+// of the step before that; leapfrog stores the value u_old. All are states that start from 0 and are not used by the
+// first steps. With leapfrog, an equation of second order needs none, since its velocity is stored. Initial guesses of
+// solves are memory, too.
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 #include "model/print/print_model.h"
@@ -19,7 +20,7 @@ bool needs_history(const Elaboration& elaboration, const State& state) {
   return is_leapfrog(elaboration) && state.velocity_of.empty() && !elaboration.problem.velocity_of(state.name);
 }
 
-/// Leapfrog's velocity is that of half a step before: only its damping of itself is of order 2.
+/// Leapfrog's velocity belongs to half a step before. Only a term that damps the velocity itself is then of order 2.
 void check_velocity(Elaboration& elaboration, const State& velocity) {
   const auto check = [&](bool fine, const Origin& origin) {
     if (fine) return;
@@ -30,7 +31,8 @@ void check_velocity(Elaboration& elaboration, const State& velocity) {
   const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
   for_each_formula(problem, [&](const Use& use) {
     const bool is_equation = use.kind == UseKind::equation;
-    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of)) return;  // others read no state
+    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of))
+      return;  // the others read no state
     const bool is_own = is_equation && use.owner == velocity.name;
     check(is_own ? linear_in(use.formula, velocity.name).has_value() : is_free(use.formula), use.origin);
   });
@@ -95,7 +97,7 @@ void check_histories(Elaboration& elaboration) {
     elaboration.sink.report("schemes-do-not-fit", problem.time_origin.range,
                             {time, "steps limited by a Courant number"}, "take time = rk2 or ssp_rk3");
   }
-  if (!problem.events.empty()) {  // what they remember would still be that of before
+  if (!problem.events.empty()) {  // the stored values would be those before the event
     elaboration.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
                             {time, "values that change after steps"}, "take time = rk2 or rk4");
   }

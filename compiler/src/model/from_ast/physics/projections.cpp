@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is done behind each stage of a step.
+// Corrections after each stage of a step.
 //
-// 0 = div(u) gives p: the field p in the rate of u is what keeps div(u) at 0. A stage takes the rates without p and
-// then u + G(phi), where G(p) is what stood in the rate and C(u + G(phi)) = 0 for the constraint C: phi is p times the
-// time over which the rates were taken (Chorin 1968; of the order of the Runge-Kutta method where each stage does it,
-// Sanderse and Koren 2012).
+// 0 = div(u) gives p: the field p in the right-hand side of u keeps div(u) at 0. A stage uses the right-hand sides
+// without p and then computes u + G(phi), where G(p) is the removed term and C(u + G(phi)) = 0 for the constraint C:
+// phi is p times the time over which the stage integrated (Chorin 1968; of the order of the Runge-Kutta method if every
+// stage projects, Sanderse and Koren 2012).
 //
-// 0 = div(u) gives p each step: stages take the rates with the p of the step before, p', and only the last one takes
-// u + G(phi), where phi is (p - p') times the step. p - p' is of order dt, so that a stage U_i is in error by
-// dt*sum_j a_ij*G(p - p') = O(dt^2), and a step by O(dt^3): order 2, at most that of the method (Karam, Sutherland and
-// Saad 2021; De Michele, Capuano and Coppola 2020). Without p' stages would be in error by O(dt), and the order be 1.
+// 0 = div(u) gives p each step: stages use the right-hand sides with p', the p of the step before, and only the last
+// one computes u + G(phi), where phi is (p - p') times the step. p - p' is of order dt, so the error of a stage U_i is
+// dt*sum_j a_ij*G(p - p') = O(dt^2), and that of a step O(dt^3): order 2, or the order of the method if lower (Karam,
+// Sutherland and Saad 2021; De Michele, Capuano and Coppola 2020). Without p' the error of a stage would be O(dt), and
+// the order 1.
 //
-// u = v inside solid: points on faces are inside where one of their cells is. What a stage finds there is replaced by
-// v, and the constraint changes nothing there: G is 0 and u is v in it.
+// u = v inside solid: a point on a face is inside if one of its cells is. The result of a stage is replaced there by v,
+// and the constraint does not change it: inside, G is 0 and u is v.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,8 +29,8 @@ namespace dpde::model {
 
 namespace {
 
-/// The condition that a point of the state lies inside. On faces the mean of both cells is 0, 1/2 or 1; means of higher
-/// order have 0.35 or more where one of the two is inside, and 0.05 or less where only farther ones are.
+/// Whether a point of the state is inside. On faces the mean of both cells is 0, 1/2 or 1. Means of higher order are
+/// 0.35 or more if one of the two cells is inside, and 0.05 or less if only cells further away are.
 Expr inside_at(const Elaboration& elaboration, const State& state, const std::string& mask, Origin origin) {
   const auto moving = elaboration.masks.moving.find(mask);
   const Expr cell = moving == elaboration.masks.moving.end() ? field(mask, origin) : moving->second;
@@ -37,16 +38,16 @@ Expr inside_at(const Elaboration& elaboration, const State& state, const std::st
   return binary(BinaryOp::greater, here, 0.25, origin);
 }
 
-/// `free`, but where it is held.
+/// `free`, replaced inside the mask of the state.
 Expr with_held(const State& state, const Expr& free) {
   return state.held ? select(state.held->inside, state.held->value, free) : free;
 }
-/// What moves a state; 0 where it is held.
+/// The correction of a state; 0 inside its mask.
 Expr without_held(const State& state, const Expr& push) {
   return state.held ? select(state.held->inside, 0.0, push) : push;
 }
 
-/// Schemes whose stages do nothing behind them; in the words of a message.
+/// False, with a diagnostic, for schemes that allow no action after stages; `what` is for the message.
 bool has_stages(Elaboration& elaboration, SourceRange range, const char* what) {
   const Scheme& scheme = elaboration.problem.scheme;
   const bool by_time = is_exponential(scheme.time) || is_verlet(scheme.time) || is_leapfrog(scheme.time);
@@ -82,7 +83,7 @@ class Binder {
  private:
   struct Changed {
     State* state;
-    Expr push;  // what it has of the multiplier in its rate
+    Expr push;  // part of its right-hand side with the multiplier
   };
 
   void refuse(SourceRange at, std::string why, std::string hint) {
@@ -117,19 +118,19 @@ class Binder {
   }
   SourceRange place_of_each() const { return item_.each ? item_.each->range : range_; }
 
-  /// Wide differences of what is changed and of the multiplier look at different images there.
+  /// At sides, wide differences of the corrected field and of the multiplier would read different ghost cells.
   bool has_sides() const {
     return std::ranges::any_of(elaboration_.problem.axes,
                                [](const Axis& a) { return a.topology == Topology::bounded; }) ||
            std::ranges::any_of(elaboration_.problem.states, [](const State& state) { return state.held.has_value(); });
   }
 
-  /// What is written; the scheme's key takes its place.
+  /// As the constraint says, unless the scheme's key overrides it.
   bool is_each_step_asked_for() const {
     const Project project = elaboration_.problem.scheme.project;
     return project == Project::automatic ? item_.each && item_.each->name == "step" : project == Project::step;
   }
-  /// Stages follow the first of them without a projection. Steps with one projection anyway are what they are.
+  /// True if the stages before the last have no projection. Steps that project only once anyway stay as they are.
   bool is_each_step() const {
     const Scheme& scheme = elaboration_.problem.scheme;
     return is_each_step_asked_for() && has_several_stages(scheme.time) && !ends_with_projection(scheme);
@@ -141,9 +142,9 @@ class Binder {
     return (is_implicit(scheme.time) && !scheme.is_split()) || is_each_step();
   }
 
-  /// Takes the multiplier out of all rates. Implicit stages keep that of the step before: what they solve for knows
-  /// nothing of the constraint, so that beside walls it is in error by the multiplier's change alone (van Kan 1986).
-  /// Stages without a projection keep it, too.
+  /// Removes the multiplier from all right-hand sides. Implicit stages keep the one of the step before: they solve
+  /// without the constraint, so next to walls the error is only the multiplier's change (van Kan 1986). Stages without
+  /// a projection keep it, too.
   bool split_rates() {
     for (State& state : elaboration_.problem.states) {
       if (!state.rhs || state.name == name_ || !reads(*state.rhs, name_)) continue;
@@ -157,13 +158,13 @@ class Binder {
       changed_.push_back({&state, parts->part});
       if (!keeps_multiplier()) state.rhs = parts->rest;
     }
-    const bool is_consequence = elaboration_.sink.has_errors();  // of an equation that could not be read
+    const bool is_consequence = elaboration_.sink.has_errors();  // of an error in an equation
     if (changed_.empty() && !is_consequence)
       refuse(item_.multiplier.range, "no equation holds it", fmt::format("as in dt(u) = ... - grad({})", name_));
     return !changed_.empty();
   }
 
-  /// The constraint of `e` in the place of the state: what is linear in that, and the rest.
+  /// The constraint with `e` substituted for the state: the part linear in `e`, and the rest.
   std::optional<LinearPart> put_in(const Expr& constraint, const std::string& state, const Expr& e) {
     Origin nonlinear;
     const auto parts = linear_part(constraint, state, nonlinear, e);
@@ -172,7 +173,8 @@ class Binder {
   }
 
   void add(const Expr& value, State& multiplier, const std::vector<Expr>& starts) {
-    Expr operation = 0.0, found = value;  // of the multiplier; what the constraint gives before it is true
+    Expr operation = 0.0, found = value;  // operation: acts on the multiplier; found: the constraint before the
+                                          // correction
     for (const Changed& changed : changed_) {
       const std::string& state = changed.state->name;
       if (!reads(value, state)) continue;
@@ -191,7 +193,8 @@ class Binder {
     if (!fits_waves(potential)) return;
     potential.starts = starts;
     if (!add_preconditioner(elaboration_, item_.preconditioner, potential)) return;
-    if (!keeps_multiplier()) add_guesses_of_constraint(elaboration_, potential, {range_});  // increments are not alike
+    if (!keeps_multiplier())
+      add_guesses_of_constraint(elaboration_, potential, {range_});  // increments are not similar
     if (keeps_multiplier()) refuse_starts(elaboration_, potential);
     using enum Projection::Kind;
     const Projection::Kind kind = is_each_step()       ? increment_each_step
@@ -208,8 +211,8 @@ class Binder {
     elaboration_.problem.projections.push_back(std::move(made));
   }
 
-  /// By Fourier series each wave is divided by what the constraint makes of the push of its own: to rounding, and
-  /// waves of two cells, whose slopes are 0, are left alone.
+  /// With Fourier series each mode is divided by the constraint applied to its own correction: exact to rounding. Waves
+  /// of two cells, which have zero slope, stay unchanged.
   bool fits_waves(const Solve& potential) {
     const Scheme& scheme = elaboration_.problem.scheme;
     if (!holds_waves(potential, scheme) || is_of_waves(potential, scheme)) return true;
@@ -220,7 +223,7 @@ class Binder {
     return false;
   }
 
-  /// Masks hold in all stages.
+  /// Masks act in all stages.
   void hold_between() {
     Projection between;
     between.kind = Projection::Kind::between;
@@ -231,7 +234,8 @@ class Binder {
     if (!between.updates.empty()) elaboration_.problem.projections.push_back(std::move(between));
   }
 
-  /// Where what lies on a wall has a value there, the multiplier does not change it; where it flows out, that is 0.
+  /// On a wall where the corrected field has a given value, the multiplier does not change it; at an outflow the
+  /// multiplier is 0.
   std::optional<std::vector<AxisSides>> derived_boundary(const Expr& value) {
     std::vector<AxisSides> boundary(elaboration_.problem.axes.size());
     for (std::size_t axis = 0; axis < boundary.size(); ++axis) {
@@ -242,7 +246,7 @@ class Binder {
       }
       const Axis& along = elaboration_.problem.axes[axis];
       const bool are_waves =
-          elaboration_.problem.scheme.derivative_order == spectral;  // check_waves: along periodic axes
+          elaboration_.problem.scheme.derivative_order == spectral;  // check_waves ensures periodic axes
       if (!across && !are_waves) {
         refuse(range_, fmt::format("no field of the constraint lies on the faces across {}", along.name),
                "declare the velocity with vector u on faces, or take dx = spectral in the scheme");
@@ -323,10 +327,10 @@ void bind_projections(Elaboration& elaboration) {
   if (has_stages(elaboration, range, "a mask")) elaboration.problem.projections.push_back(std::move(alone));
 }
 
-/// What a projected start depends on and has no derivative by is refused.
+/// Refuses a projected initial state with missing derivatives.
 void check_projected_starts(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
-  // Of what acts by a coefficient the adjoint of the start says nothing.
+  // The adjoint of the initial state does not include dependence through coefficients.
   const auto is_sought = [&](const Unknown& unknown) {
     const auto is_it = [&](const Expr& e) {
       const Param* param = std::get_if<Param>(&e->kind);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dt(u) + c*du/dn = 0 at a side: of waves dt(dt(u)) = c^2*lap(u) that come to it straight, none comes back (Engquist
-// and Majda 1977, the first of their conditions). The slope there is -dt(u)/c: it needs a field that is dt(u).
+// dt(u) + c*du/dn = 0 at a side: waves of dt(dt(u)) = c^2*lap(u) at normal incidence are not reflected (Engquist and
+// Majda 1977, their first condition). The slope there is -dt(u)/c, which requires a field dt(u).
 #include <fmt/format.h>
 
 #include "model/from_ast/names/known_values.h"
@@ -41,7 +41,7 @@ class RadiatingSide {
     elaboration_.sink.report("not-allowed-here", range_, {"radiating", std::move(where)}, std::move(hint));
   }
 
-  /// The rate of the same time has to be at hand wherever u is read.
+  /// Requires dt(u) of the same time wherever u is read.
   void check_scheme() {
     const Scheme& scheme = elaboration_.problem.scheme;
     if (is_leapfrog(scheme.time) || is_implicit(scheme.time) || is_exponential(scheme.time))
@@ -94,7 +94,9 @@ void check_radiating(Elaboration& elaboration, const State& state) {
 
 void check_radiating(Elaboration& elaboration) {
   for (const State& state : elaboration.problem.states) {
-    if (state.history_of.empty()) check_radiating(elaboration, state);  // others have the sides of what they remember
+    if (state.history_of.empty())
+      check_radiating(elaboration, state);  // the others copy the sides of the state that
+                                            // they store
   }
 }
 

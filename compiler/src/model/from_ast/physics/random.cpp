@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// random_field(seed = 1, lowest = 2, highest = 8, slope = -2) and random_signal of the same arguments: sums of waves
-// with random phases. They are formulas, so they are the same on every grid and in every program, and go wherever a
-// formula may. noise(7) is a number of its own in each cell: no formula, but data that the runtime draws
+// random_field(seed = 1, lowest = 2, highest = 8, slope = -2), and random_signal with the same arguments: sums of waves
+// with random phases. These are formulas, so they are the same on every grid and in every program, and are allowed
+// wherever formulas are. noise(7) is a separate number in each cell: not a formula, but data that the runtime draws
 // (dpde/runtime/random.h).
 #include <fmt/format.h>
 
@@ -21,19 +21,19 @@ namespace dpde::model {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
-constexpr double highest_number = 64;  // of waves along the grid
+constexpr double highest_number = 64;  // number of waves along the grid
 constexpr std::size_t most_waves = 48;
 
 struct Wave {
-  std::array<int, 3> number{};  // of its periods along each axis
-  double weight = 0;            // its share of the energy
+  std::array<int, 3> number{};  // number of periods along each axis
+  double weight = 0;            // share of the energy
   double phase = 0;
 };
 
-/// In [0, 1): the standard says what the engine gives, but not what its distributions make of it.
+/// In [0, 1). The standard fixes the output of the engine but not that of its distributions.
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
-/// Of each pair n, -n, the one whose first component that is not 0 is positive.
+/// From each pair n, -n selects the one whose first nonzero component is positive.
 bool is_of_half_space(const std::array<int, 3>& n) {
   for (const int component : n) {
     if (component != 0) return component > 0;
@@ -41,7 +41,8 @@ bool is_of_half_space(const std::array<int, 3>& n) {
   return false;
 }
 
-/// All with lowest <= |n| <= highest. A shell of |n| holds |n|^(axes-1) of them and has an energy of |n|^slope.
+/// All waves with lowest <= |n| <= highest. A shell of radius |n| has about |n|^(axes-1) waves and the energy
+/// |n|^slope.
 std::vector<Wave> waves_between(double lowest, double highest, double slope, int axes) {
   std::vector<Wave> waves;
   const int reach = static_cast<int>(std::floor(highest));
@@ -58,14 +59,14 @@ std::vector<Wave> waves_between(double lowest, double highest, double slope, int
   return waves;
 }
 
-/// Of too many, `most_waves`: those of large energy surely, of the others some with probabilities as their energies,
-/// which are then of the same energy. So each wave has its energy in the mean, and all that are drawn together have
-/// that of all.
+/// Reduces the waves to `most_waves`. Waves of large energy are kept; the others are sampled with probabilities
+/// proportional to their energies and get equal energies. So the expected energy of each wave is its own, and the total
+/// energy is unchanged.
 void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   if (waves.size() <= most_waves) return;
   std::ranges::stable_sort(waves, std::ranges::greater{}, &Wave::weight);
   std::vector<double> rest(waves.size() + 1,
-                           0);  // energy of all from one on, added up from the small end so that nothing cancels
+                           0);  // energy of all waves from this one on; summed from the smallest, to avoid cancellation
   for (std::size_t i = waves.size(); i-- > 0;) rest[i] = rest[i + 1] + waves[i].weight;
   std::size_t sure = 0;
   while (sure < most_waves && waves[sure].weight * static_cast<double>(most_waves - sure) >= rest[sure]) ++sure;
@@ -73,7 +74,7 @@ void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   for (std::size_t i = waves.size() - 1; i > sure; --i) {
     std::swap(waves[i], waves[sure + static_cast<std::size_t>(uniform(random) * static_cast<double>(i - sure + 1))]);
   }
-  // systematic sampling: the energies in a row, and places at equal distances on them
+  // systematic sampling: equidistant points on the cumulated energies
   std::vector<Wave> chosen(waves.begin(), waves.begin() + static_cast<std::ptrdiff_t>(sure));
   const double distance = rest[sure] / static_cast<double>(most_waves - sure);
   double next = uniform(random) * distance, end = 0;
@@ -87,7 +88,7 @@ void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   waves = std::move(chosen);
 }
 
-/// A direction: a coordinate or the time, where it begins and how long it is.
+/// A direction, a coordinate or the time, with its begin and length.
 struct Direction {
   Expr place;
   double begin, length;
@@ -106,7 +107,7 @@ Expr sum_of(const std::vector<Wave>& waves, const std::vector<Direction>& direct
       phase -= rate * directions[d].begin;
       angle = angle ? plus(*angle, times(rate, directions[d].place)) : times(rate, directions[d].place);
     }
-    // the mean of cos^2 is 1/2: all of them together have mean square 1
+    // the mean of cos^2 is 1/2: the mean square of the sum is 1
     const Expr term =
         times(std::sqrt(2 * wave.weight / energy), call(Fn::cos, {plus(*angle, std::remainder(phase, two_pi))}));
     sum = sum ? plus(*sum, term) : term;
@@ -165,7 +166,8 @@ TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range
   const Problem& problem = here.elaboration.problem;
   const bool in_time = e.callee == "random_signal";
   std::vector<Direction> directions;
-  const FunctionScope* const function = std::exchange(here.function, nullptr);  // its x is not the coordinate
+  const FunctionScope* const function = std::exchange(here.function, nullptr);  // x in the function's scope is not the
+                                                                                // coordinate
   const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});
   for (int axis = 0; axis < (in_time ? 1 : here.axis_count()); ++axis) {
     const TypedExpr place = named(here, {in_time ? "t" : axis_name(axis)}, range);
@@ -186,7 +188,7 @@ TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range
   return {TypedExpr::Type::number, {sum_of(waves, directions)}};
 }
 
-/// Only where it is evaluated once: in an equation it would look like noise in time.
+/// Allowed only where it is evaluated once: in an equation it would look like noise in time.
 TypedExpr white_noise(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (here.context != FormulaContext::initial && here.context != FormulaContext::coefficient &&
       here.context != FormulaContext::control_field) {

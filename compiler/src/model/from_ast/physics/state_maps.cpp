@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests as a scene of other states meets them: what its map makes of the task's states stands for its own states, and
-// the same of data for data of these.
+// Tests in a comparison run of a scene with other states. That scene's states replace the formulas by which its map
+// computes them from the task's states; the same applies to data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 using Replacement = std::function<std::optional<ast::Expr>(const ast::Expr&)>;
 
-/// The whole of it, or else its parts.
+/// Replaces the whole expression if `by` does, else its parts.
 ast::Expr replaced(const ast::Expr& e, const Replacement& by) {
   if (const std::optional<ast::Expr> other = by(e)) return *other;
   const auto at = [&](ast::Kind kind) { return ast::Expr(ast::Node{std::move(kind), e.range()}); };
@@ -43,14 +43,14 @@ ast::Expr replaced(const ast::Expr& e, const Replacement& by) {
       },
       [&](const ast::Component& component) {
         const ast::Expr operand = replaced(component.operand, by);
-        const auto* name = std::get_if<ast::Name>(&operand->kind);  // of a name it is part of the name
+        const auto* name = std::get_if<ast::Name>(&operand->kind);  // a component of a name is part of the name
         return name != nullptr ? at(ast::Name{name->name + "." + component.name.name})
                                : at(ast::Component{operand, component.name});
       },
       [&](const auto&) { return e; });
 }
 
-/// Each name and component of it by another one.
+/// Renames each name, also in its components.
 ast::Expr renamed(const ast::Expr& e, const std::map<std::string, std::string>& names) {
   return replaced(e, [&](const ast::Expr& part) -> std::optional<ast::Expr> {
     const auto* name = std::get_if<ast::Name>(&part->kind);
@@ -62,7 +62,7 @@ ast::Expr renamed(const ast::Expr& e, const std::map<std::string, std::string>& 
   });
 }
 
-/// Where `formula` stands, or a component of it where it is a name, there stands `name`.
+/// Replaces `formula`, or a component of it if it is a name, by `name`.
 ast::Expr put_name(const ast::Expr& e, const ast::Expr& formula, const std::string& name) {
   const std::string text = print(formula);
   const auto* vector = std::get_if<ast::Name>(&formula->kind);
@@ -74,7 +74,7 @@ ast::Expr put_name(const ast::Expr& e, const ast::Expr& formula, const std::stri
   });
 }
 
-/// The variable of a datum that is one of trajectories.
+/// The variable of a datum from trajectories.
 std::string variable_of(const ast::DataItem& item) {
   const auto* call = std::get_if<ast::Call>(&item.value->kind);
   const bool fits = call != nullptr && call->callee == "trajectories" && call->arguments.size() == 2;
@@ -82,7 +82,7 @@ std::string variable_of(const ast::DataItem& item) {
   return name != nullptr ? name->name : "";
 }
 
-/// A name that nothing of the file has.
+/// A name that the file does not use.
 std::string name_of_data(const Elaboration& elaboration, const std::string& field) {
   std::string name = field + "_data";
   const auto is_taken = [&] {
@@ -94,7 +94,7 @@ std::string name_of_data(const Elaboration& elaboration, const std::string& fiel
   return name;
 }
 
-/// The same line for the mapped field: its frames are made of those of the file.
+/// The same line for the mapped field, whose frames are computed from those of the file.
 ast::DataItem data_of_field(const ast::DataItem& like, const std::string& name, const std::string& field) {
   ast::DataItem item = like;
   item.name.name = name;
@@ -112,7 +112,7 @@ std::set<std::string> fields_in(const ast::Expr& e) {
   return names;
 }
 
-/// The word for where all of these states lie; what is no word for them is "centres".
+/// The word for the common placement of these states; "centres" if there is none.
 std::string place_of(const std::vector<const State*>& states, int axes, bool is_vector) {
   for (const std::string& word : words_of_placements()) {
     bool fits = true;
@@ -206,7 +206,7 @@ std::set<std::string> own_fields(const Elaboration& elaboration) {
   return fields;
 }
 
-/// The lines of a task for a scene of other states.
+/// The lines of a task for a scene with other states.
 class MappedTask {
  public:
   MappedTask(Elaboration& elaboration, StateMap map)
@@ -245,7 +245,7 @@ class MappedTask {
     items_.push_back(std::move(mapped));
   }
 
-  /// Of data there have to be all fields that the formula reads: a mixture of data and states is another thing.
+  /// Data for all fields of the formula are required: a formula must not mix data and states.
   ast::Expr through(const ast::NamedFormula& each, ast::Expr value, SourceRange range) {
     std::map<std::string, std::string> data_of_fields;
     bool has_all = true;
@@ -265,7 +265,7 @@ class MappedTask {
     return put_name(value, *each.value, each.name.name);
   }
 
-  /// Whether the scene has all that is read; notes the data.
+  /// Whether the scene has all names in `value`; records the data.
   bool is_known(const ast::Expr& value) {
     const auto is_own_alone = [&](const std::string& name) {
       return fields_.contains(name) && elaboration_.names.scope.find(name) == nullptr;
@@ -285,7 +285,7 @@ class MappedTask {
   Elaboration& elaboration_;
   StateMap map_;
   std::set<std::string> fields_;                      // of the task's own scene
-  std::map<std::string, const ast::DataItem*> data_;  // by the variable, the first one
+  std::map<std::string, const ast::DataItem*> data_;  // the first datum of each variable
   std::set<std::string> read_;
   std::vector<ast::Item> items_;
 };

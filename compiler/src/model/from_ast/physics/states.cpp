@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene gives beside numbers: initial states, exact solutions, coefficient fields, accuracy.
+// Values of a scene other than numbers: initial states, exact solutions, coefficient fields, accuracy.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace dpde::model {
 
 namespace {
 
-/// States, or coefficients, that the task gives a start.
+/// States, or coefficients, with an initial value in the task.
 std::map<std::string, SourceRange> started_by_task(Elaboration& elaboration, bool initial) {
   std::map<std::string, SourceRange> started;
   if (!elaboration.blocks.task) return started;
@@ -24,7 +24,7 @@ std::map<std::string, SourceRange> started_by_task(Elaboration& elaboration, boo
   return started;
 }
 
-/// Calls `bind` with each item and its states, once a state.
+/// Calls `bind` with each item and its states; each state is allowed once.
 template <class Item, class Bind>
 std::map<std::string, SourceRange> for_each_target(Elaboration& elaboration, const std::string& article,
                                                    const std::string& word, const Bind& bind) {
@@ -36,7 +36,7 @@ std::map<std::string, SourceRange> for_each_target(Elaboration& elaboration, con
   return seen;
 }
 
-/// initial u = load("run.nc") at t = 1: only files of that kind hold times.
+/// initial u = load("run.nc") at t = 1: only .nc files contain times.
 void bind_time_of(Elaboration& elaboration, const ast::Expr& at, Source& source) {
   if (source.file.ends_with(".nc")) {
     source.time = evaluate(elaboration, at, "a time");
@@ -172,7 +172,7 @@ void bind_coefficients(Elaboration& elaboration) {
   for (const auto& [item, range] : items_of<ast::ValueItem>(elaboration.blocks.scene->items)) {
     const Symbol* meaning = elaboration.names.scope.find(item.name.name);
     if (!meaning || meaning->role != Role::coefficient) {
-      // a name without a dot that is none was reported by bind_parameters
+      // an unknown name without a dot was reported by bind_parameters
       const auto no_candidates = [] { return std::vector<std::string>(); };
       if (!meaning && !vector_of(item.name.name).empty()) report_unknown(elaboration, item.name, no_candidates);
       continue;

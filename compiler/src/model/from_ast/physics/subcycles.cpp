@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// subcycle c in 4: equations that make several steps within each step of the others.
+// subcycle c in 4: equations with several substeps in each step of the others.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr int most_parts = 1'000'000;  // they cost time, not code: more are a slip of the pen
+constexpr int most_parts = 1'000'000;  // substeps cost time, not code: more are a typing error
 
 int parts_of(Elaboration& elaboration, const ast::Expr& written) {
   const auto parts = evaluate(elaboration, written, "the number of parts");
@@ -24,8 +24,8 @@ int parts_of(Elaboration& elaboration, const ast::Expr& written) {
   return 1;
 }
 
-/// Schemes that remember the step before know nothing of its parts, those that solve need none; semi-Lagrangian
-/// advection has no limit that parts would help.
+/// Multistep schemes do not store values at substeps, implicit schemes need no substeps, and semi-Lagrangian advection
+/// has no stability limit that substeps would help.
 bool fits(Elaboration& elaboration, SourceRange range) {
   const Scheme& scheme = elaboration.problem.scheme;
   if (is_multistep(scheme.time) || is_implicit(scheme.time)) {
@@ -55,7 +55,7 @@ void bind_subcycles(Elaboration& elaboration) {
       const std::vector<State*> states = find_states(elaboration, field, "parts of a step");
       if (states.empty() || !is_first(elaboration, "the number of parts", field, states, seen)) continue;
       for (const State* found : states) {
-        // u and dt(u) are one equation
+        // u and dt(u) belong to one equation
         const std::string moved = found->velocity_of.empty() ? found->name : found->velocity_of;
         for (State& state : elaboration.problem.states) {
           if (state.name != moved && state.velocity_of != moved) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Begin, step and number of steps of the run; times at which a task looks.
+// Begin, step and number of steps of the run; times used by a task.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ const Found<Kind>* only(Elaboration& elaboration, const std::vector<Found<Kind>>
   return items.empty() ? nullptr : &items.front();
 }
 
-/// The setting, else the step that is written; nullopt after a diagnostic.
+/// The setting, else the step of the file; nullopt after a diagnostic.
 std::optional<double> step_of(Elaboration& elaboration, const Found<ast::TimeItem>* time) {
   const auto lines = items_of<ast::StepItem>(elaboration.blocks.scene->items);
   const auto* line = only(elaboration, lines, "the step");
@@ -94,7 +94,7 @@ std::optional<double> whole_steps(double length, double step) {
 
 namespace {
 
-/// The setting, else the number that is written; 0 without one and after a diagnostic.
+/// The setting, else the number of the file; 0 without either and after a diagnostic.
 double courant_of(Elaboration& elaboration, const Found<ast::TimeItem>* time) {
   const bool is_set = elaboration.settings.find("courant") != nullptr;
   const ast::Expr* written = time && time->kind.courant ? &*time->kind.courant : nullptr;
@@ -111,14 +111,14 @@ double courant_of(Elaboration& elaboration, const Found<ast::TimeItem>* time) {
   return 0;
 }
 
-/// At cell centres, wherever the speed lives.
+/// At cell centres, whatever the placement of the speed.
 Expr over_spacing(const Problem& problem, const Expr& speed, int axis) {
   const std::optional<Placement> place = Placements(problem).natural(speed);
   const Expr centred = place && *place != Placement{} ? interpolate(speed) : speed;
   return binary(BinaryOp::divide, model::call(Fn::abs, {centred}), param(std::string("h").append(axis_name(axis))));
 }
 
-/// Each velocity that something is carried with, in the steps that its equation makes: the largest of their rates.
+/// The maximum over all advection velocities of their rates, for the substeps of their equations.
 std::optional<Expr> rate_of_advection(const Problem& problem) {
   std::optional<Expr> rate;
   std::vector<std::pair<std::vector<Expr>, int>> seen;
@@ -143,7 +143,7 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
   return rate;
 }
 
-/// A vector along each axis, or a number along all of them.
+/// A vector along each axis, or one number for all axes.
 std::optional<Expr> rate_of_speed(Elaboration& elaboration, const ast::Expr& speed) {
   const TypedExpr value = formulas::numeric({elaboration, FormulaContext::equation, "the speed"}, speed);
   if (value.type == TypedExpr::Type::none) return std::nullopt;
@@ -196,8 +196,8 @@ void bind_time(Elaboration& elaboration) {
   }
   const double length = duration->to - duration->from;
   auto steps = whole_steps(length, *step);
-  if (!steps && time && time->kind.steady) steps = std::ceil(length / *step);  // the end is only where it gives up
-  if (!steps || *steps < 1) {  // a step far beyond the end is 0 steps to within rounding
+  if (!steps && time && time->kind.steady) steps = std::ceil(length / *step);  // the end is only the time to give up
+  if (!steps || *steps < 1) {  // a step much longer than the run is 0 steps to within rounding
     elaboration.sink.report(
         "uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},
         fmt::format("a step of {} makes {} of them", length / std::ceil(length / *step), std::ceil(length / *step)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Schemes that are made of waves: they need axes along which waves go on for ever, and values at the cell centres.
+// Spectral schemes: they need periodic, uniform axes and values at the cell centres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The row of the scheme that asks for waves; "" where none does.
+/// The line of the scheme that requires Fourier series; "" if none does.
 std::string row_of_waves(const Scheme& scheme) {
   if (is_exponential(scheme.time)) return fmt::format("time = {}", scheme.time->name);
   if (scheme.dealias) return "dealias = two_thirds";
@@ -22,7 +22,7 @@ std::string row_of_waves(const Scheme& scheme) {
   return scheme.laplacian_order == spectral ? "lap = spectral" : "";
 }
 
-/// What stands in the way; "" where nothing does.
+/// Why a spectral scheme is impossible; "" if it is possible.
 std::string obstacle_to_waves(const Problem& problem) {
   if (std::string what = obstacle_to_waves(problem.axes); !what.empty()) return what;
   for (const State& state : problem.states) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is solved for is kept as a state, with which solves of the next step begin. What the scheme says of solves and
-// nothing follows.
+// Solutions are stored as states, as initial guesses for the next step's solves. Also reports settings for solves that
+// have no effect.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace dpde::model {
 
 namespace {
 
-/// The range of the scheme's row of this key, else, as of a setting, that of the scene's name.
+/// Range of the scheme's line with this key; for a setting, that of the scene's name.
 SourceRange place_of(const Elaboration& elaboration, const std::string& key) {
   const auto* scheme = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
   if (scheme == nullptr || elaboration.selection.overrides.contains(key)) return elaboration.blocks.scene->name.range;
@@ -27,7 +27,7 @@ SourceRange place_of(const Elaboration& elaboration, const std::string& key) {
   return elaboration.blocks.scene->name.range;
 }
 
-/// Without guesses that are not among `known`.
+/// Removes guesses that are not in `known`.
 Expr with_guesses(const Expr& e, const std::set<std::string>& known) {
   const auto is_other = [&](const Expr& part) {
     const auto* solve = std::get_if<Solve>(&part->kind);
@@ -42,7 +42,7 @@ Expr with_guesses(const Expr& e, const std::set<std::string>& known) {
   return model::solve(std::move(solve), e->origin);
 }
 
-/// Why no solve begins with the last solution, which nothing forbids.
+/// Why no solve starts from the last solution, although nothing forbids it.
 std::string why_nothing_begins(const std::vector<const Solve*>& solves, const Problem& problem) {
   if (solves.empty()) return "no step of this scene solves an equation";
   const auto is_of_waves = [&](const Solve* solve) { return model::is_of_waves(*solve, problem.scheme); };
@@ -50,7 +50,7 @@ std::string why_nothing_begins(const std::vector<const Solve*>& solves, const Pr
   return "no equation, event or mask solves one, and what others solve for is not kept";
 }
 
-/// The name of a new state that keeps what `of` was a step before.
+/// Adds a state that stores the value of `of` from one step before; returns its name.
 std::string keep(Elaboration& elaboration, const Solve& solved, const std::string& of, const char* suffix,
                  const Origin& origin) {
   State guess;
@@ -73,7 +73,7 @@ std::optional<std::vector<Expr>> starts_of(Elaboration& elaboration, const std::
   for (const ast::Expr& start : starts) {
     const auto value = formulas::number(scope, start);
     if (!value) return std::nullopt;
-    const bool is_known = elaboration.problem.find_state(name) != nullptr;  // of a constraint: what it was
+    const bool is_known = elaboration.problem.find_state(name) != nullptr;  // of a constraint: its last value
     if (!is_known && reads(*value, name)) {
       elaboration.sink.report("solve-does-not-fit", start.range(),
                               {name, "it begins with itself, which is not known yet"},
@@ -96,7 +96,7 @@ void refuse_starts(Elaboration& elaboration, const Solve& solved) {
           : "each step solves for what it adds to " + solved.name + ": leave it out, or write each stage");
 }
 
-/// Whether the solve begins with what the model says; that it has no steps that could is told.
+/// Whether the solve starts from the model's start values; reports methods without iterations.
 static bool begins_with_starts(Elaboration& elaboration, Solve& solved) {
   if (solved.starts.empty()) return false;
   const Scheme& scheme = elaboration.problem.scheme;
@@ -115,7 +115,7 @@ static bool begins_with_starts(Elaboration& elaboration, Solve& solved) {
 void add_guesses(Elaboration& elaboration, Solve& solved, const Origin& origin) {
   if (begins_with_starts(elaboration, solved)) return;
   const bool is_in_passes =
-      !items_of<ast::SubcycleItem>(elaboration.blocks.scene->items).empty();  // which keep nothing of it
+      !items_of<ast::SubcycleItem>(elaboration.blocks.scene->items).empty();  // substeps store no solution
   if (!uses_warm_start(elaboration.problem) || is_in_passes || is_of_waves(solved, elaboration.problem.scheme)) return;
   solved.guesses = {keep(elaboration, solved, solved.name, "_last", origin)};
   if (elaboration.problem.scheme.guess == Guess::extrapolate)
@@ -133,7 +133,7 @@ void drop_idle_guesses(Elaboration& elaboration) {
   Problem& problem = elaboration.problem;
   std::set<std::string> found;
   for_each_formula(problem, [&](const Use& use) {
-    if (!makes_state(use.kind)) return;  // others are made when somebody asks, and store nothing
+    if (!makes_state(use.kind)) return;  // the others are computed on request and store nothing
     any_part(use.formula, [&](const Expr& part) {
       if (const auto* solve = std::get_if<Solve>(&part->kind))
         found.insert(solve->guesses.begin(), solve->guesses.end());

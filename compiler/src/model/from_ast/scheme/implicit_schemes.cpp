@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Implicit time schemes: what they solve for is made of differences, and there is something to solve for.
+// Checks of implicit time schemes: implicit terms consist of differences, and there is at least one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace dpde::model {
 
 namespace {
 
-/// What of the scheme stands in the way.
+/// Conflicts with other parts of the scheme.
 std::optional<Obstacle> obstacle(const Problem& problem) {
   const Scheme& scheme = problem.scheme;
   if (scheme.is_semi_lagrangian() && !scheme.is_split())
@@ -32,11 +32,12 @@ std::optional<Obstacle> obstacle(const Problem& problem) {
 
 bool holds_state(const Problem& problem, const Expr& e) {
   return std::ranges::any_of(problem.states, [&](const State& state) {
-    return problem.find_projection(state.name) == nullptr && reads(e, state.name);  // a multiplier is that of before
+    return problem.find_projection(state.name) == nullptr && reads(e, state.name);  // the multiplier has its previous
+                                                                                    // value
   });
 }
 
-/// What a block that Newton's method runs cannot hold.
+/// Features that a Newton solve cannot contain.
 std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& state, const Expr& part) {
   if (problem.scheme.is_split())
     return Obstacle{fmt::format("implicit = {} and steps in parts", name_of(problem.scheme.implicit)),
@@ -50,7 +51,7 @@ std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& sta
   return std::nullopt;
 }
 
-/// What of an equation stands in the way. `part` is what is solved for.
+/// Conflicts with an equation. parts.part: its implicit terms.
 std::optional<Obstacle> obstacle(const Problem& problem, const State& state, const LinearPart& parts) {
   if (problem.scheme.implicit != Implicit::linear) {
     if (const auto found = newton_obstacle(problem, state, parts.part)) return found;
@@ -68,7 +69,7 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
   return std::nullopt;
 }
 
-/// A time scheme that solves for nothing has no use for a choice of terms.
+/// With an explicit time scheme a choice of implicit terms has no effect.
 void check_explicit(Elaboration& elaboration) {
   const Problem& problem = elaboration.problem;
   if (problem.scheme.implicit == Implicit::linear) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which scheme discretises the scene, and what its rows can say.
+// The scheme of the scene, and the lines it can have.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -48,7 +48,7 @@ void set_dealias(Scheme& scheme) {
 template <SolveMethod method>
 void set_solve(Scheme& scheme) {
   SolveBy by{method};
-  by.smoother = scheme.solve.smoother;  // of keys of their own
+  by.smoother = scheme.solve.smoother;  // it has a key of its own
   by.preconditioner = scheme.solve.preconditioner;
   scheme.solve = by;
 }
@@ -162,7 +162,7 @@ const ast::Scheme* find_scheme(Elaboration& elaboration, const ast::Identifier& 
   return scheme;
 }
 
-/// All that are named must exist; the first of them counts.
+/// All named schemes must exist; the first one counts.
 const ast::Scheme* choose(Elaboration& elaboration) {
   std::vector<ast::Identifier> wishes;
   if (!elaboration.selection.scheme.empty()) wishes.push_back({elaboration.selection.scheme, {}});
@@ -199,8 +199,8 @@ const std::vector<std::string>& scheme_keys() {
   return keys;
 }
 
-/// cg(1e-12), cg(1e-12, 500), cg(1e-12, 500, warn): the tolerance, the most iterations, and that what does not come to
-/// the tolerance is a warning.
+/// cg(1e-12), cg(1e-12, 500), cg(1e-12, 500, warn): tolerance, maximum number of iterations, and whether missing the
+/// tolerance is only a warning.
 static std::optional<SolveBy> solve_by(const ast::Expr& value) {
   const auto* call = std::get_if<ast::Call>(&value->kind);
   const std::optional<SolveMethod> method = call ? find_solve_method(call->callee) : std::nullopt;
@@ -270,7 +270,7 @@ void bind_scheme(Elaboration& elaboration) {
   apply_scheme_settings(elaboration);
 }
 
-/// Of the fields that they name, which are known by now.
+/// Lines for single fields, which are known at this point.
 void bind_transports(Elaboration& elaboration) {
   const ast::Scheme* chosen = find_declaration<ast::Scheme>(elaboration.file, elaboration.problem.scheme.name);
   if (!chosen) return;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// split = lie(advect, sources(marker), sources(u), diffusion): a step in parts, each of some terms of the equations.
+// split = lie(advect, sources(marker), sources(u), diffusion): consecutive substeps, each with some terms of the
+// equations.
 #include <fmt/format.h>
 
 #include <algorithm>
