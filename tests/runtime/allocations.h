@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often this program has asked for memory.
+// Number of memory allocations of this program.
 #pragma once
 
 namespace dpde::test {

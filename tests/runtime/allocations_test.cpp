@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts what the whole program allocates, and that it does.
+// Counts all allocations of the program, and tests the counter.
 #include "allocations.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ std::atomic<long>& counter() {
 
 }  // namespace
 
-// Not inlined: g++ would see malloc in one place and delete in another and warn.
+// Not inlined: otherwise g++ sees malloc and delete in one place and warns.
 [[gnu::noinline]] void* operator new(size_t size) {
   ++counter();
   if (void* memory = std::malloc(size)) return memory;

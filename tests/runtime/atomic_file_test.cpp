@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files are complete or absent, also when the disk is full.
+// Files are complete or absent, even if the disk is full.
 #include "dpde/runtime/atomic_file.h"
 
 #include <fcntl.h>
@@ -89,7 +89,7 @@ TEST_F(AtomicFile, AFullDiskLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(file_count(), 1u);
 }
 
-/// A process that is killed while it writes.
+/// A process is killed while it writes.
 TEST_F(AtomicFile, AKillLeavesTheOldFileAndNothingElse) {
   const int probe = open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (probe < 0) GTEST_SKIP() << folder_ << " is on a file system without nameless files: a temporary name may stay";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Burgers' equation in 1-D, periodic, by hand: step, adjoint, loss = sum (u - target)^2 over cells, adjoint of the
-// loss. Parameters: hx, dt, nu.
+// Hand-written programs for the periodic 1-D Burgers equation: step, adjoint, loss = sum (u - target)^2 over cells,
+// adjoint of the loss. Parameters: hx, dt, nu.
 #pragma once
 
 #include "test_program.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans are executed on paper: every action must find what it needs, and the work must be the least there is.
+// Simulates plans: every action must find its inputs, and the number of steps must be minimal.
 #include "dpde/runtime/checkpoint.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::vector<Action> plan(int steps, int slots) {
   return actions;
 }
 
-/// Executes a plan and returns the steps it advanced; fails the test when an action is not possible.
+/// Executes a plan and returns the number of steps; an impossible action fails the test.
 int64_t execute(int steps, int slots) {
   std::vector<int> slot(static_cast<size_t>(slots), -1);
   int current = 0, reversed = steps;
@@ -58,7 +58,7 @@ int64_t execute(int steps, int slots) {
 
 TEST(Checkpoint, EveryPlanReversesAllStepsWithTheLeastWork) {
   constexpr int most = 40;
-  // least[s][l]: by trying every place of the next checkpoint.
+  // least[s][l]: minimum over all positions of the next checkpoint.
   std::vector<std::vector<int64_t>> least(most + 1, std::vector<int64_t>(most + 1, 0));
   for (int s = 1; s <= most; ++s) {
     for (int l = 2; l <= most; ++l) {

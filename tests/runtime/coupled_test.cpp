@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves for several fields at once against dense factors, and Newton's method on equations with known solutions;
-// nothing is allocated after the first time.
+// Solves for several fields against dense factorisations, and Newton's method on equations with known solutions; only
+// the first solve allocates memory.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -18,12 +18,12 @@
 namespace dpde {
 namespace {
 
-/// Numbers between -1 and 1 that are the same in each run.
+/// Numbers between -1 and 1, equal in each run.
 double arbitrary(std::size_t number) {
   return std::sin(12.9898 * static_cast<double>(number) + 78.233 * std::cos(static_cast<double>(number)));
 }
 
-/// Each unknown looks at all unknowns in the cells within the reach, with weights that differ everywhere.
+/// Each unknown is coupled to all unknowns of the cells within the stencil radius, with weights that differ everywhere.
 test::DenseMatrix operator_of(const CoupledShape& shape) {
   const auto& n = shape.cells;
   const std::int64_t cells = n[0] * n[1] * n[2], size = cells * shape.unknowns;
@@ -80,7 +80,7 @@ TEST(CoupledMatrix, SolvesAsDenseFactorsDo) {
   }
 }
 
-/// Of cells whose band would take 94 s to factor on 64 x 64 cells: sparse factors.
+/// A band matrix of 64 x 64 cells would take 94 s to factorise: sparse factors are used.
 TEST(CoupledMatrix, HasSparseFactorsOfAWideBand) {
   const CoupledShape shape{{48, 48, 1}, {true, true, false}, {1, 1, 0}, 2};
   CoupledMatrix matrix(shape, CoupledMatrix::Method::direct, 1e-12);
@@ -111,8 +111,8 @@ TEST(CoupledMatrix, SaysThatItIsSingular) {
   }
 }
 
-/// x - h*f(x, y) = b in each cell, with fields 0, 1: unknowns, 2, 3: images, 4, 5: right sides, 6, 7: changes, 8, 9:
-/// their images, 10, 11: what is left.
+/// x - h*f(x, y) = b in each cell. Fields 0, 1: unknowns; 2, 3: operator applied to them; 4, 5: right-hand sides; 6, 7:
+/// changes; 8, 9: operator applied to these; 10, 11: residuals.
 class Reaction {
  public:
   explicit Reaction(double h) : h_(h), layout_(make_layout(std::array<std::int64_t, 1>{cells}, {1, 0, 0})) {
@@ -191,7 +191,7 @@ TEST(NewtonSolve, FindsWhatTheRightSidesWereMadeOf) {
   }
 }
 
-/// What has blown up goes on as NaN, so that who looks after the run finds it.
+/// Non-finite values stay NaN, so that checks of the run detect them.
 TEST(NewtonSolve, LeavesWhatIsNotFiniteAsItIs) {
   Reaction reaction(0.1);
   NewtonSolve newton = reaction.solver();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truncated gradients: the same as the gradients of the pieces between the cuts, each begun at the state that the whole
-// run has there.
+// Truncated gradients equal the gradients of the pieces between the cuts, each started from the state of the whole run
+// there.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ std::vector<int> steps_between(int first, int last) {
   return all;
 }
 
-/// A loss at each state behind the first, each with its own target.
+/// A loss at each state after the first, each with a separate target.
 RolloutSetup setup_of(BurgersCase& burgers, int first, int last) {
   RolloutSetup setup = burgers.setup(last - first, {}, steps_between(1, last - first));
   for (int k = first + 1; k <= last; ++k)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The executor against brute force that follows the definitions in compiler/src/stencil/stencil.h word for word.
+// The executor against a brute-force implementation of the definitions in compiler/src/stencil/stencil.h.
 #include "dpde/runtime/executor.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ using Place = std::array<int64_t, 3>;
 
 constexpr double low_value = 0.75, high_value = -1.5;
 
-/// Uniform 0 and 1 are the boundary values.
+/// Uniforms 0 and 1 are the boundary values.
 void two_uniforms(const double* params, double* uniforms) {
   uniforms[0] = params[0];
   uniforms[1] = params[1];
@@ -42,13 +42,13 @@ const std::vector<dpde_boundary>& kinds_of_axes() {
 
 double uniform_value(int index) { return index < 0 ? 0 : index == 0 ? low_value : high_value; }
 
-/// A halo cell is weight * interior cell + shift.
+/// A ghost cell is weight * interior cell + shift.
 struct Mirror {
   Place cell;
   double weight = 1, shift = 0;
 };
 
-/// By the definition: axes in reverse (z is filled last, from cells whose x and y halos are set), one reflection at a
+/// By definition: axes in reverse order (z is filled last, from cells with filled x and y halos), one reflection at a
 /// time.
 Mirror mirror_of(Place place, const dpde_layout& layout, const std::array<dpde_boundary, 3>& axes) {
   Mirror result{place, 1, 0};
@@ -87,7 +87,7 @@ void randomise(Field& field, uint64_t seed) {
   for_each_cell(field.layout(), {}, [&](const Place& p) { at(field, p) = uniform(random); });
 }
 
-/// Calls visit for all grids of 1 to `most` cells an axis with all kinds of axes (3-D: three of the five).
+/// Calls visit for all grids of 1 to `most` cells per axis with all kinds of axes (3-D: three of the five).
 void for_all_grids(int rank, int64_t most,
                    const std::function<void(const std::vector<int64_t>&, const std::array<dpde_boundary, 3>&)>& visit) {
   std::vector<dpde_boundary> kinds = kinds_of_axes();
@@ -122,7 +122,7 @@ void star_row(const dpde_row* row) {
   }
 }
 
-/// in_order: the program's sums in the order of the kernel's, which the executor treats apart in 1-D.
+/// in_order: the program's sums are in the order of the kernel's, a special case of the executor in 1-D.
 void add_star(TestProgram& program, int rank, const std::array<dpde_boundary, 3>& axes, bool in_order = true) {
   program.params({"low", "high"}, two_uniforms, 2);
   program.sums(in_order ? std::vector<std::string>{"other", "total", "count"}
@@ -178,7 +178,7 @@ TEST_P(AllRanks, SweepsAndFillsAgreeWithTheDefinition) {
       ++wrong;
   };
   for_all_grids(rank, 7, try_grid);
-  if (rank == 1) for_all_grids(rank, 7, try_grid);  // 35 grids: now those with the other order of sums
+  if (rank == 1) for_all_grids(rank, 7, try_grid);  // all 35 grids, with the other order of sums
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(grids, rank == 1 ? 2 * 7 * 5 : rank == 2 ? 49 * 25 : 343 * 27);
 }
@@ -196,7 +196,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
           const dpde_layout layout = make_layout(cells, halo_of(rank, 3));
           Field w(layout), expected(layout), beyond(layout);
           std::mt19937_64 random(11);
-          std::uniform_int_distribution<int> digit(-9, 9);  // whole numbers: sums are exact in any order
+          std::uniform_int_distribution<int> digit(-9, 9);  // integers: sums are exact in any order
           for_each_cell(layout, halo_of(rank, 3), [&](const Place& p) { at(w, p) = at(beyond, p) = digit(random); });
           for_each_cell(layout, grow, [&](const Place& p) {
             const Mirror mirror = mirror_of(p, layout, axes);
@@ -209,7 +209,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
             bool inside_grown = true;
             for (size_t a = 0; a < 3; ++a)
               inside_grown = inside_grown && p[a] >= -grow[a] && p[a] < layout.cells[a] + grow[a];
-            // Folded halo cells are 0, those further out are not touched.
+            // Folded ghost cells are 0; cells further out are unchanged.
             const double wanted = inside_grown ? at(expected, p) : at(beyond, p);
             if (at(w, p) != wanted) ++wrong;
           });
@@ -218,7 +218,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
   EXPECT_EQ(wrong, 0);
 }
 
-/// Writes where it is: x + 100 y + 10000 z.
+/// Writes the position: x + 100 y + 10000 z.
 void place_row(const dpde_row* row) {
   for (int64_t i = 0; i < row->count; ++i)
     test::Doubles{row->streams}[0][i] = static_cast<double>(row->first + i + 100 * row->y + 10000 * row->z);
@@ -239,7 +239,7 @@ TEST(Executor, GrownRegions) {
   });
 }
 
-/// grid[0] at (0,0,0) counts the rows so far; each row notes the count: serial sweeps run in order.
+/// grid[0] at (0,0,0) counts the rows; each row stores the count: serial sweeps run in order.
 void order_row(const dpde_row* row) {
   const test::Doubles streams{row->streams}, grids{row->grids};
   streams[0][0] = grids[0][0];

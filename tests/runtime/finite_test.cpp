@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes over right sides, at lengths around those of their strands.
+// Checks for finite right-hand sides, with lengths around those of the internal strands.
 #include "solve/operator/finite.h"
 
 #include <gtest/gtest.h>

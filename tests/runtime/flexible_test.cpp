@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Iterations with a preconditioner that may be anything: the solution never depends on it, and one that is near the
-// inverse saves iterations.
+// Iterations with an arbitrary preconditioner: the solution never depends on it, and an approximate inverse saves
+// iterations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ void smooth(const std::vector<double>& r, std::span<double> z, double by) {
   for (std::size_t i = 0; i < n; ++i) z[i] = by * (0.5 * r[i] + 0.25 * (r[(i + n - 1) % n] + r[(i + 1) % n]));
 }
 
-/// Directions of all kinds, those of use and those of none.
+/// Search directions of all kinds, useful and useless.
 std::vector<Named> searches() {
   const auto each = [](auto f) {
     return [f](std::span<const double> r, std::span<double> z) {
@@ -76,7 +76,7 @@ void come_to_the_solution(const StencilMatrix& matrix) {
   }
 }
 
-/// Of a singular operator only what is no constant: of constants rounding is left.
+/// For a singular operator only the part orthogonal to constants; the constant part is rounding.
 TEST(FlexibleIterations, ComeToTheSolutionWhateverTheNetworkIs) {
   using Cells = GridCells;
   for (const double shift : {0.0, 3.0}) {
@@ -89,7 +89,7 @@ TEST(FlexibleIterations, ComeToTheSolutionWhateverTheNetworkIs) {
   }
 }
 
-/// The residual as its own direction makes the iterations that there are without a preconditioner.
+/// With the residual as direction the iterations are those without a preconditioner.
 TEST(FlexibleIterations, AreThePlainOnesAlongTheResidual) {
   const StencilMatrix matrix = diffusion({12, 9, 1}, {all_walls[1], all_walls[0], all_walls[0]}, 0, uneven);
   const std::vector<double> b = arbitrary_values(matrix.size(), 3);
@@ -111,7 +111,7 @@ TEST(FlexibleIterations, AreThePlainOnesAlongTheResidual) {
   }
 }
 
-/// What is near the inverse saves iterations, also of an operator that is not symmetric.
+/// An approximate inverse saves iterations, also for an unsymmetric operator.
 TEST(FlexibleIterations, AreSavedByWhatIsNearTheInverse) {
   const StencilMatrix matrix = diffusion({24, 20, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, uneven);
   const std::vector<double> b = arbitrary_values(matrix.size(), 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cycles in floats, as scenes in f32 take them: they come to the tolerances of f64.
+// Multigrid cycles in single precision, as for scenes in f32: they reach the tolerances of f64.
 #include "solve/multigrid/float_cycles.h"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@
 namespace dpde::test {
 namespace {
 
-/// Entries that are no more exact than floats.
+/// Relative accuracy of matrix entries no better than floats.
 constexpr double of_floats = 0x1p-29;
 
 struct Solved {
@@ -46,7 +46,7 @@ double apart(const std::vector<double>& a, const std::vector<double>& b) {
   return most / largest;
 }
 
-/// A quarter of each axis in the middle has another coefficient.
+/// The middle quarter of each axis has another coefficient.
 Coefficient with_jump(const GridCells& cells, double jump) {
   return [=](std::int64_t cell, std::size_t) {
     const std::int64_t place[] = {cell % cells[0], cell / cells[0] % cells[1], cell / cells[0] / cells[1]};
@@ -62,7 +62,7 @@ struct FloatCase {
   GridCells cells;
   double shift;
   Coefficient k;
-  bool is_hard = false;  // cycles alone take long, and BiCGStab as many as it happens to
+  bool is_hard = false;  // cycles alone need many iterations, and those of BiCGStab vary
 };
 
 std::vector<FloatCase> float_cases() {
@@ -82,7 +82,7 @@ std::vector<FloatCase> float_cases() {
   return cases;
 }
 
-/// A right side of long waves beside short ones: of those rounding of x leaves most.
+/// A right-hand side with long and short waves; x has the largest rounding for the long ones.
 std::vector<double> right_side(const FloatCase& one, const GridOperator& a) {
   std::vector<double> b = arbitrary_values(a.size(), 3);
   for (std::size_t i = 0; i < b.size(); ++i)
@@ -91,7 +91,7 @@ std::vector<double> right_side(const FloatCase& one, const GridOperator& a) {
   return b;
 }
 
-/// As near as doubles, in no more than a few cycles more; and to what factors make of it.
+/// Same accuracy as doubles, compared with a direct solve, with at most a few cycles more.
 TEST(FloatCycles, ComeAsNearAsDoubles) {
   std::size_t number = 0;
   for (const FloatCase& one : float_cases()) {
@@ -122,7 +122,7 @@ TEST(FloatCycles, ComeAsNearAsDoubles) {
   EXPECT_GT(number, 100);
 }
 
-/// Parts of a grid that are cut off from one another, each with a mean of its own, and cells without an equation.
+/// Disconnected parts of a grid, each with its own mean, and cells without an equation.
 TEST(FloatCycles, GoAroundWhatIsCutOff) {
   const GridCells cells{48, 40, 1};
   const auto k = [&](std::int64_t cell, std::size_t axis) {
@@ -145,8 +145,8 @@ TEST(FloatCycles, GoAroundWhatIsCutOff) {
   }
 }
 
-/// Right sides and operators of any size: cycles work on what is about 1. Coefficients that floats have not beside one
-/// another are left to doubles.
+/// Right-hand sides and operators of any scale: cycles are scaled to about 1. If the coefficients' ratios exceed the
+/// range of floats, doubles are used.
 TEST(FloatCycles, KnowNoUnits) {
   const GridCells cells{40, 44, 1};
   const StencilMatrix whole = diffusion(cells, {all_walls[1], all_walls[3], all_walls[0]}, 0, uneven);
@@ -174,9 +174,9 @@ TEST(FloatCycles, KnowNoUnits) {
   EXPECT_FALSE(solved(a, {.method = SolverMethod::cg, .rounding = of_floats}, b).has_floats());
 }
 
-/// What makes floats too few: a mean that is held by 1e-10 of a diagonal, and coefficients that are far from one
-/// another. Doubles go on, and come as near as they do alone; also behind that, and for other coefficients in the same
-/// memory.
+/// Cases for which floats are not sufficient: a mean determined by 1e-10 of a diagonal, and coefficients of very
+/// different size. Doubles take over and reach the same accuracy as alone, also in later solves and for other
+/// coefficients in the same memory.
 TEST(FloatCycles, GiveUpToDoubles) {
   const GridCells cells{40, 44, 1};
   std::vector<std::pair<std::string, StencilMatrix>> operators;

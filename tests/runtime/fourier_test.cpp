@@ -45,7 +45,7 @@ void expect_right(const StencilMatrix& matrix, const std::string& name) {
   EXPECT_LT(error_of(matrix, b, x), 1e-11) << name;
 }
 
-/// The images of a neighbour are within one length of the wall.
+/// The mirror cells of a neighbour are within one length of the wall.
 bool fits(const GridCells& cells, const std::array<Pair, 3>& walls) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (walls[axis].first != Wall::periodic && cells[axis] < 3) return false;
@@ -99,7 +99,7 @@ TEST(FourierSolvers, AllPairsOfSidesInSpace) {
   }
 }
 
-/// Flow along the periodic axes, which has a complex symbol, and other coefficients along each axis.
+/// Flow along the periodic axes, which gives a complex symbol, and a different coefficient along each axis.
 TEST(FourierSolvers, OperatorsThatAreNotEven) {
   for (const Pair& wall : every_pair) {
     for (const GridCells& cells : {GridCells{7, 6, 5}, GridCells{4, 9, 3}}) {
@@ -118,7 +118,7 @@ TEST(FourierSolvers, OperatorsThatAreNotEven) {
   }
 }
 
-/// -lap(x) - lambda*x with an eigenvalue lambda: its waves are taken out of the right side.
+/// -lap(x) - lambda*x with an eigenvalue lambda: its waves are removed from the right-hand side.
 TEST(FourierSolvers, WavesAtAnEigenvalueAreDropped) {
   for (const Pair& x : every_pair) {
     for (const Pair& y : every_pair) {
@@ -136,7 +136,7 @@ TEST(FourierSolvers, WavesAtAnEigenvalueAreDropped) {
   }
 }
 
-/// 2 + line*(a second derivative) + a first one along `axis`: lines know nothing of one another.
+/// 2 + line*(a second derivative) + a first derivative along `axis`: lines are independent.
 StencilMatrix lines_along(const GridCells& cells, std::size_t axis) {
   StencilMatrix matrix{.cells = cells};
   matrix.periodic[axis] = true;
@@ -170,7 +170,7 @@ TEST(FourierSolvers, LinesThatDifferFromOneAnother) {
     uneven.values[2][1] *= 2;
     EXPECT_NE(LinearSolver(uneven, {}).method(), SolverMethod::fourier);
   }
-  EXPECT_NE(LinearSolver(lines_along({3, 8, 2}, 1), {}).method(), SolverMethod::fourier);  // lines of two distances
+  EXPECT_NE(LinearSolver(lines_along({3, 8, 2}, 1), {}).method(), SolverMethod::fourier);  // lines with two distances
 }
 
 TEST(FourierSolvers, LongLinesAreAsExactAsShortOnes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients of rollouts of hand-written programs: against finite differences, and checkpoints against no checkpoints.
+// Gradients of rollouts of hand-written programs: against finite differences, and with against without checkpoints.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace test;
 
-/// Central differences of loss() in every cell of every state and in the parameter, if there is one.
+/// Compares with central differences of loss() in every cell of every state, and in the parameter, if there is one.
 void expect_gradient_of_loss(Rollout& rollout, const dpde_layout& layout, const std::string& param, double value,
                              double tolerance) {
   const GradientResult& result = rollout.gradient();
@@ -270,7 +270,7 @@ TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
 }
 
 // 2-D, zero gradient at all sides, two kernels: l = sum of the four neighbours - 4 u; u_next = u + c l with a field c.
-// The adjoint runs on the region grown by one cell, terms of points outside the interior are left out, and is folded.
+// The adjoint runs on the domain extended by one cell without terms of points outside the interior, and is folded.
 
 constexpr dpde_boundary wall{test::zero_gradient, test::zero_gradient};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of operators that are found: the same in all cells, of a stencil, of boxes; and what solvers take of them.
+// Detection of the rows of operators, equal in all cells, stencils or boxes; and their use by solvers.
 #include "solve/operator/grid_operator.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ LinearImage image_of(const StencilMatrix& matrix) {
   return [&matrix](std::span<const double> x, std::span<double> y) { multiply(matrix, x, y); };
 }
 
-/// The square of a matrix of 5 or 7 points reaches two cells; beside walls it is what images make of it.
+/// The square of a 5- or 7-point matrix has stencil radius 2; next to walls mirror cells determine it.
 LinearImage square_of(const StencilMatrix& matrix) {
   return [&matrix](std::span<const double> x, std::span<double> y) {
     std::vector<double> once(x.size());
@@ -80,7 +80,7 @@ TEST(GridOperators, RowsThatAreAlikeAreFoundWithoutAMatrix) {
   }
 }
 
-/// An entry that is off in one row, by little, in any place.
+/// One row with one slightly different entry, at any position.
 TEST(GridOperators, OneOtherRowIsSeen) {
   const Walls walls{all_walls[0], all_walls[3], all_walls[0]};
   const StencilMatrix alike = diffusion({12, 11, 1}, walls, 1, constant_one);
@@ -125,7 +125,8 @@ TEST(GridOperators, WhatIsNotLinearIsSaidAsBefore) {
             std::string::npos);
 }
 
-/// A star with coefficients of its own in each cell: rings whose lengths no number of colours divides, and others.
+/// A star with different coefficients in each cell: rings with a length indivisible by any number of colours, and
+/// others.
 TEST(GridOperators, StarsTakeFewImages) {
   struct Case {
     GridCells cells;
@@ -163,7 +164,7 @@ TEST(GridOperators, StarsTakeFewImages) {
   }
 }
 
-/// A stencil that is wider in one place than in those that are looked at.
+/// A stencil that is wider at one position than at the sampled ones.
 TEST(GridOperators, PatternsThatMissAnEntryAreGivenUp) {
   StencilMatrix matrix = diffusion({9, 10, 11}, {all_walls[1], all_walls[2], all_walls[3]}, 1, uneven);
   matrix.offsets.push_back({1, 1, 1});
@@ -172,7 +173,7 @@ TEST(GridOperators, PatternsThatMissAnEntryAreGivenUp) {
   expect_same_products(probe_of(matrix, 1).find(image_of(matrix)), image_of(matrix), "diagonal");
 }
 
-/// Of f32: of neighbours' entries 4e-6 is that of advection.
+/// For f32: an entry of 4e-6 relative to the neighbours' is advection.
 TEST(GridOperators, WeakAdvectionIsNoRoundingOfASymmetricOperator) {
   const Walls rings{all_walls[0], all_walls[0], all_walls[0]};
   for (const double advection : {0.0, 4e-6}) {
@@ -189,8 +190,7 @@ TEST(GridOperators, WeakAdvectionIsNoRoundingOfASymmetricOperator) {
   }
 }
 
-/// A k that the diagonals hold to a few digits, or not at all, by operators whose images are floats made of
-/// differences.
+/// A k that the diagonals contain with few digits or none, for operators computed in floats from differences.
 TEST(GridOperators, SumsOfRowsAreThoseOfWhatTheOperatorMakesOfOnes) {
   const double stiff = 0x1p20;
   for (const double k : {0.0, 1e-3, 0.3, 1.5, 100.0}) {
@@ -217,7 +217,7 @@ TEST(GridOperators, SumsOfRowsAreThoseOfWhatTheOperatorMakesOfOnes) {
   }
 }
 
-/// All that is known of a constant row is that of its matrix.
+/// For a constant row, its properties equal those of its matrix.
 TEST(GridOperators, ConstantRowsAreTheirMatrix) {
   for (const Walls& walls : walls_of(2)) {
     for (const double shift : {0.0, 1.0}) {

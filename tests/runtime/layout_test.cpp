@@ -25,7 +25,7 @@ TEST(Layout, RowsAreAlignedPaddedAndStaggered) {
       }
       EXPECT_GE(layout.stride[1], nx + 2 * std::max<int64_t>(halo, 8));
       EXPECT_GE(layout.stride[2], layout.stride[1] * (5 + 2 * halo));
-      // First and last halo cell, with the padding of their rows, lie inside the allocation.
+      // The first and the last ghost cell, with the padding of their rows, lie inside the allocation.
       EXPECT_GE(layout.origin + index_of(layout, 0, -halo, -1), std::max<int64_t>(halo, 8));
       EXPECT_LE(layout.origin + index_of(layout, nx, 4 + halo, 3) + std::max<int64_t>(halo, 8), layout.size);
     }
@@ -52,7 +52,8 @@ TEST(Layout, AxesBeyondTheRankHaveOneCellAndNoHalo) {
   EXPECT_EQ(layout.cells[1], 1);
   EXPECT_EQ(layout.halo[1], 0);
   EXPECT_EQ(cell_count(layout), 128);
-  EXPECT_EQ(layout.size, 128 + 16 + 16);  // a line at both ends of the row, and one more at both ends of the field
+  EXPECT_EQ(layout.size, 128 + 16 + 16);  // one cache line at both ends of the row, and one more at both ends of the
+                                          // field
 }
 
 TEST(Layout, RefusesWhatIsNoGrid) {
@@ -165,7 +166,7 @@ TEST(Field, FindsTheFirstValueThatIsNotFinite) {
   const dpde_layout layout = make_layout(std::vector<int64_t>{21, 3, 2}, {1, 1, 1});
   Field field(layout);
   field.fill(1e300);
-  field.set(std::numeric_limits<double>::quiet_NaN(), -1, 0, 0);  // halo: not looked at
+  field.set(std::numeric_limits<double>::quiet_NaN(), -1, 0, 0);  // a ghost cell: ignored
   EXPECT_TRUE(is_finite(layout, field.base()));
   for (const double bad : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
                            std::numeric_limits<double>::quiet_NaN()}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multigrid in half rows against the matrix it was made of, on grids with several levels.
+// Multigrid in half rows against its matrix, on grids with several levels.
 #include "solve/multigrid/multigrid.h"
 
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ Numbers packed(const Multigrid& multigrid, const std::vector<double>& values) {
   return result;
 }
 
-/// The same without what lies in a circle: its cells are 0, and nothing goes into it.
+/// The same with a disc removed: its cells are 0 and isolated.
 StencilMatrix with_cylinder(StencilMatrix matrix) {
   const std::int64_t n = matrix.cells[0];
   const auto is_solid = [&](std::int64_t cell) {
@@ -108,7 +108,7 @@ void expect_symmetric_cycle(Multigrid& multigrid, const std::vector<double>& b, 
   EXPECT_NEAR(forth, back, 1e-12 * std::abs(forth) + 1e-13) << what;
 }
 
-/// To precondition conjugate gradients, around odd rings too.
+/// Preconditioner of conjugate gradients, also around odd rings.
 TEST(Multigrid, SymmetricCyclesAreSymmetric) {
   int checked = 0;
   for_each_wall([&](const Walls& walls) {
@@ -128,8 +128,8 @@ TEST(Multigrid, SymmetricCyclesAreSymmetric) {
   EXPECT_GT(checked, 450);
 }
 
-/// Coarse cells that an obstacle takes lie beside fine ones that it does not: neither way goes through them, also where
-/// one axis alone becomes coarser.
+/// Coarse cells that an obstacle covers next to fine cells that it does not cover: no coupling passes through them,
+/// also if a single axis is coarsened.
 TEST(Multigrid, SymmetricCyclesAreSymmetricAroundObstacles) {
   for (const double stronger_along_y : {1.0, 16.0, 1.0 / 16}) {
     const auto k = [&](std::int64_t, std::size_t axis) { return axis == 1 ? stronger_along_y : 1; };
@@ -164,7 +164,7 @@ void expect_near_solution(const StencilMatrix& matrix, Multigrid& multigrid, con
   EXPECT_LT(std::sqrt(left / whole), 2e-10) << what;
 }
 
-/// Each cycle takes off at least half of what is left, by the matrix's own product.
+/// Each cycle at least halves the residual, computed by the matrix itself.
 TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
   for_each_wall([&](const Walls& walls) {
     for (const GridCells& cells : {GridCells{16, 24, 1}, {13, 11, 1}, {128, 1, 1}, {71, 1, 1}, {9, 8, 6}, {8, 7, 5}}) {
@@ -179,7 +179,7 @@ TEST(Multigrid, CyclesComeNearerOnOddAndEvenGrids) {
   });
 }
 
-/// Several cycles at once go up and down the finest level in one pass: they are the same as one after the other.
+/// Several cycles in one call traverse the finest level in one pass; the result equals that of separate calls.
 TEST(Multigrid, CyclesInOneCallAreThoseOfSeveral) {
   for_each_wall([&](const Walls& walls) {
     for (const GridCells& cells :
@@ -205,8 +205,8 @@ TEST(Multigrid, CyclesInOneCallAreThoseOfSeveral) {
   });
 }
 
-/// The eigenvalue of a wave after two steps is the product of 1 - factor*lambda: at most what the books say for waves
-/// that the next level cannot show, 0.36 and 0.22 on two axes, 0.51 and 0.34 on three.
+/// The eigenvalue of a wave after two steps is the product of 1 - factor*lambda. For waves that the next level cannot
+/// represent it is at most the textbook value, 0.36 and 0.22 on two axes, 0.51 and 0.34 on three.
 TEST(Smoothers, DampWavesOfTheFineGridAlone) {
   const auto largest = [](SmootherKind smoother, double share) {
     const auto [first, second] = factors_of(smoother, share);
@@ -227,7 +227,7 @@ TEST(Smoothers, DampWavesOfTheFineGridAlone) {
     EXPECT_NEAR(largest(SmootherKind::chebyshev, share), of_chebyshev(share), 1e-12);
 }
 
-/// Colours where axes are coupled alike, a polynomial where they are not.
+/// Coloured relaxation for equal couplings along the axes, a polynomial otherwise.
 TEST(Smoothers, AreChosenByTheCouplings) {
   const auto chosen = [](double along_y) {
     const auto k = [&](std::int64_t, std::size_t axis) { return axis == 1 ? along_y : 1; };
@@ -240,7 +240,7 @@ TEST(Smoothers, AreChosenByTheCouplings) {
     EXPECT_EQ(chosen(uneven_one), SmootherKind::chebyshev) << uneven_one;
 }
 
-/// A cylinder by whole cells, of which none has an equation: as many cycles as without one, on each grid.
+/// A cylinder of whole cells without equations: as many cycles as without it, on each grid.
 TEST(Multigrid, GoesAroundObstacles) {
   for (const std::int64_t n : {32, 64, 128}) {
     for (const auto& wall : all_walls) {
@@ -264,7 +264,7 @@ std::vector<Real> arbitrary_numbers(std::int64_t count, unsigned seed) {
   return {values.begin(), values.end()};
 }
 
-/// A level of 75 x 3 x 3 cells whose coefficients are the same rows for all; vectors are longer than it needs.
+/// A level of 75 x 3 x 3 cells whose coefficients share the same rows; vectors are longer than needed.
 template <class Real>
 struct ManyRows {
   explicit ManyRows(bool is_even) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NetCDF bytes: what is written reads back, with the C library too; other people's files; damaged ones.
+// NetCDF files: round trips, also through the C library; files of other programs; damaged files.
 #include "dpde/runtime/netcdf.h"
 
 #include <cmath>
@@ -72,7 +72,7 @@ TEST_F(NetcdfTest, ReadsBackAllOrOneState) {
 
 TEST_F(NetcdfTest, EqualContentGivesEqualBytes) { EXPECT_EQ(compose_netcdf(sample()), compose_netcdf(sample())); }
 
-/// Of a few values and of many, which are compressed; several instants in one chunk, and several chunks an instant.
+/// Few values, and many, which are compressed; several times in one chunk, and several chunks per time.
 TEST_F(NetcdfTest, PartsAreWhatAllIsAtOnce) {
   for (const auto& [instants, cells] : {std::pair<int, int>{3, 5}, {1, 5000}, {7, 90000}, {2, 300000}}) {
     const auto values = [&, n = cells](std::int64_t first, std::int64_t count) {

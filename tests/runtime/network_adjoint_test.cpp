@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints of networks: against rates (dot products), against differences (Taylor), for any number of threads, without
+// Adjoints of networks: against tangents (dot products) and differences (Taylor), for any number of threads, without
 // allocations.
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(NetworkAdjoint, OnManyCells) {
   }
 }
 
-/// Quarter turns, in memory with rows of other lengths than columns.
+/// Quarter turns, in memory whose rows and columns differ in length.
 TEST(NetworkAdjoint, OfExchangedAxes) {
   for (const Cells& cells : {Cells{1, 1}, Cells{2, 2}, Cells{19, 19}, Cells{3, 3, 3}, Cells{6, 6, 6}}) {
     const bool three = cells.size() == 3;
@@ -78,7 +78,7 @@ TEST(NetworkAdjoint, ExchangedAxesHaveAsManyCells) {
   EXPECT_THROW(c.make(), Error);
 }
 
-/// Each weight and each input by itself: dot products with random rates could miss what is seldom wrong.
+/// Each weight and each input separately: dot products with random tangents could miss rare errors.
 TEST(NetworkAdjoint, EachDerivativeByItself) {
   for (const auto& padding : test::paddings()) {
     TestNetwork network(2, 2, padding);
@@ -139,7 +139,7 @@ TEST(NetworkAdjoint, SinglePrecisionIsTheSameRounded) {
     network.set_real(DPDE_F32);
     const Case single(network, cells, DPDE_F32);
     Network run = single.make();
-    if (what.find("pool") != std::string::npos) return;  // rounding may change which is the largest
+    if (what.find("pool") != std::string::npos) return;  // rounding may change which value is the largest
     const Case::Bars a = full.adjoint(exact), b = single.adjoint(run);
     double error = 0, size = 1;
     const auto compare = [&](double x, double y) {
@@ -221,7 +221,7 @@ TEST(NetworkAdjoint, OnlyWhatIsWanted) {
   run.adjoint(in.pointers(), seeds.pointers(), one, nullptr);
   EXPECT_EQ(out.values()[1], bars.inputs[1]);
   EXPECT_TRUE(std::isnan(out.values()[0][0]));
-  // A null seed and a null rate are those of 0.
+  // A null seed and a null tangent mean 0.
   Case zero = c;
   std::fill(zero.seeds[0].begin(), zero.seeds[0].end(), 0.0);
   std::fill(zero.rates[2].begin(), zero.rates[2].end(), 0.0);
@@ -243,7 +243,7 @@ TEST(NetworkAdjoint, RunsAllocateNothing) {
       TestNetwork network = named.make(2, {DPDE_PAD_PERIODIC, DPDE_PAD_REPLICATE, 0});
       const Case c(network, {40, 31});
       const Team team(threads);
-      team.run(2, [](std::int64_t, int) {});  // its threads begin with the first work
+      team.run(2, [](std::int64_t, int) {});  // its threads start with the first task
       Network run = c.make(team);
       const test::Fields in(c.layout, c.inputs), rates(c.layout, c.rates), seeds(c.layout, c.seeds),
           out(c.layout, c.seeds.size()), bars(c.layout, c.inputs.size());

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks for tests, and what they are by definition: plain loops over cells in doubles, or in pairs of a value and
-// its rate.
+// Networks for tests, and their definition: plain loops over cells in doubles, or in pairs of a value and its tangent.
 #pragma once
 
 #include <algorithm>
@@ -79,7 +78,7 @@ class TestNetwork {
     if (!order.empty()) layer.order = orders_.emplace_back(std::move(order)).data();
     return add(layer);
   }
-  /// The weights of another convolution in the place of its own.
+  /// Shares the weights of another convolution.
   void share(int value, int with) {
     layers_[static_cast<size_t>(value) - 1].weights = layers_[static_cast<size_t>(with) - 1].weights;
     layers_[static_cast<size_t>(value) - 1].bias = layers_[static_cast<size_t>(with) - 1].bias;
@@ -116,7 +115,7 @@ class TestNetwork {
   std::vector<int> channels_;
 };
 
-/// A value and its rate.
+/// A value and its tangent.
 struct Dual {
   double v = 0, d = 0;
   Dual() = default;
@@ -142,7 +141,7 @@ inline Dual activation(const dpde_layer& layer, Dual x) {
   }
 }
 
-/// Dense values, channel after channel, x fastest.
+/// Dense values, channel by channel, x fastest.
 struct Dense {
   std::array<int64_t, 3> cells{1, 1, 1};
   std::vector<std::vector<Dual>> channels;
@@ -161,7 +160,7 @@ struct Dense {
   size_t index(const std::array<int64_t, 3>& p) const { return index(p[0], p[1], p[2]); }
 };
 
-/// The cell that stands for `k`, walked to step by step; -1: none.
+/// The cell that represents cell `k`, found step by step; -1: none.
 inline int64_t place(int32_t padding, int64_t k, int64_t n) {
   if (padding == DPDE_PAD_PERIODIC) {
     while (k < 0) k += n;

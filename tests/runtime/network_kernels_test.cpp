@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of every instruction set that this processor has, against plain loops.
+// The kernels of every instruction set of this processor, against plain loops.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,7 +44,7 @@ std::vector<Set> sets() {
   return result;
 }
 
-/// Planes of random numbers with a margin of 4 cells and room for whole vectors, cell (0, 0, 0) in the middle.
+/// Planes of random numbers with a margin of 4 cells and room for whole vectors; cell (0, 0, 0) is inside.
 template <class Real>
 struct Planes {
   static constexpr int64_t row = 128, rows = 16, plane = row * rows;
@@ -150,7 +150,7 @@ TEST(NetworkKernels, EveryInstructionSetIsRight) {
   }
 }
 
-/// Rounding aside: values of all activations and their rates, with the portable ones as the standard
+/// Up to rounding: values and tangents of all activations, against the portable ones as the reference
 /// (network_value_test.cpp).
 TEST(NetworkKernels, ActivationsAgree) {
   const std::vector<Set> all = sets();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a TestNetwork on fields and on its definition, with random numbers.
+// Runs a TestNetwork on fields and by its definition, with random numbers.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ inline double dot(const Values& a, const Values& b) {
   return sum;
 }
 
-/// Fields whose halos and paddings are not numbers: who reads them shows it.
+/// Fields with NaN in ghost cells and padding, to detect reads.
 class Fields {
  public:
   Fields(const dpde_layout& layout, size_t count) {
@@ -120,7 +120,7 @@ struct Named {
   std::function<TestNetwork(int rank, std::array<int32_t, 3> padding)> make;
 };
 
-/// One network for each kind of layer and for what they are together.
+/// One network for each kind of layer and for combinations.
 inline std::vector<Named> networks() {
   using Conv = TestNetwork::Conv;
   std::vector<Named> result;
@@ -218,7 +218,7 @@ inline std::vector<Named> networks() {
   add("values with many readers", 3, [](TestNetwork& n) {
     const int a = n.conv(Conv{3}), b = n.activate(DPDE_TANH), c = n.activate(DPDE_SOFTPLUS, 0, a),
               d = n.conv(Conv{3, 5}, b);
-    n.conv(Conv{8}, a);  // read by nobody
+    n.conv(Conv{8}, a);  // not read
     n.join(DPDE_ADD, c, d);
     n.join(DPDE_ADD, n.last(), n.last());
     n.join(DPDE_ADD, n.last(), 0);
@@ -259,7 +259,7 @@ inline std::vector<Named> networks() {
   return result;
 }
 
-/// Grids of all ranks, smaller than kernels, than vectors, and larger.
+/// Grids of all ranks: smaller than kernels, smaller than vectors, and larger.
 inline std::vector<Cells> grids() {
   return {{1}, {2}, {3}, {19}, {67}, {1, 1}, {2, 3}, {3, 1}, {17, 6}, {35, 9}, {1, 2, 3}, {5, 4, 3}, {18, 3, 5}};
 }
@@ -269,7 +269,7 @@ inline std::vector<std::array<int32_t, 3>> paddings() {
   return {{p, p, p}, {z, z, z}, {r, r, r}, {m, m, m}, {p, r, z}, {m, p, r}};
 }
 
-/// `f(network, cells, what it is)` for all of them.
+/// Calls `f(network, cells, description)` for all combinations.
 template <class F>
 void for_each_case(const F& f) {
   for (const Named& named : networks()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints of the rates of networks: against differences of adjoints, in single precision, for any number of threads,
-// without allocations.
+// Second derivatives of networks: adjoints of the tangents against differences of adjoints, in single precision, for
+// any number of threads, without allocations.
 #include <gtest/gtest.h>
 
 #include "allocations.h"
@@ -37,7 +37,7 @@ Network make(const Case& c, const Team& team = 1) {
   return result;
 }
 
-/// Of all numbers, one behind the other.
+/// All numbers in one vector.
 std::vector<double> joined(const Values& inputs, const std::vector<double>& weights) {
   std::vector<double> all = weights;
   for (const std::vector<double>& channel : inputs) all.insert(all.end(), channel.begin(), channel.end());
@@ -53,7 +53,7 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
   return error / size;
 }
 
-/// How the adjoint changes along the rates.
+/// The difference quotient of the adjoint along the tangents.
 std::vector<double> quotient(const Case& c, double step) {
   std::vector<double> result;
   for (const double by : {step, -step}) {
@@ -71,7 +71,7 @@ std::vector<double> quotient(const Case& c, double step) {
   return result;
 }
 
-/// A kink may lie within the larger steps; rounding makes 1e-8 of the smallest.
+/// Larger steps may cross a kink; for the smallest one rounding is 1e-8.
 void expect_rate_of_adjoint(const Case& c, const std::string& what) {
   Network run = make(c);
   const Bars bars = second(c, run);
@@ -104,7 +104,7 @@ TEST(NetworkSecond, OnManyCells) {
 
 TEST(NetworkSecond, SinglePrecisionIsTheSameRounded) {
   for (const test::Named& named : test::networks()) {
-    if (named.name.find("pool") != std::string::npos) continue;  // rounding may change which is the largest
+    if (named.name.find("pool") != std::string::npos) continue;  // rounding may change which value is the largest
     TestNetwork network = named.make(2, {DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT, 0});
     const Case full(network, {17, 6});
     Network exact = make(full);
@@ -161,7 +161,7 @@ TEST(NetworkSecond, OnlyWhatIsWanted) {
               .input_rate_bars = one,
               .weight_rates = c.weight_rates.data()});
   EXPECT_EQ(out.values()[1], all.input_rates[1]);
-  // No rates of weights are those of 0.
+  // Missing tangents of weights mean 0.
   std::fill(c.weight_rates.begin(), c.weight_rates.end(), 0.0);
   run.second({.inputs = in.pointers(),
               .input_rates = rates.pointers(),

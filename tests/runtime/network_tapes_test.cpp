@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that find what the forward run has computed are those that run forward by themselves, to the last bit.
+// Adjoints that use stored forward values equal those that recompute them, bit for bit.
 #include <gtest/gtest.h>
 
 #include "allocations.h"
@@ -14,7 +14,7 @@ using test::Cells;
 using test::TestNetwork;
 using test::Values;
 
-/// One network for the steps and one for their adjoints, as a rollout has them.
+/// One network for the steps and one for their adjoints, as in a rollout.
 struct Both {
   Network forward, backward;
   std::shared_ptr<Tapes> tapes;
@@ -66,7 +66,7 @@ TEST(Tapes, AreFoundInAnyOrderAndWhereThereIsNoRoomTheLastOnesAre) {
   expect_same(steps[3], both, 1, "not the last");
   expect_same(steps[4], both, 2, "the last");
   expect_same(steps[0], both, 2, "given up for a later one");
-  steps[0].value(both.forward);  // a step that is made again
+  steps[0].value(both.forward);  // a recomputed step
   steps[1].value(both.forward);
   Network alone = steps[1].make();
   EXPECT_EQ(steps[1].value(both.backward), steps[1].value(alone)) << "a reader that only wants the value";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks and their rates against the definition of their layers, cell by cell.
+// Networks and their tangents against the definition of their layers, cell by cell.
 #include <gtest/gtest.h>
 
 #include "dpde/runtime/error.h"
@@ -15,14 +15,14 @@ using test::TestNetwork;
 using test::Values;
 using Conv = TestNetwork::Conv;
 
-/// The largest difference, relative to the largest value if that is more than 1.
+/// The largest difference, relative to the largest value if that exceeds 1.
 double difference(const Values& found, const Dense& expected, double test::Dual::*part) {
   double most = 0, size = 1;
   for (size_t c = 0; c < found.size(); ++c) {
     for (size_t i = 0; i < found[c].size(); ++i) {
       const double value = expected.channels[c][i].*part, error = std::abs(found[c][i] - value);
       size = std::max(size, std::abs(value));
-      most = error <= most ? most : error;  // NaN wins
+      most = error <= most ? most : error;  // NaN is kept
     }
   }
   return most / size;
@@ -70,13 +70,13 @@ TEST(NetworkValue, ManyCellsInBlocks) {
   network.conv(Conv{9, 1});
   network.activate(DPDE_GELU);
   network.conv(Conv{2, 1});
-  const Case c(network, {53, 41});  // no multiple of a block
+  const Case c(network, {53, 41});  // not a multiple of a block
   Network run = c.make();
   EXPECT_LE(difference(c.value(run), c.expected(), &test::Dual::v), 1e-12);
   EXPECT_LE(difference(c.tangent(run), c.expected(), &test::Dual::d), 1e-12);
 }
 
-/// One activation of values along a row, far out too.
+/// One activation of values along a row, including extreme ones.
 TEST(NetworkValue, ActivationsFarOut) {
   for (const int32_t real : {DPDE_F64, DPDE_F32}) {
     for (int kind = DPDE_RELU; kind <= DPDE_SILU; ++kind) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Newton's method on problems whose minimiser is known.
+// Newton's method on problems with a known minimiser.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace dpde {
 namespace {
 
-/// 0.5 sum of (k + 1)^4 (x_k - k)^2: condition 1e8 for 100 unknowns.
+/// 0.5 sum of (k + 1)^4 (x_k - k)^2: condition number 1e8 for 100 unknowns.
 double stretched(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
   double loss = 0;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
@@ -43,7 +43,7 @@ void rosenbrock_hessian(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eige
   result[1] = -400 * x[0] * v[0] + 200 * v[1];
 }
 
-/// The valley is curved and the Hessian indefinite on the way: the trust region has to do its work.
+/// The valley is curved and the Hessian indefinite on the way, which requires the trust region.
 TEST(NewtonCg, FollowsTheValleyOfRosenbrock) {
   Eigen::VectorXd start(2);
   start << -1.2, 1.0;
@@ -55,7 +55,7 @@ TEST(NewtonCg, FollowsTheValleyOfRosenbrock) {
   for (std::size_t k = 1; k < result.losses.size(); ++k) EXPECT_LE(result.losses[k], result.losses[k - 1]);
 }
 
-/// From the top of a hill, along negative curvature, to the bottom of (x^2 - 1)^2 + y^2.
+/// From a maximum along negative curvature to the minimum of (x^2 - 1)^2 + y^2.
 TEST(NewtonCg, LeavesAHillAlongNegativeCurvature) {
   const Objective hill = [](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     gradient[0] = 4 * x[0] * (x[0] * x[0] - 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .npy files: bytes as NumPy writes them, and bytes as nobody should.
+// .npy files: bytes as NumPy writes them, and invalid ones.
 #include "dpde/runtime/npy.h"
 
 #include <gtest/gtest.h>

@@ -40,7 +40,7 @@ double rosenbrock(const VectorXd& x, VectorXd& gradient) {
 
 TEST(Optimise, GradientDescentMakesTheStepsOfTheFormula) {
   const OptimiseResult result = minimise(GradientDescent{0.1}, bowl, VectorXd{{1.0, 2.0}}, 3);
-  // x_1 shrinks by 0.9 an update, x_2 by 0.8.
+  // x_1 shrinks by the factor 0.9 per update, x_2 by 0.8.
   ASSERT_EQ(result.losses.size(), 4u);
   for (int k = 0; k <= 3; ++k) {
     EXPECT_NEAR(result.losses[static_cast<size_t>(k)], 0.5 * std::pow(0.81, k) + 4 * std::pow(0.64, k), 1e-14);
@@ -54,7 +54,7 @@ TEST(Optimise, GradientDescentMakesTheStepsOfTheFormula) {
 }
 
 TEST(Optimise, AdamMakesTheStepsOfThePaper) {
-  // f = 3 x: the gradient is 3 always; the corrected moments are 3 and 9: each update is rate * 3 / (3 + epsilon).
+  // f = 3 x: the gradient is always 3; the corrected moments are 3 and 9: each update is rate * 3 / (3 + epsilon).
   const auto line = [](const VectorXd& x, VectorXd& gradient) {
     gradient[0] = 3;
     return 3 * x[0];
@@ -102,8 +102,7 @@ TEST(Optimise, LbfgsStopsWhereRoundingEndsProgress) {
   EXPECT_LT(result.loss, 1e-20);
 }
 
-/// A fit of two exponentials that data made by the same formula allow to be exact: what is left is the residuals'
-/// rounding.
+/// A fit of two exponentials to data of the same formula, so that it can be exact up to the rounding of the residuals.
 double fit(const VectorXd& x, VectorXd& gradient) {
   gradient.setZero();
   double loss = 0;
@@ -134,7 +133,7 @@ TEST(Optimise, LbfgsStopsWhereTheLossIsRounding) {
   }
 }
 
-/// From far away the first loss is 1e26: that the later ones are small beside it stops nothing.
+/// From a distant start the first loss is 1e26. Later losses, small in comparison, must not stop the method.
 TEST(Optimise, LbfgsGoesOnFromAFirstLossThatWasFarTooLarge) {
   for (const Bounds& bounds : {Bounds{}, Bounds{VectorXd::Constant(2, -1e7), VectorXd::Constant(2, 1e7)}}) {
     const OptimiseResult result = minimise(Lbfgs{}, rosenbrock, VectorXd{{1e6, -1e6}}, 5000, {}, 1e-9, bounds);
@@ -199,8 +198,8 @@ TEST(Optimise, ZeroIterationsEvaluateOnce) {
   EXPECT_EQ(result.reason, StopReason::iterations);
 }
 
-/// A beam on supports: x.Ax/2 - b.x with neighbours that pull at each other, within 0 .. 1. Convex: where the projected
-/// gradient is 0 the minimum is, and it is neither that without bounds nor the nearest point to that.
+/// A loaded beam on supports, x.Ax/2 - b.x with coupled neighbours, within 0 .. 1. The problem is convex, so a
+/// projected gradient of 0 identifies the minimum. It is neither the minimum without bounds nor its nearest point.
 TEST(Bounds, EveryMethodEndsAtTheMinimumWithin) {
   constexpr int size = 7;
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
@@ -226,14 +225,15 @@ TEST(Bounds, EveryMethodEndsAtTheMinimumWithin) {
     EXPECT_LT((clipped(x - (matrix * x - load)) - x).norm(), m == 3   ? 1e-3
                                                              : m == 1 ? 1e-7
                                                                       : 1e-10)
-        << "method " << m;  // L-BFGS ends where losses are rounding
+        << "method " << m;  // L-BFGS stops when losses only differ by rounding
     EXPECT_GT((x - clipped(free)).norm(), 0.1) << "the bounds would not matter";
     if (m == 0 || m == 2) EXPECT_EQ(results[m].reason, StopReason::gradient_zero) << m;
   }
 }
 
-/// What L-BFGS finds, and after how many evaluations the loss was the minimum's but for the tolerance; -1: never.
-/// L-BFGS-B (SciPy 1.17.1, 10 pairs, the same starts) needs 4, 35 and 193 for Rosenbrock's function, 47 for the bowl.
+/// The result of L-BFGS, and the number of evaluations until the loss was within the tolerance of the minimum; -1:
+/// never. L-BFGS-B (SciPy 1.17.1, 10 pairs, the same initial values) needs 4, 35 and 193 for Rosenbrock's function, 47
+/// for the bowl.
 struct Found {
   OptimiseResult result;
   int evaluations = -1;
@@ -253,8 +253,8 @@ Found find_within(const Objective& objective, const VectorXd& start, double low,
   return found;
 }
 
-/// Rosenbrock's function with x <= 0.8: in two dimensions the minimum is at (0.8, 0.64), where it is 0.04; the others
-/// are SciPy's, by two methods.
+/// Rosenbrock's function with x <= 0.8: in two dimensions the minimum 0.04 is at (0.8, 0.64); the others were computed
+/// by SciPy with two methods.
 TEST(Bounds, LbfgsOnRosenbrockWithinABox) {
   struct Case {
     int size;
@@ -268,7 +268,7 @@ TEST(Bounds, LbfgsOnRosenbrockWithinABox) {
     EXPECT_EQ(found.result.x[0], 0.8);
     EXPECT_GT(found.evaluations, 0) << size;
     EXPECT_LE(found.evaluations, most) << size;
-    EXPECT_LE(found.result.evaluations, 2 * most) << size;  // it knows when it is there
+    EXPECT_LE(found.result.evaluations, 2 * most) << size;  // it recognises convergence
   }
 }
 
@@ -294,7 +294,7 @@ TEST(Bounds, LbfgsOnABadlyScaledBowl) {
   EXPECT_LE(found.evaluations, 70);
 }
 
-/// A first step of the gradient's length is 1e-6 of what is needed: it must be lengthened, not repeated.
+/// The first step, of the gradient's length, is 1e-6 of the required one: it must be lengthened, not repeated.
 TEST(Bounds, LbfgsLengthensAFirstStepThatIsTooShort) {
   const Objective flat = [](const VectorXd& x, VectorXd& gradient) {
     gradient = 1e-6 * (x.array() - 0.25).matrix();
@@ -306,7 +306,7 @@ TEST(Bounds, LbfgsLengthensAFirstStepThatIsTooShort) {
   EXPECT_LE(one.evaluations, 10);
 }
 
-/// Two unknowns of sizes 1e-6 and 5e4 that matter alike.
+/// Two unknowns of size 1e-6 and 5e4 with equal influence.
 double of_two_sizes(const VectorXd& x, VectorXd& gradient) {
   const VectorXd y{{x[0] / 1e-6, x[1] / 5e4}};
   const double loss = rosenbrock(y, gradient);
@@ -315,8 +315,7 @@ double of_two_sizes(const VectorXd& x, VectorXd& gradient) {
   return loss;
 }
 
-/// It takes the iterations that it takes of unknowns of size 1, with bounds and without; a factor of the loss changes
-/// nothing.
+/// As many iterations as for unknowns of size 1, with and without bounds; a factor of the loss changes nothing.
 TEST(Optimise, LbfgsTakesUnknownsByTheirSizes) {
   const OptimiseResult plain = minimise(Lbfgs{}, rosenbrock, VectorXd{{-1.2, 1.0}}, 500, {}, 1e-10);
   const VectorXd start{{-1.2e-6, 5e4}};
@@ -338,7 +337,8 @@ TEST(Optimise, LbfgsTakesUnknownsByTheirSizes) {
   }
 }
 
-/// Of an unknown that begins at 0 half the width of its bounds, else what its first slope says beside the others.
+/// Scale of an unknown that starts at 0: half the width of its bounds, else from its first slope compared with the
+/// others.
 TEST(Optimise, ScalesOfUnknownsThatBeginAtZero) {
   const VectorXd start{{0, 5e4}};
   const Bounds bounds{VectorXd{{-3e-6, -INFINITY}}, VectorXd{{3e-6, INFINITY}}};
@@ -352,7 +352,7 @@ TEST(Optimise, ScalesOfUnknownsThatBeginAtZero) {
   EXPECT_GT(found.scales[0], 0);
 }
 
-/// What overflows when it is squared moves nothing: Adam would stay where it is in silence.
+/// A gradient whose square overflows ends the method: Adam would silently stay in place.
 TEST(Optimise, AGradientWithoutANormEndsIt) {
   const Objective steep = [](const VectorXd& x, VectorXd& gradient) {
     gradient[0] = x[0] < 0.5 ? 1e200 : 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reductions against their definition, on grids that are smaller, and larger, than what is done at a time; for any
-// number of threads to the last bit.
+// Reductions against their definition, on grids smaller and larger than a block; bit-identical for any number of
+// threads.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ std::vector<double> run(int kind, const Cells& cells, std::array<int32_t, 3> ove
   table.real = real;
   const dpde_layout layout = make_layout(cells, {2, cells.size() > 1 ? 1 : 0, cells.size() > 2 ? 1 : 0}, real);
   Field u(layout), m(layout);
-  u.fill(std::nan(""));  // the halo is no part of it
+  u.fill(std::nan(""));  // ghost cells are excluded
   u.copy_in(values);
   Executor executor(table, layout, threads);
   executor.bind(0, u.base());
@@ -37,7 +37,7 @@ std::vector<double> run(int kind, const Cells& cells, std::array<int32_t, 3> ove
   return result;
 }
 
-/// By the definition, one cell at a time, in more digits.
+/// By definition, one cell at a time, in extended precision.
 std::vector<double> expected(int kind, Cells cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
   cells.resize(3, 1);
   std::vector<double> result;
@@ -101,7 +101,7 @@ TEST(Reduce, IsWhatItSays) {
   });
 }
 
-/// A million floats of 0.1 added up as floats would make 100958.
+/// The sum of a million floats of 0.1 in single precision would be 100958.
 TEST(Reduce, AddsFloatsUpAsDoubles) {
   const std::vector<double> values(1000000, static_cast<double>(0.1f));
   for (const std::array<int32_t, 3> over : {std::array<int32_t, 3>{1, 1, 0}, std::array<int32_t, 3>{0, 1, 0}}) {

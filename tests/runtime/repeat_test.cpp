@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Repeats and stacks in the executor: what is carried, what is saved and loaded, and that nothing is copied or
-// allocated.
+// Repeats and stacks in the executor: carried, saved and loaded values; no copies and no allocations.
 #include <gtest/gtest.h>
 
 #include "allocations.h"
@@ -63,7 +62,7 @@ TEST(Repeat, LoadsWhatWasSavedLastFirst) {
   program.repeat(3, 1, {{"w", "r", "all"}}, {}, {{"u", 0}});
   program.stacks({2});
   Bound run(program);
-  EXPECT_EQ(run.executor.memory().at(0).kept, 4096 + 3 * 8);  // two fields in a page, three places
+  EXPECT_EQ(run.executor.memory().at(0).kept, 4096 + 3 * 8);  // two fields in a page, three scalars
   run.executor.make_stacks();
   run.field("u").fill(0);
   run.field("w").fill(0);
@@ -75,7 +74,7 @@ TEST(Repeat, LoadsWhatWasSavedLastFirst) {
   EXPECT_EQ(run.field("u").at(0), 0);
 }
 
-/// What a pass writes and carries nowhere, and what it loads.
+/// A value that a pass writes without carrying it, and a value that it loads.
 TEST(Repeat, SavesWhatIsWrittenAndWhatIsLoaded) {
   TestProgram program("p", 1, {"u", "w"}, {"v", "last", "own", "r", "all", "s", "end"});
   program.sweep(grow, {{"u"}, {"v"}});

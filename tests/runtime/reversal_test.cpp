@@ -8,7 +8,7 @@
 namespace dpde {
 namespace {
 
-/// States that are their own numbers.
+/// States that equal their number.
 struct NumberedStates {
   std::deque<int> values;
   std::deque<StateBuffer> buffers;
@@ -21,7 +21,7 @@ struct NumberedStates {
   static int& of(const StateBuffer& state) { return *static_cast<int*>(state.front()); }
 };
 
-/// Twice, as a gradient is asked for again and again.
+/// Two reversals, as for repeated gradients.
 TEST(Reversal, ComesToEachLegWithTheStateItBeginsWith) {
   for (int legs = 0; legs <= 30; ++legs) {
     for (int slots = 1; slots <= 8; ++slots) {

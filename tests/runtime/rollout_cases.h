@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rollouts that several tests use: Burgers' equation on a line of 16 cells with losses against random data.
+// Rollouts shared by several tests: Burgers' equation on a line of 16 cells with losses against random data.
 #pragma once
 
 #include <random>
@@ -23,7 +23,7 @@ inline std::vector<double> random_values(int64_t count, uint64_t seed) {
   return values;
 }
 
-/// Burgers with losses against random data at several steps: term 0 has one target for all, term 1 one for each step.
+/// Burgers with losses against random data at several steps: term 0 has one target for all, term 1 one per step.
 struct BurgersCase {
   BurgersPrograms programs;
   dpde_layout layout = line();

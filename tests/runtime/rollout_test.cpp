@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Running forward: time, observers, stops, blow-ups, and what is said about missing things.
+// Forward runs: time, observers, stops, blow-ups, and messages about missing inputs.
 #include "dpde/runtime/rollout.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST(Rollout, TheTimeIsThatOfTheStepsStart) {
   EXPECT_EQ(result.steps_done, 5);
   EXPECT_FALSE(result.blow_up);
   EXPECT_EQ(Doubles{rollout.final_states().data()}[0][3], 2 + 2.5 + 3 + 3.5 + 4);
-  EXPECT_EQ(rollout.initial(0).at(3), 0);  // untouched
+  EXPECT_EQ(rollout.initial(0).at(3), 0);  // unchanged
 }
 
 TEST(Rollout, TheObserverSeesEveryKthStateAndTheLast) {
@@ -77,7 +77,7 @@ TEST(Rollout, TheObserverSeesEveryKthStateAndTheLast) {
 TEST(Rollout, FindsWhereTheFirstValueBlowsUp) {
   GrowthCase growth;
   for (int first : {1, 63, 64, 65, 128, 200, 300}) {
-    // u grows tenfold a step: 10^309 is not finite.
+    // u grows tenfold per step: 10^309 is not finite.
     Rollout rollout(growth.setup(300, 10, 0));
     RolloutSetup setup = growth.setup(300, 10, 0);
     setup.t0 = 0;

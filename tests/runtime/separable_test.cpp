@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fourier series along periodic axes with elimination along the one other axis.
+// Fourier series along the periodic axes combined with elimination along the single other axis.
 #include "solve/fourier/separable.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 constexpr std::pair<Wall, Wall> ring{Wall::periodic, Wall::periodic}, slope{Wall::slope, Wall::slope},
     value{Wall::value, Wall::value}, mixed{Wall::value, Wall::slope};
 
-/// Another one for each place along the axis, in another way along each axis.
+/// Varies along the line, differently for each axis.
 Coefficient along(std::size_t line, const GridCells& cells) {
   return [=](std::int64_t cell, std::size_t axis) {
     std::int64_t place = cell;
@@ -31,7 +31,7 @@ struct Grid {
   std::size_t line;
 };
 
-/// The line along each axis, the first axis of waves the innermost or the outermost one; few cells, odd and even.
+/// The line along each axis, with the first Fourier axis innermost or outermost; few cells, odd and even.
 const std::vector<Grid> grids{{{8, 5, 1}, 1}, {{5, 8, 1}, 0}, {{6, 4, 5}, 1}, {{4, 5, 3}, 2}, {{3, 4, 6}, 0},
                               {{1, 7, 4}, 1}, {{7, 1, 4}, 0}, {{2, 2, 1}, 1}, {{3, 2, 2}, 0}, {{9, 2, 1}, 1}};
 
@@ -47,7 +47,7 @@ TEST(Separable, HasThePseudoInverse) {
             fmt::format("{} along {}, shift {}: {}", fmt::join(grid.cells, " x "), grid.line, shift, solver.reason());
         if (grid.cells[grid.line] > 2)
           EXPECT_NE(solver.reason().find("elimination along the other axis"), std::string::npos) << place;
-        for (const unsigned seed : {1U, 2U}) {  // the second one by series that have been right
+        for (const unsigned seed : {1U, 2U}) {  // the second solve uses series that were verified
           const std::vector<double> b = arbitrary_values(matrix.size(), seed);
           std::vector<double> x(b.size());
           const SolveReport report = solver.solve(b, x);
@@ -59,7 +59,7 @@ TEST(Separable, HasThePseudoInverse) {
   }
 }
 
-/// The adjoint's solver: of rows that are not symmetric along the line.
+/// The adjoint's solver, for rows that are unsymmetric along the line.
 TEST(Separable, TakesRowsThatAreNotSymmetric) {
   const GridCells cells{6, 5, 1};
   StencilMatrix matrix = diffusion(cells, {ring, value, ring}, 0.4, along(1, cells));
@@ -76,7 +76,7 @@ TEST(Separable, TakesRowsThatAreNotSymmetric) {
   }
 }
 
-/// Numbers of another size at some places, waves that grow, waves that move, farther cells, two axes that differ.
+/// Entries of another size at some positions, growing waves, moving waves, wider stencils, two different axes.
 TEST(Separable, LeavesOtherOperators) {
   const GridCells cells{6, 5, 1};
   const StencilMatrix fits = diffusion(cells, {ring, value, ring}, 0, along(1, cells));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods x precisions x singular or not x grids: what a solver leaves is finite and no worse than what it began with,
-// and where b is within reach it is solved to the precision of the entries, or the method is refused.
+// Methods x precisions x singular or not x grids: the result of a solver is finite and no worse than its start. If b is
+// in the range, the residual reaches the precision of the entries, or the method is refused.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ struct Case {
   }
 };
 
-/// Cells of exponential widths: fluxes over distances. The entries are rounded one by one, so that in single precision
-/// rows sum to 1e-7 of them, and neither they nor their transpose are the same.
+/// Cells of exponential widths: fluxes over distances. Entries are rounded separately, so in single precision row sums
+/// are 1e-7 of the entries, and matrix and transpose differ.
 StencilMatrix operator_of(const Case& of, const GridCells& cells) {
   const auto width = [&](std::int64_t i) { return of.is_stretched ? std::exp(0.15 * static_cast<double>(i)) : 1.0; };
   const auto flux = [&](std::int64_t cell, std::size_t axis) {
@@ -50,7 +50,7 @@ double residual_of(const StencilMatrix& matrix, const std::vector<double>& b, co
   return std::sqrt(left / size);
 }
 
-/// What rounding of the entries makes of a residual: diagonals are moved by as much, so that rows have their sums.
+/// The residual from rounding of the entries: diagonals are changed such that rows have their exact sums.
 double by_rounding(const StencilMatrix& matrix, const std::vector<double>& b, const std::vector<double>& x,
                    const SolveOptions& options) {
   double largest_row = 0, of_x = 0, of_b = 0;
@@ -85,7 +85,7 @@ TEST(SingularSolves, LeaveNothingWorseWithAnyMethod) {
             EXPECT_TRUE(report.converged) << report.residual << " " << report.bound << " " << report.iterations;
             EXPECT_LE(residual_of(matrix, b, x), std::max({report.bound, 1e-9, by_rounding(matrix, b, x, options)}));
             x.assign(x.size(), 0.0);
-            b.front() += 1;  // out of reach of what is singular
+            b.front() += 1;  // outside the range of a singular operator
             solver.solve(b, x);
             EXPECT_LE(residual_of(matrix, b, x), 1 + 1e-6);
           } catch (const Error& error) {  // multigrid and cg do not fit

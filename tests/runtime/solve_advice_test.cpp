@@ -8,7 +8,7 @@
 namespace dpde::test {
 namespace {
 
-/// A method that is named is one that solves the system.
+/// The suggested method solves the system.
 TEST(SolveAdvice, IsTrueForTheOperator) {
   const auto advice = [](const StencilMatrix& matrix, SolverMethod failed, int iterations, double residual) {
     SolveReport report;

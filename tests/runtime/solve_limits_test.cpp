@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear solvers where operators are singular or nearly so, extents odd, right sides not finite.
+// Linear solvers for singular or nearly singular operators, odd extents, and non-finite right-hand sides.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ std::string refusal_of(const StencilMatrix& matrix, SolverMethod method) {
   return "";
 }
 
-/// x - k*lap(x) = 1 has the solution 1, also where entries have the digits of f32 only.
+/// x - k*lap(x) = 1 has the solution 1, also if entries have only the digits of f32.
 TEST(LinearSolverLimits, SinglePrecisionKeepsTheMean) {
   for (const double k : {2e4, 2e5}) {
     for (const Walls& walls : {rings, slopes}) {
@@ -48,13 +48,13 @@ TEST(LinearSolverLimits, SinglePrecisionKeepsTheMean) {
         const SolveReport report = solver.solve(b, x);
         EXPECT_TRUE(report.converged) << name_of(method);
         EXPECT_EQ(report.incompatible, 0) << name_of(method);
-        EXPECT_NEAR(x[77], 1, 0.2) << name_of(method) << " " << k;  // the diagonal has 1/16 for 1 +- that
+        EXPECT_NEAR(x[77], 1, 0.2) << name_of(method) << " " << k;  // the diagonal resolves only 1/16 of 1
       }
     }
   }
 }
 
-/// What is singular but for the digits of f32 has the mean 0.
+/// An operator that is singular up to the digits of f32 gives the mean 0.
 TEST(LinearSolverLimits, SinglePrecisionIsSingular) {
   StencilMatrix matrix = diffusion({24, 17, 1}, slopes, 0, uneven);
   for (auto& column : matrix.values) {
@@ -73,7 +73,7 @@ TEST(LinearSolverLimits, SinglePrecisionIsSingular) {
   }
 }
 
-/// Waves that are long for f32 are waves all the same.
+/// Long waves are resolved in f32, too.
 TEST(LinearSolverLimits, SinglePrecisionKeepsLongWaves) {
   const std::int64_t n = 2048;
   StencilMatrix matrix = diffusion({n, 1, 1}, rings, 0, [](auto, auto) { return 1.0; });
@@ -156,7 +156,7 @@ TEST(LinearSolverLimits, OtherNullVectorsAreNamed) {
   EXPECT_TRUE(report.is_singular || report.is_indefinite);
 }
 
-/// Later solves look at their own right sides, though they trust the waves.
+/// Later solves check their own right-hand sides, although the waves are already verified.
 TEST(LinearSolverLimits, LaterFourierSolvesSayWhatIsIncompatible) {
   const StencilMatrix matrix = diffusion({12, 9, 1}, rings, 0, constant_one);
   LinearSolver solver(matrix, {.method = SolverMethod::fourier});
@@ -172,7 +172,7 @@ TEST(LinearSolverLimits, LaterFourierSolvesSayWhatIsIncompatible) {
   }
 }
 
-/// -lap(x) - lambda*x around a ring, lambda the eigenvalue of the first two waves.
+/// -lap(x) - lambda*x on a ring, lambda the eigenvalue of the first two waves.
 TEST(LinearSolverLimits, WavesAtAnEigenvalueAreIncompatible) {
   const std::int64_t n = 32;
   const double turn = 2 * std::numbers::pi / static_cast<double>(n),
@@ -194,7 +194,7 @@ TEST(LinearSolverLimits, WavesAtAnEigenvalueAreIncompatible) {
   EXPECT_NE(refusal_of(matrix, SolverMethod::direct).find("singular"), std::string::npos);
 }
 
-/// Rows that sum to 0 and columns that do not.
+/// Rows sum to 0 but columns do not.
 StencilMatrix lopsided(const GridCells& cells) {
   StencilMatrix matrix = diffusion(cells, slopes, 0, constant_one);
   for (auto& column : matrix.values) {
@@ -210,7 +210,7 @@ TEST(LinearSolverLimits, LopsidedOperators) {
   LinearSolver solver(matrix, {});
   const SolveReport report = solver.solve(b, x);
   EXPECT_TRUE(report.converged) << report.residual;
-  double product = 0, whole = 0, length = 0;  // what makes 0 of all columns is 1/(the factors of rows)
+  double product = 0, whole = 0, length = 0;  // the left null vector is 1/(the factors of rows)
   for (std::size_t i = 0; i < b.size(); ++i) {
     const double y = 1 / (1 + 0.01 * static_cast<double>(i % 7));
     product += y * b[i], whole += b[i] * b[i], length += y * y;
@@ -235,7 +235,7 @@ TEST(LinearSolverLimits, NothingIsAllocatedInASolve) {
   }
 }
 
-/// A grid that cannot be made coarse: its factors are found in no time.
+/// A grid that cannot be coarsened: its factorisation takes almost no time.
 TEST(LinearSolverLimits, LargeCoarsestGrids) {
   const StencilMatrix matrix =
       diffusion({3, 2500, 1}, rings, 0, [](auto, std::size_t axis) { return axis == 0 ? 1.0 : 1e-8; });
@@ -246,8 +246,8 @@ TEST(LinearSolverLimits, LargeCoarsestGrids) {
   EXPECT_LE(report.iterations, 12);
 }
 
-/// Images have, by rounding, what A takes to 0: far into a long and stiff grid, where they are small beside x, that
-/// would be all that is left of residuals, and corrections would be made of it.
+/// By rounding, A applied to x contains a component that A maps to 0. In a long, stiff grid, where A*x is small
+/// compared with x, this component would dominate residuals and corrections.
 TEST(LinearSolverLimits, WhatIsSingularAndStiffComesToItsTolerance) {
   const std::int64_t n = 300;
   for (const bool is_ring : {true, false}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of the memory of solves is what they have.
+// The reported memory of solves is the memory that they use.
 #include "dpde/runtime/solve_memory.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators for the tests of linear solvers, and what their dense pseudo-inverses make.
+// Operators for the tests of linear solvers, and results of their dense pseudo-inverses.
 #pragma once
 
 #include <algorithm>
@@ -84,7 +84,7 @@ inline DenseMatrix dense_of(const StencilMatrix& matrix) {
   return dense;
 }
 
-/// Largest difference from what the dense pseudo-inverse makes, over the largest value.
+/// Largest difference from the result of the dense pseudo-inverse, relative to the largest value.
 inline double error_of(const StencilMatrix& matrix, const std::vector<double>& b, const std::vector<double>& x) {
   const std::vector<double> exact = solution(dense_of(matrix), b);
   double difference = 0, largest = 1e-300;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers whose coefficients change: they have the bits of new ones, and from the second change on allocate nothing.
+// Solvers with changing coefficients: bit-identical to new solvers, and without allocations from the second change on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct RenewedCase {
   bool may_allocate = false;
 };
 
-/// The coefficients at a time; the wind blows along x, and makes the matrix unsymmetric.
+/// The coefficients at a time; wind along x makes the matrix unsymmetric.
 StencilMatrix matrix_at(const RenewedCase& one, double time) {
   const auto k = [time](std::int64_t cell, std::size_t axis) {
     return 1 + 0.5 * std::sin(0.7 * static_cast<double>(cell) + 2 * static_cast<double>(axis) + time);
@@ -42,7 +42,7 @@ StencilMatrix matrix_at(const RenewedCase& one, double time) {
   return matrix;
 }
 
-/// What a FieldSolve does where coefficients have changed.
+/// Mimics a FieldSolve after coefficients have changed.
 class ChangingSolve {
  public:
   ChangingSolve(const RenewedCase& one, const StencilMatrix& first)
@@ -104,7 +104,7 @@ std::vector<RenewedCase> renewed_cases() {
       add("bicgstab with multigrid in f32", {.method = bicgstab, .rounding = 0x1p-29}, 0.5);
       add("gmres with multigrid", {.method = gmres}, 0.5);
       add("bicgstab with multigrid", {.method = bicgstab}, 0.5);
-      add("direct", {.method = direct}, 0.5, true);  // Eigen's factors
+      add("direct", {.method = direct}, 0.5, true);  // Eigen's factorisation
     }
   }
   cases.push_back({"singular multigrid", {.method = multigrid}, plane, slope, 0});
@@ -130,14 +130,14 @@ TEST(RenewedSolvers, HaveTheBitsOfNewOnesAndAllocateNothing) {
       EXPECT_TRUE(changing.has_converged) << one.what;
       EXPECT_EQ(changing.is_renewed, time > 0) << one.what << ", time " << time;
       if (time > 1 && !one.may_allocate) EXPECT_EQ(made, 0) << one.what << ", time " << time;
-      if (time == 0 || time == 2) continue;  // new ones take their time
+      if (time == 0 || time == 2) continue;  // new solvers need time
       ChangingSolve fresh(one, matrices.front());
       EXPECT_EQ(x, fresh.solve(matrices[time], b)) << one.what << ", time " << time;
     }
   }
 }
 
-/// A spare solver of which another one has been found is there for the next operator.
+/// A spare solver, replaced by a shared one, is available for the next operator.
 TEST(RenewedSolvers, AreSharedWhereOperatorsAreTheSame) {
   const RenewedCase one{"", {.method = SolverMethod::cg}, {20, 18, 1}, all_walls[1], 0};
   SolverStore store;
@@ -148,7 +148,7 @@ TEST(RenewedSolvers, AreSharedWhereOperatorsAreTheSame) {
   std::shared_ptr<LinearSolver> backward = store.solver_of(operator_at(0), one.options, 1);
   EXPECT_EQ(forward, backward);
   store.give_spare(std::exchange(forward, nullptr), one.options);
-  EXPECT_EQ(store.take_spare(one.options, one.cells), nullptr);  // another one holds it
+  EXPECT_EQ(store.take_spare(one.options, one.cells), nullptr);  // another user holds it
   forward = store.solver_of(operator_at(1), one.options, 1);
   EXPECT_NE(forward, backward);
   const LinearSolver* const first = backward.get();
@@ -163,7 +163,7 @@ TEST(RenewedSolvers, AreSharedWhereOperatorsAreTheSame) {
   EXPECT_EQ(store.take_spare(one.options, one.cells).get(), first);
 }
 
-/// Where a method no longer fits, or another one does, a new solver is made.
+/// If a method no longer fits, or another one does, a new solver is created.
 TEST(RenewedSolvers, GiveWayToOthers) {
   const RenewedCase uneven_case{"", {}, {102, 100, 1}, all_walls[1], 0};
   const StencilMatrix varying = matrix_at(uneven_case, 0),

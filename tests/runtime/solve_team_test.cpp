@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves by several threads have the bits of one: each method on grids of one to three axes, with rings and walls.
+// Solves by several threads are bit-identical to one thread: each method on grids of one to three axes, with rings and
+// walls.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,8 +39,8 @@ struct SharedCase {
   double shift;
 };
 
-/// Of more cells than one thread does alone; around odd rings two neighbours are of one colour, and 5 planes are fewer
-/// than a slab of them has at least.
+/// More cells than one thread processes alone. Around odd rings two neighbours have the same colour, and 5 planes are
+/// fewer than the minimum of a slab.
 std::vector<SharedCase> large_cases() {
   const std::vector<SharedCase> all{
       {{40000, 1, 1}, {ring, ring, ring}, uneven, 1},       {{200, 176, 1}, {value, slope, ring}, uneven, 0.5},
@@ -57,7 +58,7 @@ std::string words_on(const SharedCase& given) {
   return fmt::format("{} x {} x {}", given.cells[0], given.cells[1], given.cells[2]);
 }
 
-/// Nothing where the method does not fit.
+/// nullopt if the method does not fit.
 std::optional<std::vector<double>> solved(const StencilMatrix& matrix, const SolveOptions& options, int threads) {
   std::optional<LinearSolver> solver;
   try {
@@ -67,7 +68,7 @@ std::optional<std::vector<double>> solved(const StencilMatrix& matrix, const Sol
   }
   const std::vector<double> b = arbitrary_values(matrix.size(), 3);
   std::vector<double> x(b.size(), 0.0);
-  for (int i = 0; i < 2; ++i) solver->solve(b, x);  // Fourier series are looked at the first time
+  for (int i = 0; i < 2; ++i) solver->solve(b, x);  // the first solve verifies Fourier series
   const SolveReport report = solver->solve(b, x);
   x.insert(x.end(), {report.residual, report.incompatible, static_cast<double>(report.iterations)});
   return x;
@@ -84,7 +85,7 @@ TEST(SolvesByTeams, HaveTheBitsOfOneThread) {
                                                       {Preconditioning::automatic, 0x1p-29}}) {
         const bool has_one = method >= SolverMethod::cg, has_cycles = method >= SolverMethod::multigrid;
         if (!has_one && preconditioning == Preconditioning::none) continue;
-        if (!has_cycles && rounding > 0x1p-52) continue;  // floats are of cycles
+        if (!has_cycles && rounding > 0x1p-52) continue;  // floats are used for cycles only
         const SolveOptions options{.method = method,
                                    .tolerance = 1e-4,
                                    .most_iterations = 8,
@@ -149,7 +150,7 @@ TEST(SolvesByTeams, LinesHaveTheBitsOfOneThread) {
   }
 }
 
-/// Lengths around those of parts.
+/// Lengths around those of the parts.
 TEST(SolvesByTeams, SumsHaveTheBitsOfOneThread) {
   for (const std::int64_t size : {0, 1, 15, 4095, 4096, 4097, 32767, 32768, 50001, 300001}) {
     const std::vector<double> a = arbitrary_values(size, 1), b = arbitrary_values(size, 2);
@@ -171,7 +172,7 @@ TEST(SolvesByTeams, SumsHaveTheBitsOfOneThread) {
   }
 }
 
-/// From rows to rows: what multiply makes of whole fields, on lines, planes and in space.
+/// Row by row equals multiply on whole fields, on lines, planes and in space.
 TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
   for (const GridCells& cells :
        {GridCells{40, 1, 1}, {1, 31, 1}, {200, 176, 1}, {37, 19, 1}, {16, 12, 10}, {1, 9, 14}}) {
@@ -201,7 +202,7 @@ TEST(SolvesByTeams, RowsAreThoseOfWholeFields) {
   }
 }
 
-/// In floats where entries are no more exact: as near as rounding of a transform lets them be, by any number of
+/// In floats for entries that are no more accurate: as accurate as the rounding of a transform, for any number of
 /// threads.
 TEST(SolvesByTeams, SeriesOfFloatsAreThoseOfDoubles) {
   for (const GridCells& cells :
@@ -236,7 +237,7 @@ TEST(SolvesByTeams, SeriesOfFloatsAreThoseOfDoubles) {
   }
 }
 
-/// Of the cells of the interior, each at its place, and of nothing else.
+/// The hash covers the interior cells with their positions, and nothing else.
 TEST(SolvesByTeams, HashesAreOfTheInterior) {
   for (const int real : {DPDE_F64, DPDE_F32}) {
     const dpde_layout layout = with_three_axes(make_layout(std::vector<int64_t>{200, 176}, {2, 1, 0}, real));
@@ -272,7 +273,7 @@ TEST(SolvesByTeams, NothingIsAllocatedInASolve) {
                                          {SolverMethod::bicgstab, 0x1p-29}}) {
     LinearSolver solver(matrix, {.method = method, .tolerance = 1e-8, .rounding = rounding}, Team(2));
     std::vector<double> x(b.size(), 0.0);
-    solver.solve(b, x);  // threads begin
+    solver.solve(b, x);  // starts the threads
     const long before = allocations();
     EXPECT_TRUE(solver.solve(b, x).converged);
     EXPECT_EQ(allocations(), before) << name_of(method);

@@ -19,7 +19,7 @@ using namespace test;
 
 namespace {
 
-/// What automatic chooses, and each other method that takes the operator.
+/// Tests the automatic choice and each other method that fits the operator.
 void expect_solved(const StencilMatrix& matrix, const std::string& name) {
   const std::vector<double> b = arbitrary_values(matrix.size(), 3);
   int solved = 0;
@@ -58,7 +58,7 @@ TEST(LinearSolvers, AgreeWithTheDensePseudoInverseOnEverySmallExtent) {
   expect_solved(diffusion({4, 3, 6}, {all_walls[2], all_walls[2], all_walls[2]}, 0, constant_one), "3-D closed");
 }
 
-/// Two rooms and a block between them: each room has a constant of its own, the block is 0.
+/// Two rooms separated by a block: each room has its own constant, the block is 0.
 TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
   const auto in_block = [](std::int64_t x) { return x == 4 || x == 5; };
   const Coefficient k = [&](std::int64_t cell, std::size_t axis) {
@@ -82,7 +82,7 @@ TEST(LinearSolvers, PartsThatAreCutOffAreEachByThemselves) {
   EXPECT_NEAR(right, 0, 1e-12);
 }
 
-/// The best multiple of a guess: of the solution itself nothing is left to do, and no guess is worse than none.
+/// The best multiple of a guess: the solution itself needs no iterations, and no guess is worse than none.
 TEST(LinearSolvers, BeginWithTheBestMultipleOfAGuess) {
   const StencilMatrix matrix = diffusion({12, 9, 1}, {all_walls[1], all_walls[2], all_walls[0]}, 0, uneven);
   const std::vector<double> b = arbitrary_values(108, 1);
@@ -118,7 +118,7 @@ TEST(LinearSolvers, BeginWithTheBestMultipleOfAGuess) {
   }
 }
 
-/// <y, A^+ b> = <A^+T y, b>, for an operator that is not symmetric.
+/// <y, A^+ b> = <A^+T y, b>, for an unsymmetric operator.
 TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
   for (const bool is_periodic : {true, false}) {
     const auto& wall = all_walls[is_periodic ? 0 : 1];
@@ -140,7 +140,7 @@ TEST(LinearSolvers, OfTheTransposeIsTheTranspose) {
   }
 }
 
-/// The coefficient `jump` inside, else 1; cells `aspect` times as long as they are high.
+/// The coefficient is `jump` inside, else 1; the aspect ratio of cells is `aspect`.
 StencilMatrix with_jump(bool (*is_inside)(std::int64_t x, std::int64_t y), double jump, double aspect) {
   const Coefficient k = [=](std::int64_t cell, std::size_t axis) {
     const auto of = [&](std::int64_t x, std::int64_t y) { return is_inside(x, y) ? jump : 1.0; };
@@ -151,13 +151,16 @@ StencilMatrix with_jump(bool (*is_inside)(std::int64_t x, std::int64_t y), doubl
   return diffusion({128, 128, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, k);
 }
 
-bool is_in_block(std::int64_t x, std::int64_t y) { return (x / 8 + y / 8) % 2 == 1; }  // of 8 x 8 cells, every other
+bool is_in_block(std::int64_t x, std::int64_t y) {
+  return (x / 8 + y / 8) % 2 == 1;
+}  // every other block of 8 x 8
+   // cells
 bool is_in_disc(std::int64_t x, std::int64_t y) {
   return (2 * x - 127) * (2 * x - 127) + (2 * y - 127) * (2 * y - 127) < 64 * 64;
 }
 bool is_outside_disc(std::int64_t x, std::int64_t y) { return !is_in_disc(x, y); }
 
-/// Interpolation that is linear around a disc takes 763 iterations of cg (see solve/multigrid_level.h).
+/// With linear interpolation around a disc cg takes 763 iterations (see solve/multigrid_level.h).
 TEST(LinearSolvers, ConjugateGradientsGoAroundDiscsOfOtherCoefficients) {
   for (const auto is_inside : {is_in_disc, is_outside_disc}) {
     for (const double jump : {1e3, 1e6}) {
@@ -218,7 +221,7 @@ TEST(LinearSolvers, MultigridNeedsFewCycles) {
   }
 }
 
-/// The table of smoothers in dsl-examples/manual/solves.md: cycles alone, and iterations of cg with them.
+/// The table of smoothers in dsl-examples/manual/solves.md: cycles alone, and cg with them.
 TEST(LinearSolvers, SmoothersNeedAsManyCyclesAsTheManualSays) {
   struct Case {
     GridCells cells;
@@ -292,7 +295,7 @@ TEST(LinearSolvers, SayWhatDoesNotFit) {
   StencilMatrix lopsided = walls;
   lopsided.values[1][20] *= 3;
   EXPECT_NE(make(lopsided, SolverMethod::cg).find("not symmetric"), std::string::npos);
-  // Helmholtz with the wrong sign between the first waves: neither cg nor multigrid, but directly.
+  // Helmholtz operator with the wrong sign between the first waves: not cg or multigrid, but a direct method.
   const StencilMatrix indefinite = diffusion({8, 8, 1}, {all_walls[1], all_walls[1], all_walls[0]}, -35, constant_one);
   EXPECT_NE(make(indefinite, SolverMethod::multigrid), "");
   std::vector<double> b = arbitrary_values(64, 4), x(64, 0.0);
@@ -317,7 +320,7 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
   const auto refusal = [&](const LinearImage& f, std::int64_t reach) {
     return message_of([&] { OperatorProbe(matrix.cells, matrix.periodic, {reach, reach, 0}, 1e-16, "p").find(f); });
   };
-  EXPECT_NE(refusal(image, 0).find("not linear"), std::string::npos);  // it reaches farther
+  EXPECT_NE(refusal(image, 0).find("not linear"), std::string::npos);  // larger stencil radius
   const LinearImage bent = [&](std::span<const double> x, std::span<double> y) {
     multiply(matrix, x, y);
     for (double& value : y) value *= 1 + value * value;
@@ -328,7 +331,7 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
     for (double& value : y) value += 1;
   };
   EXPECT_NE(refusal(shifted, 1).find("makes 1 of 0"), std::string::npos);
-  // Nothing but rounding, as differences in cells that obstacles fill: 1/3*3 - 1 is 0.
+  // Only rounding, as differences in cells that obstacles fill: 1/3*3 - 1 is 0.
   const LinearImage nothing = [](std::span<const double> x, std::span<double> y) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] / 3 * 3 - x[i];
   };
@@ -343,7 +346,7 @@ TEST(OperatorProbe, FindsTheMatrixAndRefusesWhatIsNotLinear) {
   const std::vector<std::vector<double>> ones{std::vector<double>(35, 1.0)};
   EXPECT_EQ(OperatorProbe(matrix.cells, matrix.periodic, {1, 1, 0}, 1e-16, "p").matrix(cut_off).values, ones)
       << "no rounding";
-  // Implicit steps near a turning point: what is left of terms that cancel has their rounding.
+  // Implicit steps near a turning point: terms cancel up to their rounding.
   const LinearImage cancelling = [](std::span<const double> x, std::span<double> y) {
     for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] - (1 - 3e-4) * x[i];
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice among equal ways to sweep: made by the times that are reported, remembered as text.
+// Choice among equivalent ways to sweep: from reported times, stored as text.
 #include "exec/sweep_tuner.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads that share work: every part once, whatever the sizes, from within, from several callers, and with
-// exceptions.
+// Thread teams: every part runs once, for all sizes, nested, from several callers, and with exceptions.
 #include "dpde/runtime/team.h"
 
 #include <gtest/gtest.h>
@@ -42,12 +41,12 @@ TEST(Team, DoesEveryPartOnce) {
   }
 }
 
-/// What one work leaves is there for the next: nothing of an earlier one is done late.
+/// The results of one task are available to the next; no earlier work is done late.
 TEST(Team, WorksOneAfterTheOther) {
-  std::vector<std::uint64_t> values(64, 0);  // they wrap around
+  std::vector<std::uint64_t> values(64, 0);  // unsigned: they wrap around
   Team team(4);
   for (std::int64_t round = 0; round < 4000; ++round) {
-    if (round % 40 == 0) team = 4;  // on a busy machine one that has worked for long rests
+    if (round % 40 == 0) team = 4;  // on a busy machine a long-running team sleeps
     team.run(1 + round % 64, [&](std::int64_t part, int) {
       std::uint64_t& value = values[static_cast<std::size_t>(part)];
       value = value * 31 + static_cast<std::uint64_t>(round);
@@ -63,7 +62,7 @@ TEST(Team, WorksOneAfterTheOther) {
   EXPECT_EQ(values, wanted);
 }
 
-/// No two parts at once have the same thread's number.
+/// No two concurrent parts have the same thread number.
 TEST(Team, AThreadDoesOnePartAtATime) {
   std::array<std::atomic<int>, 3> inside{};
   std::atomic<bool> overlaps{false};
@@ -77,7 +76,7 @@ TEST(Team, AThreadDoesOnePartAtATime) {
   EXPECT_FALSE(overlaps);
 }
 
-/// Two parts that wait for each other: only two threads bring that to an end.
+/// Two parts that wait for each other: needs two concurrent threads.
 TEST(Team, ThreadsWorkAtTheSameTime) {
   const Team team(2);
   std::atomic<int> arrived{0};
@@ -132,7 +131,7 @@ TEST(Team, WorkWithinWorkAndCallersAtOnce) {
   EXPECT_EQ(sum, 400 * (5 * 150 + 6 * 10));
 }
 
-/// A copy is the same team; the last one ends it, in whatever state its threads are.
+/// A copy is the same team; the last one ends it, in any state of its threads.
 TEST(Team, EndsAtAnyTime) {
   for (int i = 0; i < 200; ++i) {
     Team team(3);
@@ -145,7 +144,7 @@ TEST(Team, EndsAtAnyTime) {
   }
 }
 
-/// What threads that cannot be made would have done others do.
+/// If threads cannot be created, the others do their work.
 TEST(Team, ThreadsThatCannotBeMadeAreMissedByNobody) {
   pthread_attr_t usual, huge;
   ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
@@ -162,11 +161,11 @@ TEST(Team, ThreadsThatCannotBeMadeAreMissedByNobody) {
   pthread_attr_destroy(&usual);
 }
 
-/// The mode of who calls, and each thread its own again afterwards.
+/// The caller's mode; each thread's own mode is restored afterwards.
 TEST(Team, ThreadsHaveTheFloatingPointModeOfTheCaller) {
   if (mode_without_subnormals() == float_mode()) GTEST_SKIP() << "this processor's mode cannot be set";
   for (const bool flushes : {true, false, true}) {
-    const Team team(2);  // a new one does not rest
+    const Team team(2);  // a new team does not sleep
     const FloatScope scope(flushes ? mode_without_subnormals() : float_mode());
     std::array<volatile double, 2> halves{};
     std::atomic<int> arrived{0};
@@ -180,7 +179,7 @@ TEST(Team, ThreadsHaveTheFloatingPointModeOfTheCaller) {
   }
 }
 
-/// However long parts are held up, the sum of what is added part by part in their order is the same.
+/// With arbitrary delays of parts, the sum in the order of parts is the same.
 TEST(Team, DelaysChangeNothing) {
   const auto results = [](int threads) {
     const Team team(threads);

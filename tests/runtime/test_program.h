@@ -50,12 +50,12 @@ class TestProgram {
   }
   void sums(std::vector<std::string> names) { sums_ = std::move(names); }
   void halo(std::array<int64_t, 3> halo) { halo_ = halo; }
-  /// Of a derivative: what `derived` belongs to.
+  /// For derivatives: the primal of `derived`.
   void link(int kind, const std::string& primal, int derived_kind, const std::string& derived) {
     const auto& names = derived_kind == DPDE_LINK_FIELD ? fields_ : derived_kind == DPDE_LINK_PARAM ? params_ : sums_;
     links_.push_back({kind, primals_.emplace_back(primal).c_str(), derived_kind, index(names, derived)});
   }
-  /// Of an adjoint: x_bar belongs to x.
+  /// For adjoints: x_bar belongs to x.
   void bars(const std::vector<std::string>& fields) {
     for (const std::string& field : fields) link(DPDE_LINK_FIELD, field, DPDE_LINK_FIELD, field + "_bar");
   }
@@ -109,7 +109,7 @@ class TestProgram {
     std::string field;
     int stack;
   };
-  /// The last `size` operations become the block of a repeat.
+  /// Turns the last `size` operations into the block of a repeat.
   void repeat(std::int64_t count, std::size_t size, const std::vector<Carry>& carries,
               const std::vector<Stacked>& saves = {}, const std::vector<Stacked>& loads = {}) {
     const auto begin = operations_.end() - static_cast<std::ptrdiff_t>(size);
@@ -130,7 +130,7 @@ class TestProgram {
                         length(saves), list(saves),   length(loads), list(loads)};
     operations_.push_back(operation);
   }
-  /// As many fields as each needs memory for.
+  /// Number of fields for which each stack needs memory.
   void stacks(std::vector<std::int64_t> fields) { stack_fields_ = std::move(fields); }
 
   const dpde_program& table() {

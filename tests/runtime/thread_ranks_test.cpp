@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subgrids, and what ranks that are threads say to one another.
+// Subgrids, and communication of ranks that are threads.
 #include "dpde/runtime/thread_ranks.h"
 
 #include <gtest/gtest.h>
@@ -72,7 +72,7 @@ TEST(Subgrid, CoordinatesAndNoiseGoByTheNumbersOfCells) {
   }
 }
 
-/// (0.1 + 0.2) + 0.3 is not 0.1 + (0.2 + 0.3): the order of the ranks decides.
+/// (0.1 + 0.2) + 0.3 differs from 0.1 + (0.2 + 0.3): ranks are summed in their order.
 TEST(ThreadRanks, AddUpInTheirOrder) {
   std::array<double, 3> sums{};
   run_ranks({3, 1, 1}, [&](Communicator& rank) {

@@ -18,7 +18,7 @@ namespace {
 using Extents = std::array<int64_t, 3>;
 using Axes = std::array<int32_t, 3>;
 
-constexpr int powers[3] = {1, 2, 3};  // of the derivatives along each axis, which are added up
+constexpr int powers[3] = {1, 2, 3};  // orders of the derivatives along each axis, which are summed
 
 std::vector<double> arbitrary_field(std::size_t count) {
   std::mt19937 random(5);
@@ -28,12 +28,12 @@ std::vector<double> arbitrary_field(std::size_t count) {
   return values;
 }
 
-/// Entry (i, j), by i - j, of the matrix that takes a derivative around n cells.
+/// Entry (i, j), by i - j, of the differentiation matrix on a ring of n cells.
 double weight(int64_t n, int power, int64_t difference) {
   double sum = 0;
   for (int64_t m = 0; m < n; ++m) {
     const double turn = 2 * std::numbers::pi * static_cast<double>(2 * m <= n ? m : m - n) / static_cast<double>(n);
-    if (2 * m == n && power % 2 != 0) continue;  // the mean over both signs
+    if (2 * m == n && power % 2 != 0) continue;  // mean over both signs
     const std::complex<double> wave = std::polar(1.0, turn * static_cast<double>(difference));
     sum += (std::pow(std::complex<double>(0, turn), power) * wave).real();
   }
@@ -106,7 +106,7 @@ TEST(FieldTransforms, AreThoseOfSumsOverAllWaves) {
   }
 }
 
-/// Two of one field, one behind the other, go by the same waves; not where the first one changes the field.
+/// Two consecutive transforms of one field share its waves, unless the field changes in between.
 TEST(FieldTransforms, OfOneFieldShareItsWaves) {
   constexpr int64_t n = 12;
   const dpde_layout layout{.rank = 1, .real = DPDE_F64, .cells = {n, 1, 1}, .stride = {1, n, n}, .size = n};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Update rules against their formulas in plain numbers, and Adam against the one that tasks use.
+// Update rules against their formulas in plain numbers, and Adam against the one of tasks.
 #include "dpde/runtime/update_rule.h"
 
 #include <gtest/gtest.h>

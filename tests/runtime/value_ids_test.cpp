@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names are looked up once, when a rollout is made: all its programs then agree on the numbers.
+// Names are looked up once, when a rollout is created: all its programs then use the same numbers.
 #include "run/value_ids.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST(ValueIds, AreTheSameInAllPrograms) {
   EXPECT_EQ(of_adjoint.derived(DPDE_LINK_FIELD, of_step.fields[2]), 0);
   EXPECT_EQ(of_adjoint.derived(DPDE_LINK_PARAM, of_step.params[0]), 0);
   EXPECT_EQ(of_adjoint.derived(DPDE_LINK_FIELD, of_step.params[0]), -1);
-  EXPECT_EQ(resolved.fields_at()[of_step.fields[1]], 1);  // the first of that name
+  EXPECT_EQ(resolved.fields_at()[of_step.fields[1]], 1);  // the first one with that name
   EXPECT_EQ(resolved.sought_id(0), of_step.fields[1]);
   EXPECT_EQ(resolved.fields_at()[of_step.fields[0]], -1);
   EXPECT_TRUE(resolved.is_rate(of_step.fields[0]));

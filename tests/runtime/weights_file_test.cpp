@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of weights: bytes as their formats prescribe them, bytes as nobody should write them, and arrays that do not
-// fit a network.
+// Weight files: bytes in their formats, invalid bytes, and arrays that do not fit a network.
 #include "dpde/runtime/weights_file.h"
 
 #include <gtest/gtest.h>
@@ -52,12 +51,12 @@ std::string message_of(const std::string& bytes, const std::string& name) {
   return message([&] { parse_weights(bytes, name); });
 }
 
-/// One entry of a zip archive, its list behind it. `crc` as a known program says it.
+/// One entry of a zip archive, followed by the directory. `crc` was computed by a known program.
 std::string zip_of(const std::string& name, const std::string& content, uint32_t crc, int method = 0) {
   const std::string common = little(20, 2) + little(0, 2) + little(static_cast<uint64_t>(method), 2) + little(0, 2) +
                              little(0x21, 2) + little(crc, 4) + little(content.size(), 4) + little(content.size(), 4) +
                              little(name.size(), 2);
-  // NumPy's local headers have an extra field, the list has none.
+  // NumPy's local headers have an extra field, the directory has none.
   const std::string local = "PK\x03\x04" + common + little(4, 2) + name + std::string("\x01\x00\x00\x00", 4) + content;
   const std::string list = "PK\x01\x02" + little(20, 2) + common + little(0, 2) + little(0, 10) + little(0, 4) + name;
   return local + list + "PK\x05\x06" + little(0, 4) + little(1, 2) + little(1, 2) + little(list.size(), 4) +
@@ -163,7 +162,7 @@ TEST(WeightsFile, NpzThatAreNone) {
       std::string::npos);
   EXPECT_NE(message_of(zip_of("a.txt", npy, 0xbfaa5b64), "w.npz").find("it holds a.txt, which is no .npy"),
             std::string::npos);
-  for (std::size_t at = 0; at < good.size(); ++at) {  // nothing crashes; whatever is read is what was written
+  for (std::size_t at = 0; at < good.size(); ++at) {  // no crash; whatever is read equals what was written
     for (const char flip : {'\x01', '\xff'}) {
       std::string bad = good;
       bad[at] = static_cast<char>(bad[at] ^ flip);
@@ -175,7 +174,7 @@ TEST(WeightsFile, NpzThatAreNone) {
   }
 }
 
-/// A list of `count` entries that all name the one array of the archive.
+/// A directory of `count` entries that all name the archive's single array.
 std::string npz_of_one_array_many_times(const std::string& good, int count) {
   const std::size_t list = good.find("PK\x01\x02"), end = good.find("PK\x05\x06");
   std::string entries;
@@ -192,7 +191,7 @@ TEST(WeightsFile, NpzEntriesShareNoBytes) {
             "w.npz is not a usable .npz file: some of its 3 entries share their bytes");
 }
 
-/// The sharing is found before the arrays are made: 4000 of 64 KiB would take 256 MiB.
+/// The sharing is detected before arrays are created: 4000 of 64 KiB would take 256 MiB.
 TEST(WeightsFile, SafetensorsThatShareBytesTakeNoMemory) {
   std::string header = "{";
   for (int i = 0; i < 4000; ++i)
@@ -236,7 +235,7 @@ TEST(WeightsFile, WrittenAndReadAgain) {
   EXPECT_NE(message([&] { read_weights(folder.path / "none.npz"); }).find("none.npz: No such file"), std::string::npos);
 }
 
-/// conv 4, 3 (grouped by two), relu, conv 1, 1 without bias: in two dimensions.
+/// conv 4, 3 (two groups), relu, conv 1, 1 without bias: in two dimensions.
 struct SmallNetwork {
   std::array<dpde_layer, 3> layers{};
   dpde_network network{};
@@ -297,7 +296,7 @@ TEST(WeightsFile, ArraysBesideThoseOfTheNetwork) {
             std::string::npos);
 }
 
-/// 10 comes behind 2, whatever the order of the file.
+/// 10 follows 2, whatever the order in the file.
 TEST(WeightsFile, ArraysOfLayersByNumber) {
   const SmallNetwork small;
   std::vector<double> weights(44);

@@ -10,7 +10,7 @@
 namespace dpde::test {
 namespace {
 
-/// They are given back once; who holds them keeps them, and all have the same one while somebody does.
+/// Released once. A holder keeps them, and all share the same ones as long as there is a holder.
 TEST(Workspace, CoordinatesAreSharedAndMadeAgain) {
   Workspace workspace({.layout = make_layout(std::vector<int64_t>{6, 5}, {1, 1, 0}),
                        .axes = {{"x", 0, 0.5, true}, {"y", 1, 0.25, false}}});

@@ -34,7 +34,7 @@ std::vector<double> regular_solution(const DenseMatrix& a, std::span<const doubl
   return inverse_of(a, 0).solve({b.begin(), b.end()});
 }
 
-/// By rotations (C. G. J. Jacobi 1846), each of which makes two entries 0.
+/// Jacobi rotations (C. G. J. Jacobi 1846); each sets two entries to 0.
 std::vector<double> symmetric_eigenvalues(DenseMatrix a) {
   for (int sweep = 0; sweep < 12; ++sweep) {
     for (std::size_t p = 0; p < a.size; ++p) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small dense matrices, as oracles of solvers, by plain loops: the solvers themselves are by Eigen.
+// Small dense matrices with plain loops, as oracles for the solvers, which use Eigen.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace dpde::test {
 
 struct DenseMatrix {
   std::size_t size = 0;
-  std::vector<double> values;  // by columns
+  std::vector<double> values;  // column-major
 
   explicit DenseMatrix(std::int64_t n)
       : size(static_cast<std::size_t>(n)), values(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0.0) {}
@@ -20,11 +20,11 @@ struct DenseMatrix {
 };
 
 void multiply(const DenseMatrix& a, std::span<const double> x, std::span<double> result);
-/// By the pseudo-inverse; what is left of columns is 0 below 1e-12 of the largest.
+/// By the pseudo-inverse; column remainders below 1e-12 of the largest count as 0.
 std::vector<double> solution(const DenseMatrix& a, std::span<const double> b);
-/// Of a regular matrix.
+/// For a regular matrix.
 std::vector<double> regular_solution(const DenseMatrix& a, std::span<const double> b);
-/// Of a symmetric matrix, in rising order.
+/// Of a symmetric matrix, ascending.
 std::vector<double> symmetric_eigenvalues(DenseMatrix a);
 
 }  // namespace dpde::test

@@ -21,7 +21,7 @@ namespace {
 
 using Values = std::map<std::string, std::vector<double>>;
 
-/// What one run of a program starts from and leaves.
+/// Initial values and results of one run of a program.
 struct Run {
   Values fields;
   Params params;
@@ -53,7 +53,7 @@ Results run_program(const Module& module, const std::string& name, const Grid& g
   results.sums = interpret(module, program, state, run.params);
   results.weights = state.weights;
   for (const Swap& swap : program.swaps)
-    results.fields[swap.next] = state.get(swap.state);  // swapped by the interpreter
+    results.fields[swap.next] = state.get(swap.state);  // already swapped by the interpreter
   for (const std::string& keep : program.keeps) results.fields[keep] = state.get(keep);
   return results;
 }
@@ -121,7 +121,7 @@ class Checker {
   std::vector<double> draw(double low, double high) { return random_.uniform(size_of(grid_), low, high); }
   double draw_one(double low, double high) { return random_.uniform(low, high); }
 
-  /// Result dots under the primal names of the results.
+  /// Derivatives of the results, under the names of the primal results.
   Results run_tangent(Run run) {
     for (const auto& [field, d] : direction_.fields) run.fields[*tangent_.field(field)] = d;
     for (const auto& [name, d] : direction_.params) run.params[*tangent_.param(name)] = d;
@@ -140,7 +140,7 @@ class Checker {
     return dots;
   }
 
-  /// The smallest error over several steps: rounding grows as 1/h, curvature as h^2.
+  /// The smallest error over several steps h: rounding grows as 1/h, curvature as h^2.
   void against_differences(const Results& dots, Check& result) {
     const Results base = displaced(0);
     result.finite_difference = INFINITY;
@@ -148,7 +148,7 @@ class Checker {
     for (const double h : {1e-6, 1e-5, 1e-4, 1e-7}) {
       const Results up = displaced(h), down = displaced(-h);
       double worst = 0, bend = 0, largest = 0.1;  // inputs and directions are of order 1
-      double spread = 0;                          // at least what rounding of the values makes
+      double spread = 0;                          // at least the rounding error of the values
       std::vector<double> differences;
       const auto add = [&](double value, double above, double here, double below) {
         const double difference = (above - below) / (2 * h), error = std::abs(value - difference);
@@ -174,9 +174,9 @@ class Checker {
     }
   }
 
-  /// The largest change of J d between here and some places within half a step. A wave far shorter than the step has
-  /// differences of its bounded height alone, while its slope changes by all of itself; few places may by chance have
-  /// the same.
+  /// The largest change of J d over several points within half a step. A wave much shorter than the step has
+  /// differences of bounded size, but its slope changes by its full size. With few points all may have the same slope
+  /// by chance.
   double change_over(double h, const Results& dots) {
     double change = 0;
     const auto add = [&](double there, double here) { change = std::max(change, std::abs(there - here)); };

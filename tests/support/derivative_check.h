@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of derived programs by the reference interpreter: tangent against central differences, adjoint against
+// Checks of derived programs with the reference interpreter: tangent against central differences, adjoint against
 // tangent.
 #pragma once
 
@@ -13,18 +13,18 @@
 
 namespace dpde::testing {
 
-/// Parses kernels and programs; fails the running test on any diagnostic or verifier complaint.
+/// Parses kernels and programs; any diagnostic or verifier message fails the running test.
 stencil::Module parse_module(const std::string& text);
 
 struct Check {
   double dot_product = 0;        // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
   double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
-  double bend = 0;               // the difference of the one-sided differences, likewise: large where a kink is crossed
-  double spread =
-      INFINITY;       // the least difference of central differences by two steps, likewise: large where none is exact
-  double change = 0;  // of J d over the smallest step, likewise: large where no step resolves the function
+  double bend = 0;               // difference of the one-sided differences, likewise: large if a kink is crossed
+  double spread = INFINITY;  // smallest difference between central differences of two steps, likewise: large if none is
+                             // accurate
+  double change = 0;         // of J d over the smallest step, likewise: large if no step resolves the function
   double forward = 0, reverse = 0;  // <w, J d> and <J^T w, d>
-  double magnitude = 0;             // |<w, J d>|: a check of zeros checks nothing
+  double magnitude = 0;             // |<w, J d>|: a comparison of zeros checks nothing
 };
 struct Derivatives {
   adjoint::Derivative tangent, adjoint;
@@ -34,7 +34,7 @@ struct Derivatives {
 Check check_derivatives(const stencil::Module& module, const std::string& program, const adjoint::Activity& wrt,
                         const stencil::Grid& grid, std::uint64_t seed);
 
-/// The same with derivatives that are there, and without a word of its own.
+/// The same with given derivatives, and without test failures of its own.
 Check check_derivatives(const stencil::Module& module, const std::string& program, const Derivatives& derived,
                         const adjoint::Activity& wrt, const stencil::Grid& grid, std::uint64_t seed);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of dsl-examples and what of them is tried.
+// The files of dsl-examples, and which of their tasks and scenes are tested.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ inline std::vector<std::string> targets_of(const std::string& text) {
   return names;
 }
 
-/// By day the first three, tasks before scenes, and no scene that a task runs: its steps are those of the task.
+/// By day the first three, tasks before scenes. Scenes run by a task are left out, as the task runs their steps.
 inline std::vector<std::string> targets_by_day(const std::string& text) {
   std::vector<std::string> names = targets_of(text);
   if (is_thorough()) return names;

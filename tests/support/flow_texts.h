@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Models of flows that several tests have scenes of.
+// Flow models shared by several tests.
 #pragma once
 
 namespace dpde::testing {

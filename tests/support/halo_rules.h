@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program whose fills are placed, as its maker would have stated it.
+// A program with explicit fills, converted to the form with halo rules.
 #pragma once
 
 #include <utility>
@@ -11,7 +11,7 @@
 
 namespace dpde::testing {
 
-/// Takes the fills out of the statements, those of blocks too, and returns what the first one of each field says.
+/// Removes the fills from the statements, also within blocks, and returns the rule of each field's first fill.
 inline std::vector<stencil::HaloRule> take_fills(std::vector<stencil::Statement>& body) {
   using namespace stencil;
   std::vector<HaloRule> halos;
@@ -38,7 +38,7 @@ inline std::vector<stencil::HaloRule> take_fills(std::vector<stencil::Statement>
   return halos;
 }
 
-/// No fills are placed, and each field goes on as its first fill said. A result that was filled on walls needs that.
+/// No fills remain; each field has the rule of its first fill. Results that were filled on walls need that.
 inline stencil::Module with_rules(stencil::Module module) {
   using namespace stencil;
   for (Program& program : module.programs) {

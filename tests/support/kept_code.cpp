@@ -16,7 +16,7 @@ class KeptCode : public codegen::CodeCache {
     const auto found = code_.find(key);
     return found == code_.end() ? std::nullopt : std::optional(found->second);
   }
-  /// What the driver keeps beside code (certificates, choices by timing) is made anew for each test that asks.
+  /// Other stored items (certificates, choices by timing) are recomputed for each test.
   void store(std::string_view key, std::string_view code) override {
     if (!key.starts_with("object")) return;
     const std::lock_guard lock(mutex_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code of this process, by all that it is made of: a test that opens a model on several grids, or with several
-// numbers, compiles once what does not depend on them.
+// Machine code of this process, by all its inputs: a test that opens a model on several grids, or with several numbers,
+// compiles the parts that do not depend on them only once.
 #pragma once
 
 #include <memory>

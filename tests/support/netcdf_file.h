@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and makes NetCDF files with the C library alone, independently of dpde's reader and writer.
+// Reads and writes NetCDF files with the C library only, independently of dpde's reader and writer.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ class NetcdfFile {
     nc_inq_vartype(group, number, &type);
     return type == NC_FLOAT;
   }
-  /// Of a variable, or ("") of the file; "" where there is none.
+  /// Of a variable, or of the file (variable ""); "" if there is none.
   std::string text(const std::string& variable, const std::string& attribute) const {
     const auto [group, number] = variable.empty() ? std::pair(id_, NC_GLOBAL) : place(variable);
     std::size_t length = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene or a task of a text, compiled, with its session open.
+// A compiled scene or task of a text, with an open session.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@ struct OpenWith {
   driver::Backend backend = driver::Backend::jit;
   bool adjoint = false, tangent = false;
   driver::SessionOptions session = {};
-  std::string path = "test.dpde";  // data files are looked for beside it
+  std::string path = "test.dpde";  // folder of relative data files
 };
 
-/// Any diagnostic of error severity fails the running test; the session is none then.
+/// Any error diagnostic fails the running test; then there is no session.
 class OpenedScene {
  public:
   OpenedScene(const std::string& text, const std::string& name, const OpenWith& with = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs whose halos lie half a turn away.
+// Programs whose ghost cells lie half a turn away, across a pole.
 #include "support/program_cases.h"
 #include "support/program_texts.h"
 

@@ -180,7 +180,7 @@ std::vector<ProgramCase> program_cases() {
                       "fill q x = on_wall(linear), y periodic, z.low = on_wall(wc), z.high = on_wall(linear); run s; "
                       "keep vn }",
        {{"w", "q"}, {"c", "g"}}},
-      {"waves that leave",  // dt(u) + c*du/dn = 0 at the walls: their values are a state, in the cells beside them
+      {"waves that leave",  // dt(u) + c*du/dn = 0 at the walls: their values are a state, in the cells next to them
        1,
        "kernel edge(w: field, out at_wall: field) on 1 axes { at_wall = w }\n"
        "kernel move(v: field, u: field halo 1, out v_next: field, c, dt, hx: param) { v_next = v + dt*c^2*(u[-1] - 2*u "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that between them use every kind of node, boundary and statement, and the small grids they are tried on.
+// Programs that together use every kind of node, boundary and statement, and small grids for them.
 #pragma once
 
 #include <string>
@@ -19,23 +19,23 @@ struct ProgramCase {
 };
 
 std::vector<ProgramCase> program_cases();
-/// All at night, by day every third or so from one on.
+/// All at night; by day about every `every`-th, from `first` on.
 inline std::vector<ProgramCase> cases_by_day(std::size_t first, std::size_t every) {
   std::vector<ProgramCase> all = program_cases(), chosen;
   if (is_thorough()) return all;
   for (std::size_t i = first; i < all.size(); i += every) chosen.push_back(all[i]);
   return chosen;
 }
-/// Those of them that have repeats.
+/// Programs with repeats, part of program_cases().
 std::vector<ProgramCase> repeat_cases();
-/// Poles: in program_cases(), too.
+/// Programs with poles, part of program_cases().
 std::vector<ProgramCase> pole_cases();
-/// Those of them that have solves.
+/// Programs with solves, part of program_cases().
 std::vector<ProgramCase> solve_cases();
-/// Programs that apply networks, whose weights vary too: these have no second derivatives.
+/// Programs with networks whose weights are unknowns, too; these have no second derivatives.
 std::vector<ProgramCase> network_cases();
 
-/// Every extent from 1 to 7 in 1-D, all of 1..4 x 1..4 in 2-D, a selection of them in 3-D.
+/// Every extent from 1 to 7 in 1-D, all of 1..4 x 1..4 in 2-D, a selection in 3-D.
 std::vector<stencil::Grid> small_grids(int rank);
 
 }  // namespace dpde::testing

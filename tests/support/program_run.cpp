@@ -31,7 +31,7 @@ Outcome run_interpreted(const Module& module, const Program& program, const RunI
 
 namespace {
 
-/// Of an array of the whole grid those of the layout's cells, and back.
+/// Copies between an array of the whole grid and the cells of the layout.
 template <class F>
 void for_each_cell(const dpde_layout& layout, const F& f) {
   std::size_t own = 0;
@@ -49,7 +49,7 @@ std::span<const dpde_swap> swaps_of(const dpde_program& compiled) {
   return {compiled.swaps, static_cast<std::size_t>(compiled.swap_count)};
 }
 
-/// Fields of `outcome` are there, of the whole grid.
+/// Fields of `outcome` must exist, for the whole grid.
 void run_on(const dpde_layout& layout, Executor executor, const Program& program, const RunInputs& inputs,
             Outcome& outcome, bool is_over = false) {
   const dpde_program& compiled = executor.program();

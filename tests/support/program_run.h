@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One stencil program run by the reference interpreter, and by the runtime's executor on compiled code: the same
-// inputs, the same results under the same names. All memory starts as NaN, so that what nobody wrote shows.
+// Runs a stencil program in the reference interpreter, and as compiled code in the runtime's executor: same inputs,
+// same names of results. All memory starts as NaN, so that unwritten values are detected.
 #pragma once
 
 #include <array>
@@ -15,32 +15,32 @@
 
 namespace dpde::testing {
 
-using FieldValues = std::map<std::string, std::vector<double>>;  // interiors, x fastest
+using FieldValues = std::map<std::string, std::vector<double>>;  // interior cells, x fastest
 
 struct Outcome {
-  FieldValues fields;  // swapped states and kept fields
+  FieldValues fields;  // swapped states and other results
   std::map<std::string, double> sums;
 };
 
 struct RunInputs {
   stencil::Grid grid;
-  FieldValues fields;  // every input but the coordinates, which run from 0 with a spacing of 0.3
+  FieldValues fields;  // all inputs except the coordinates, which start at 0 with spacing 0.3
   stencil::Params params;
   int steps = 1;
-  Precision real = Precision::f64;  // of the interpreter; compiled code knows its own
+  Precision real = Precision::f64;  // for the interpreter; compiled code has its own
 };
 
 Outcome run_interpreted(const stencil::Module& module, const stencil::Program& program, const RunInputs& inputs);
-/// `compiled` is `program` in machine code. `is_over`: states and their next values that may have the same memory do.
+/// `compiled` is the machine code of `program`. `is_over`: states share memory with their next values if possible.
 Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
                      int threads, bool is_over = false);
-/// Whether there are such.
+/// Whether some state shares memory with its next value.
 bool writes_over_states(const dpde_program& compiled);
-/// The same where the grid is divided among ranks in threads, so many along each axis.
+/// The same on a grid divided among ranks in threads, with this number along each axis.
 /// @throws Error where they cannot run it.
 Outcome run_divided(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
                     const std::array<int64_t, 3>& ranks);
-/// Whether values of several ranks are added up for a field: in another order than on the whole grid.
+/// Whether a field is a sum over several ranks, in a different order than on the whole grid.
 bool adds_up_fields(const dpde_program& compiled);
 
 }  // namespace dpde::testing

@@ -45,8 +45,8 @@ kernel s2(w: field halo 1, q: field halo 1, out v: field, c: param) {
 }
 )";
 
-/// Their adjoints store what many terms have in common: one value, one with the rates of params and sums beside it, two
-/// of two fields.
+/// The adjoints store common subexpressions: a single value, one with the derivatives of parameters and sums, two of
+/// two fields.
 inline const std::string shared_kernels = R"(
 kernel k(u: field halo 3, a: field, b: field, d: field, out v: field, out r: field, c: param) {
   v = u + 0.1*c*a*b*d*exp(-a)*sqrt(d)*sin(b)*(u[-3] - 2*u[-2] + 3*u[-1] - 4*u + 2*u[+1] + u[+2] - u[+3])
@@ -71,7 +71,7 @@ kernel k(u: field halo 2, a: field, b: field, d: field, out v: field, c: param) 
 kernel use(v: field halo 1, out r: field) { r = v[+1, 0]*v + v[0, -1] }
 )";
 
-/// A step along the flow, one back, and half of the difference between the corners of the cell that was read.
+/// A step along the flow, a step back, and half of the difference, clamped by the corners of the cell that was read.
 inline const std::string maccormack_kernels = R"(
 kernel ahead(u: field halo 1, w: field, out a: field, c: param) { a = interp(u, -c*w) }
 kernel back(u: field halo 1, a: field halo 1, w: field, x: field, out v: field, c: param) {
@@ -128,7 +128,7 @@ kernel a(p: field, u: field halo 1, out pn: field, c: param) {
 kernel b(u: field, pn: field halo 1, out un: field, c: param) { un = u + c*pn*(pn[0, +1] - pn[-1, 0]) }
 )";
 
-/// The widest differences there are, on grids of one cell too.
+/// The widest differences, also on grids of one cell.
 inline const std::string wide = R"(
 kernel k(u: field halo 4, out v: field, c, hx, dt: param) {
   let u_x = (672*(u[+1] - u[-1]) - 168*(u[+2] - u[-2]) + 32*(u[+3] - u[-3]) - 3*(u[+4] - u[-4]))/(840*hx)
@@ -153,7 +153,7 @@ inline const std::string walls_2d_kernel = R"(
 kernel wall(x: field, y: field, out wc: field, g, c0: param) { wc = if(x < 0, g^2*y, sin(g*x)*c0 + y) }
 )";
 
-/// Shallow water on staggered points: u on the upper faces of the cells, its last value on the high wall.
+/// Shallow water on a staggered grid: u on the upper faces of the cells, its last value on the high wall.
 inline const std::string staggered_kernel = R"(
 kernel k(e: field halo 1, u: field halo 2, out en: field, out un: field, g, c, dt, hx: param) {
   let h = 1 + (e + e[+1])/2
@@ -173,7 +173,7 @@ kernel k(e: field halo 1, u: field halo 1, v: field halo 2, out en: field, out u
 }
 )";
 
-/// On the nodes: staggered along all axes. The walls' values are read at n - 1 too.
+/// On the nodes: staggered along all axes. The values on the walls are read at n - 1, too.
 inline const std::string node_kernels = R"(
 kernel wall(x: field, out wc: field, g, dt: param) on 3 axes { wc = g^2*x + dt }
 kernel k(w: field halo 1, out v: field, c: param) {
@@ -185,7 +185,7 @@ kernel s(w: field, q: field, v: field, out vn: field, sum e: param) on 3 axes {
 }
 )";
 
-/// w is reduced by itself, and read by a later kernel.
+/// w is reduced, and read by a later kernel.
 inline const std::string mean_field_kernels = R"(
 kernel a(u: field halo 1, out w: field, c: param) { w = u*u[+1] + c*u[-1] }
 kernel k(u: field halo 1, w: field, m: field, p: field, out v: field, c, nu: param) {
@@ -206,7 +206,7 @@ kernel k(u: field, a: field, b: field halo 1, d: field, e: field, out v: field, 
 }
 )";
 
-/// Alike but for fields, numbers and parameters: one row, with a block of uniforms for each of its sweeps.
+/// Equal except for fields, numbers and parameters: one row, with separate uniforms for each sweep.
 inline const std::string alike_kernels = R"(
 kernel a(u: field halo 1, out w: field, sum e: param, c: param) { w = u + c*(u[+1] - 2*u)*u[-1]; e += 2*u^2 }
 kernel b(w: field halo 1, out q: field, sum f: param, nu: param) { q = w + nu*(w[+1] - 2*w)*w[-1]; f += 0.5*w^2 }
@@ -218,7 +218,7 @@ kernel a(u: field, inout s: field, c: param) { interp(s, c*u) += u^2 }
 kernel b(u: field, inout r: field) { interp(r, 0.4*u) += u^2 }
 )";
 
-/// Sweeps of an iteration that all see the state as it was.
+/// Sweeps of an iteration that all read the initial state.
 inline const std::string jacobi_kernels = R"(
 kernel begin(u: field, out w: field, c: param) { w = u + c*u^2/8 }
 kernel jacobi(u: field, w: field halo 1, out v: field, sum e: param, c: param) {
@@ -228,14 +228,15 @@ kernel jacobi(u: field, w: field halo 1, out v: field, sum e: param, c: param) {
 }
 )";
 
-/// Steps of two kinds, the quick ones within the slow ones; w begins anew in each of the slow.
+/// Fast substeps within slow steps; w restarts in each slow step.
 inline const std::string repeated_steps = R"(
 kernel slow(u: field halo 1, out w: field, c: param) { w = u + c*(u[+1, 0] - u)*u[0, -1] }
 kernel fast(w: field halo 1, out q: field, c: param) { q = w + c*(w[-1, 0] + w[0, +1] - 2*w)*w/4 }
 kernel both(u: field, w: field, m: field, out v: field, c: param) on 2 axes { v = u/2 + c*w*m }
 )";
 
-/// What passes leave alone, add to, sum up, fill walls from, take a maximum of, sample and scatter.
+/// Passes that leave a field alone, add to it, sum it, fill walls from it, take its maximum, sample it and scatter to
+/// it.
 inline const std::string passing_kernels = R"(
 kernel begin(u: field, out s: field) { s = u/2 }
 kernel source(u: field halo 1, b: field halo 1, inout s: field, out v: field, sum e: param, c: param) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of tests that the environment changes.
+// Settings of tests from the environment.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ inline std::uint64_t setting(const char* name, std::uint64_t otherwise) {
   return text ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-/// Whether each test takes all of its cases (DPDE_THOROUGH=1, as the nightly run does) or some of them.
+/// Whether tests run all of their cases (DPDE_THOROUGH=1, as the nightly run does) or a selection.
 inline bool is_thorough() { return setting("DPDE_THOROUGH", 0) != 0; }
 
-/// Whether case number `count` of many is one of those that are tried: all at night, each `every`th by day.
+/// Whether case number `count` runs: all at night, every `every`-th by day.
 inline bool is_tried(std::size_t count, std::size_t every) { return is_thorough() || count % every == 0; }
 
 }  // namespace dpde::testing

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs with solves: definite, singular, not symmetric, wide, of several kernels, for several fields, and by
-// Newton's method; their coefficients vary too.
+// Programs with solves: definite, singular, unsymmetric, wide, in several kernels, for several fields, and with
+// Newton's method. Coefficients are unknowns, too.
 #include <algorithm>
 #include <iterator>
 

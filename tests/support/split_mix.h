@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014). The same numbers on every
-// machine, which std's distributions do not promise.
+// machine, unlike the distributions of std.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class SplitMix {
     for (double& v : values) v = uniform(low, high);
     return values;
   }
-  /// An index, as often as its weight says.
+  /// A random index with these weights.
   int weighted(std::initializer_list<int> weights) {
     int total = 0;
     for (const int w : weights) total += w;
