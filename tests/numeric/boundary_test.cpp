@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of boundary against closed forms: order 2, and gradients of quadratic losses against their differences,
-// which are exact up to rounding for any displacement.
+// Every kind of boundary condition against closed forms: order 2, and gradients of quadratic losses against
+// differences, which are exact up to rounding for any displacement.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ model heat { field u; param kappa; dt(u) = kappa*lap(u) }
 scheme s { lap = central(2); time = rk4 }
 )";
 
-/// Given derivatives that vary in time, outwards: -u_x at the low end.
+/// Prescribed derivatives that vary in time, outward: -u_x at the low end.
 const std::string flux = heat + R"(
 scene s : heat with s {
   grid x = 0.2 .. 1.2, cells 8
@@ -31,7 +31,7 @@ scene s : heat with s {
 }
 )";
 
-/// The cooling slab with Biot number 1: the first root of mu*tan(mu) = 1.
+/// Cooling of a slab with Biot number 1: the first root of mu*tan(mu) = 1.
 const std::string biot = heat + R"(
 scene s : heat with s {
   grid x = 0 .. 1, cells 8
@@ -92,8 +92,8 @@ TEST(Boundaries, AreOfOrderTwo) {
   }
 }
 
-/// Values enter at the time of the stage: a wall that moves as u does keeps a field that only depends on time exact, up
-/// to the order of the scheme.
+/// Boundary values are taken at the time of the stage: with a wall value equal to u(t), a field that depends only on
+/// time stays exact up to the order of the scheme.
 TEST(Boundaries, StagesTakeValuesAtTheirTime) {
   const std::string text = R"(
 model rise { field u; dt(u) = lap(u) + cos(t) }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poisson brackets by A. Arakawa, J. Comput. Phys. 1 (1966) 119, and the drift waves of A. Hasegawa and M. Wakatani,
+// Poisson brackets of A. Arakawa, J. Comput. Phys. 1 (1966) 119, and the drift waves of A. Hasegawa and M. Wakatani,
 // Phys. Rev. Lett. 50 (1983) 682, against runs of another code (HW2D) and growth rates of the linear equations.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// The numbers that a scene observes at its end, and the first value of a state.
+/// The observables of a scene at its end, and the first value of a state.
 std::map<std::string, double> observed(const std::string& text, const Overrides& overrides,
                                        const std::string& state = "omega") {
   const OpenedScene scene(text, "s", {overrides});
@@ -34,7 +34,7 @@ std::map<std::string, double> observed(const std::string& text, const Overrides&
   return result;
 }
 
-/// dt(u) = [a, u], one step of 1 by forward Euler: behind it u has grown by the bracket.
+/// dt(u) = [a, u], one forward Euler step of length 1: the change of u is the bracket.
 std::string one_step(int nx, int ny, int order, const std::string& a, const std::string& u) {
   return fmt::format(
       "model m {{ field u; coefficient a; dt(u) = bracket(a, u) }}\nscheme s {{ time = euler; dx = central({}) }}\n"
@@ -95,7 +95,7 @@ TEST(Bracket, HasTheOrderOfItsDifferences) {
   for (const int order : {2, 4, 6}) EXPECT_NEAR(std::log2(error(24, order) / error(48, order)), order, 0.15) << order;
 }
 
-/// Cells begin at the points of the other code: half a cell is taken off coordinates.
+/// The other code's points are at the corners of cells: coordinates are shifted by half a cell.
 std::string flow_text(const std::string& model, const std::string& rest) {
   std::string text = model +
                      "scheme s { time = rk4; dx = central(2); lap = spectral }\nscene s : m with s {\n"
@@ -110,7 +110,7 @@ std::string flow_text(const std::string& model, const std::string& rest) {
   return text;
 }
 
-/// Published with the other code: relative drifts of energy and enstrophy over t = 5, by steps of Runge and Kutta.
+/// Published for the other code: relative drifts of energy and enstrophy over t = 5, with Runge-Kutta steps.
 TEST(Bracket, KeepsEnergyAndEnstrophy) {
   const std::string text = flow_text(
       "model m { field omega; solve lap(phi) = omega for phi; dt(omega) = -bracket(phi, omega) }\n",
@@ -132,7 +132,8 @@ TEST(Bracket, KeepsEnergyAndEnstrophy) {
   }
 }
 
-/// By Fourier series the rates of both are 0 with waves that fold back and without; without they take longer steps.
+/// With Fourier series the time derivatives of both are 0, with and without aliased waves; without them steps are
+/// longer.
 TEST(Bracket, KeepsEnergyAndEnstrophyByFourierSeries) {
   std::string text = flow_text(
       "model m { field omega; solve lap(phi) = omega for phi; dt(omega) = -bracket(phi, omega) }\n",

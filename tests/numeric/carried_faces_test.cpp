@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport along the flow of what lies on faces and nodes: orders against closed forms, between walls too, flows with
-// a constraint, the same bits from all back ends, certified derivatives.
+// Semi-Lagrangian transport of fields on faces and nodes: orders against closed forms, also between walls, flows with a
+// constraint, bit-identical back ends, certified derivatives.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -84,7 +84,7 @@ TEST(CarriedFaces, AreOfTheOrderOfTheSchemeBetweenWalls) {
   EXPECT_NEAR(order(nodes, "channel", "u", 40, 64, maccormack), 2, 0.3);
 }
 
-/// With short steps interpolation is all that counts; with longer ones departure points do as well.
+/// With short steps only the interpolation error matters; with longer ones also the departure points.
 TEST(CarriedFaces, CubicsHoldUpToWalls) {
   const std::string faces = between_walls("on faces.x"), nodes = between_walls("on nodes");
   const auto interpolation = [](const std::string& text, const char* scene) {
@@ -104,7 +104,7 @@ TEST(CarriedFaces, CubicsHoldUpToWalls) {
   EXPECT_GT(order(nodes, "channel", "u", 40, 64, cubic), 1.9);
 }
 
-/// Long steps lead beyond both walls from every point: what is there is what lies on them.
+/// Long steps lead beyond both walls from every point: the value there is the one on the wall.
 TEST(CarriedFaces, BeyondWallsFindWhatLiesOnThem) {
   const std::string text = R"(
 model m { field u on faces.x; param v; dt(u) = -advect(v, u) }
@@ -125,7 +125,7 @@ scene s : m {
       EXPECT_DOUBLE_EQ(u.back(), 7);
     }
   }
-  // half a cell from the low wall: the mean of the wall and the first face inside, then that of the two first faces
+  // half a cell from the low wall: first the mean of the wall and the first inner face, then of the first two faces
   Overrides half = linear;
   half["v"] = "0.1";
   const std::vector<double> u = run_scene(text, "s", half).state.at("u");
@@ -183,7 +183,8 @@ std::string by(const std::string& scheme, const std::string& scene) {
   return text.insert(end, " with " + scheme);
 }
 
-/// The error of a projection at the end of the step; that of interpolation is of the same order for linear ones alone.
+/// The projection at the end of the step causes this error; interpolation errors have the same order only in the linear
+/// case.
 TEST(CarriedFaces, VorticesAreOfOrderOneInTime) {
   for (const char* scheme : {"at_once", "in_parts", "solving"}) {
     const std::string text = by(scheme, "taylor_green");
@@ -195,7 +196,8 @@ TEST(CarriedFaces, VorticesAreOfOrderOneInTime) {
   }
 }
 
-/// What flows in flows out, and the profile stays but for what a projection at the end of the step does to walls.
+/// Inflow equals outflow, and the profile stays except for the effect of the projection at the end of the step on
+/// walls.
 TEST(CarriedFaces, ChannelFlowGoesOut) {
   for (const char* scheme : {"at_once", "in_parts", "solving"}) {
     const auto error = [&](int cells, const char* step) {
@@ -216,7 +218,7 @@ TEST(CarriedFaces, ChannelFlowGoesOut) {
   }
 }
 
-/// Round an obstacle: what the mask holds and the constraint are true at the end of each step.
+/// Around an obstacle: the mask's values and the constraint hold at the end of each step.
 TEST(CarriedFaces, GoRoundObstacles) {
   for (const char* scheme : {"at_once", "in_parts", "solving"}) {
     for (const Overrides& advect : {linear, maccormack}) {
@@ -245,7 +247,7 @@ TEST(CarriedFaces, AreTheSameOnAllBackEnds) {
   for (std::size_t count = 0; const Overrides& advect : {linear, cubic, maccormack, steady}) {
     for (const auto& [text, scene] :
          {std::pair{by("in_parts", "around"), "around"}, std::pair{between_walls("on nodes"), "channel"}}) {
-      if (advect == cubic && scene == std::string("around")) continue;  // many kernels of many terms
+      if (advect == cubic && scene == std::string("around")) continue;  // many kernels with many terms
       if (!testing::is_tried(count++, 2)) continue;
       Overrides small = advect;
       small["cells.x"] = "8";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control fields: one field for each interval of time, against closed forms; gradients by interval and cell; the same
-// for any number of threads, stored states and steps at once.
+// Control fields, one field per time interval, against closed forms: gradients by interval and cell; the same for any
+// number of threads, stored states, and steps in one pass.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -63,7 +63,7 @@ TEST(ControlField, GradientIsByIntervalAndCell) {
   }
 }
 
-/// The mean of F^2 over the 9 states, of which each interval has three: the last value at the end too.
+/// The mean of F^2 over the 9 states, three in each interval; the last interval includes the end.
 TEST(ControlField, CostsSomethingInTheLoss) {
   const TaskResult result = task_gradient(pushes("0", "minimise mean(F^2) over time"), "t");
   double loss = 0;
@@ -87,8 +87,8 @@ TEST(ControlField, NoiseIsDrawnAnewInEachInterval) {
   EXPECT_NE(normal(7, 0, 0), normal(7, 0, 1));
 }
 
-/// With neighbours (the halo of each interval), in boundary values, events, losses and stages; intervals that do not
-/// divide the run; two control fields with other intervals, a vector of them, a number that varies in time beside.
+/// With neighbours (ghost cells in each interval), in boundary values, events, losses and stages; intervals that do not
+/// divide the run; two control fields with different intervals, a vector of them, and an additional control.
 const char* const rich =
     "model m {\n  field u\n  param nu\n  control field F, G\n  control K\n  dt(u) = nu*lap(u) + dx(F) - F*u^2 + div((1 "
     "+ G^2)*grad(u))/50 + x*K\n}\n"
@@ -152,7 +152,7 @@ TEST(ControlField, DerivativesOfStaggeredAndCarried) {
       false);
 }
 
-/// The gradient of `rich` with that many threads and stored states.
+/// The gradient of `rich` with this number of threads and stored states.
 Eigen::VectorXd gradient_with(int threads, int slots, const std::string& text) {
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
@@ -168,7 +168,8 @@ Eigen::VectorXd gradient_with(int threads, int slots, const std::string& text) {
   const auto inverse = driver::Inverse::open(*session, source, sink);
   Eigen::VectorXd gradient(inverse->size());
   inverse->value_and_gradient(inverse->start(), gradient);
-  inverse->value_and_gradient(inverse->start() * 1.5, gradient);  // fields that changed since: their halos too
+  inverse->value_and_gradient(inverse->start() * 1.5, gradient);  // fields changed in between, and so must their ghost
+                                                                  // cells
   return gradient;
 }
 
@@ -185,7 +186,7 @@ TEST(ControlField, GradientIsTheSameForAnyThreadsAndStoredStates) {
   }
 }
 
-/// Several steps in one pass over memory, but never over the border of an interval.
+/// Temporal blocking of several steps never crosses the end of an interval.
 TEST(ControlField, StatesAreThoseOfSingleSteps) {
   const std::string text =
       "model m { field u; control field F; dt(u) = 0.0001*lap(u) + F + 0.01*dx(F) }\nscheme c { time = euler }\nscene "

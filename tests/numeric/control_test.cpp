@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controls: gradients of one value an interval against closed forms; certified first and second derivatives.
+// Controls: gradients with one value per interval against closed forms; certified first and second derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,7 +46,7 @@ TEST(Control, GradientIsOneNumberAnInterval) {
   EXPECT_NEAR(thirds[2], 2 * 2.5 * 2 / 8, 1e-13);
 }
 
-/// The mean of F^2 over the 9 states: that of interval k at its states, the last value at the end too.
+/// The mean of F^2 over the 9 states: in each state the value of its interval; the last interval includes the end.
 TEST(Control, CostsSomethingInTheLoss) {
   const TaskResult result = task_gradient(sum_of_pushes("F = 0 every 1/2", "minimise F^2, mean over time"), "t");
   EXPECT_NEAR(result.loss, 4, 1e-13);
@@ -69,7 +69,7 @@ TEST(Control, IsTheSameInAllStagesOfAStep) {
   EXPECT_NEAR(run_scene(text, "s").state.at("u")[0], expected, 1e-14);
 }
 
-/// At a wall the value of the step's own interval: against steps by hand, and the same for a control that is sought.
+/// At a wall the step's own interval applies: compared with hand-written steps, also for an unknown control.
 TEST(Control, ActsAtBoundariesInItsOwnStep) {
   const std::string text =
       "model m { field u; control F; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convection against linear theory and against steady rolls, both by Chebyshev and Fourier series: growth rates of the
-// state at rest at k = 3.117, Pr = 0.71, and the heat that goes through.
+// Convection against linear theory and steady rolls, both from Chebyshev-Fourier series: growth rates of the state at
+// rest at k = 3.117, Pr = 0.71, and the heat flux.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 using testing::run_scene;
 using testing::SceneResult;
 
-/// Between plates; `n` cells high. Lengths in the height, times in its square over the diffusivity of heat.
+/// Between plates; `n` cells high. Length unit: the height; time unit: height squared over thermal diffusivity.
 std::vector<double> upwards(double rayleigh, int n, double amplitude, double end, int steps_a_unit) {
   const std::string text = fmt::format(R"(
 model convection {{
@@ -58,7 +58,7 @@ TEST(Convection, GrowsFromRestAsLinearTheorySays) {
   }
 }
 
-/// Below the critical Rayleigh number, 1707.76, what moves comes to rest.
+/// Below the critical Rayleigh number, 1707.76, motion decays.
 TEST(Convection, RestIsStableBelowTheCriticalRayleighNumber) {
   const double coarse = growth_rate(1600, 12), fine = growth_rate(1600, 24);
   EXPECT_LT(fine + (fine - coarse) / 3, -0.1);

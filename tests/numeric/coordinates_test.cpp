@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curved coordinates: orders on the disc, the sphere and on a metric of the scene against exact solutions, poles,
-// what is conserved, and what a mean is.
+// Curvilinear coordinates: orders against exact solutions on the disc, the sphere and a metric of the scene, poles,
+// conservation, and means.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,14 +15,14 @@ using testing::run_scene;
 
 const std::string scheme = "scheme s { advect = central(2); dx = central(2); lap = central(2); time = rk4 }\n";
 
-/// Of the named field, from `cells` along y (or x of r) to twice as many.
+/// Order of the named field between `cells` along y (or x of r) and twice as many.
 double order(const std::string& text, const std::string& field, Overrides coarse, Overrides fine) {
   const double of_coarse = run_scene(text, "s", coarse).l2.at(field), of_fine = run_scene(text, "s", fine).l2.at(field);
   EXPECT_GT(of_fine, 1e-12) << text;
   return std::log2(of_coarse / of_fine);
 }
 
-/// The largest difference of a state from what `f` is at its cells, x fastest.
+/// The largest difference of a state from the values in `wanted`, x fastest.
 double distance(const std::vector<double>& state, const std::vector<double>& wanted) {
   double largest = 0;
   for (std::size_t i = 0; i < state.size(); ++i) largest = std::max(largest, std::abs(state[i] - wanted[i]));
@@ -58,7 +58,7 @@ TEST(Coordinates, BesselModesOfADiscDecay) {
   EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.15);
 }
 
-/// lap Y = -l (l + 1)/a^2 Y, l = 3 and m = 2, and what is left of 1.
+/// lap Y = -l (l + 1)/a^2 Y with l = 3, m = 2; and a uniform field, which stays.
 TEST(Coordinates, HarmonicsOfASphereDecay) {
   const std::string mode = "cos(lat)^2*sin(lat)*cos(2*lon)";
   const std::string text = "model m { field u; dt(u) = lap(u) }\n" + scheme + on_sphere +
@@ -68,8 +68,8 @@ TEST(Coordinates, HarmonicsOfASphereDecay) {
   EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.2);
 }
 
-/// A vector field that is the same everywhere has other components at each place: they stay in polar coordinates, also
-/// where it carries itself across the pole.
+/// A constant vector field has different components at each point in polar coordinates. It must stay, also if it
+/// advects itself across the pole.
 class ConstantVectors : public ::testing::TestWithParam<std::pair<int, int>> {};
 TEST_P(ConstantVectors, Stay) {
   const auto [of_dx, of_lap] = GetParam();
@@ -96,8 +96,8 @@ scene s : m with s {
 INSTANTIATE_TEST_SUITE_P(OfOrders, ConstantVectors,
                          ::testing::Values(std::pair(2, 2), std::pair(2, 4), std::pair(4, 2), std::pair(4, 4)));
 
-/// Of (sin(Y), sin(X)), X = r*cos(theta), Y = r*sin(theta), the vector Laplacian is its negative; away from walls it is
-/// as exact as the scheme says, and beside a pole of order 2.
+/// For (sin(Y), sin(X)), X = r*cos(theta), Y = r*sin(theta), the vector Laplacian is the negative field. It has the
+/// scheme's order away from walls, and order 2 next to a pole.
 TEST(Coordinates, VectorLaplaciansHaveTheOrderOfTheScheme) {
   const auto text = [](int order, const char* from, const char* inner) {
     return fmt::format(
@@ -126,8 +126,8 @@ scene s : m with s {{
   }
 }
 
-/// Solid rotation is no strain: of the vector Laplacian nothing is left but what the curvature of the sphere takes, and
-/// div and curl are 0 and twice the rate.
+/// Solid rotation has no strain: the vector Laplacian is only the curvature term of the sphere, div is 0 and curl is
+/// twice the rotation rate.
 TEST(Coordinates, OperatorsOfSolidRotation) {
   const std::string text = R"(model m {
   vector u
@@ -155,7 +155,7 @@ TEST(Coordinates, OperatorsOfSolidRotation) {
   EXPECT_LT(distance(result.state.at("q"), std::vector<double>(128, 0.0)), 1e-13);
 }
 
-/// What flows out of one cell enters the next, and nothing flows through a pole.
+/// The outflow of a cell enters the next one, and nothing flows through a pole.
 TEST(Coordinates, FluxesAreConserved) {
   const std::string text = "model m { field u; coefficient vector v; dt(u) = div(0.01*grad(u) - v*u) }\n" + scheme +
                            on_sphere + R"(  v = (sin(lat)*cos(lon), -sin(lon) + 0.3*cos(lat))
@@ -175,7 +175,7 @@ TEST(Coordinates, FluxesAreConserved) {
   EXPECT_NEAR(sum(begin), sum(end), 1e-13 * sum(end));
 }
 
-/// Cells count by their volumes: the mean of 1 is 1, the integral the area to order 2; along one axis by their length.
+/// Cells are weighted by volume: the mean of 1 is 1, the integral the area to order 2; along one axis by length.
 TEST(Coordinates, MeansWeighVolumes) {
   const std::string text = R"(model m {
   field a, b, c, d
@@ -202,7 +202,7 @@ TEST(Coordinates, MeansWeighVolumes) {
   EXPECT_NEAR(state.at("d").front(), 1, 1e-14);
 }
 
-/// The same as polar coordinates to the last bit, as it is the same formula.
+/// Bit-identical to polar coordinates, as the formula is the same.
 TEST(Coordinates, AnyOrthogonalMetricCanBeGiven) {
   const std::string model = "model m { field u; dt(u) = lap(u) - advect((0.1, r), u) }\n";
   std::string text = model + scheme + on_disc + R"(  boundary u: r.low = pole, r.high = zero_gradient
@@ -222,7 +222,7 @@ TEST(Coordinates, AnyOrthogonalMetricCanBeGiven) {
   EXPECT_EQ(distance(run_scene(text, "s").state.at("u"), polar), 0);
 }
 
-/// Slopes at walls are those of lengths: u = theta in an open half of a ring, and across it log(r).
+/// Slopes at walls are per length: u = theta in half a ring, and log(r) across it.
 TEST(Coordinates, SlopesAtWallsAreOfLengths) {
   const std::string text = "model m { field u; dt(u) = lap(u) }\n" + scheme + R"(
 scene s : m with s {
@@ -238,7 +238,7 @@ scene s : m with s {
   EXPECT_NEAR(order(text, "u", {{"cells", "8"}}, {{"cells", "16"}}), 2, 0.3);
 }
 
-/// Of r^2 in three dimensions lap is 4 + 2, from the axis of symmetry on.
+/// In three dimensions lap of r^2 is 4 + 2, up to the axis of symmetry.
 TEST(Coordinates, CylindersAreSymmetricAboutAnAxis) {
   const std::string text = "model m { field u, total; dt(u) = lap(u); dt(total) = integral(1 + 0*u) }\n" + scheme + R"(
 scene s : m with s {
@@ -257,8 +257,8 @@ scene s : m with s {
   EXPECT_NEAR(run_scene(text, "s").state.at("total").front(), 4 * M_PI / 16, 1e-12);
 }
 
-/// A hill is carried over both poles and comes back (Williamson et al. 1992, case 1): the error is that of a turn along
-/// the equator, to a third.
+/// A hill is advected over both poles and back (Williamson et al. 1992, case 1): the error is within a third of that of
+/// a turn along the equator.
 TEST(Coordinates, PolesLeaveNoMark) {
   const std::string hill = "exp(-12*(1 - cos(lat)*cos(lon - 3*pi/2)))";
   const std::string text = "model m { field u; coefficient vector v; param tilt; dt(u) = -advect(v, u) }\n" + scheme +
@@ -275,7 +275,7 @@ TEST(Coordinates, PolesLeaveNoMark) {
   EXPECT_LT(over_poles, 0.03);
 }
 
-/// Implicit steps have no limit at the pole.
+/// Implicit steps have no limit from the pole.
 TEST(Coordinates, ImplicitStepsCrossThePole) {
   const std::string mode = "cos(lat)^2*sin(lat)*cos(2*lon)";
   const std::string text = "model m { field u; dt(u) = lap(u) }\nscheme s { lap = central(2); time = ars222 }\n" +
@@ -285,7 +285,7 @@ TEST(Coordinates, ImplicitStepsCrossThePole) {
   EXPECT_NEAR(order(text, "u", coarse, fine), 2, 0.2);
 }
 
-/// Solves know no cell half a turn away: what would read it is an error, and no wrong solution.
+/// Solves cannot read the cell half a turn away: such an equation is an error instead of a wrong solution.
 TEST(Coordinates, SolvesDoNotReadAcrossPoles) {
   const auto fails = [](const std::string& rate, const std::string& settings) {
     const std::string text = "model m { field u; dt(u) = " + rate +
@@ -302,7 +302,7 @@ TEST(Coordinates, SolvesDoNotReadAcrossPoles) {
   EXPECT_TRUE(fails("lap(u) - dy(u)", "time = ars222; implicit = all"));
 }
 
-/// Shallow water on faces: depth and energy of flow over both poles are kept but for what steps in time lose.
+/// Shallow water on faces: flow over both poles conserves mass and energy up to the time-stepping error.
 TEST(Coordinates, TurningTakesNoEnergy) {
   const std::string text = R"(model m {
   vector u on faces
@@ -342,8 +342,8 @@ TEST(Coordinates, TurningTakesNoEnergy) {
   EXPECT_NEAR(begin[1], end[1], 1e-10 * end[1]);
 }
 
-/// Solid rotation in balance across both poles (Williamson et al. 1992, case 2) is one of order 2, and its error after
-/// five days is not five times that of a day.
+/// Balanced solid rotation across both poles (Williamson et al. 1992, case 2) has order 2, and its error after five
+/// days is less than five times that of one day.
 TEST(Coordinates, BalancedRotationStays) {
   const std::string text = testing::read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/sphere/sphere.dpde");
   const auto error = [&](const char* x, const char* y, const char* step, const char* end) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where walls meet: what reads beyond a corner is of order 2 in the largest norm, where the walls' values agree there.
+// At corners of walls values beyond the corner are of order 2 in the maximum norm if the walls' values agree there.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,12 +13,12 @@ namespace dpde::testing {
 namespace {
 
 using Exact = std::function<double(double x, double y)>;  // at the end
-/// Where a field lies in its cells, in cells from the low sides.
+/// Position of a field's points in their cells, in cells from the low sides.
 struct Place {
   double x = 0.5, y = 0.5;
 };
 
-/// Of the field's largest error when cells are halved.
+/// Order of the field's largest error when cells are halved.
 double order_of(const std::string& text, const std::string& field, const Exact& exact, Place place = {}) {
   const auto error = [&](int n) {
     const std::vector<double> values = run_scene(text, "s", {{"cells", std::to_string(n)}}).state.at(field);
@@ -32,7 +32,7 @@ double order_of(const std::string& text, const std::string& field, const Exact& 
   return std::log2(error(16) / error(32));
 }
 
-/// A plate whose heat flows askew, K times the slope, and u = exp(-t)*s the solution.
+/// A plate with an anisotropic flux, K times the gradient; u = exp(-t)*s is the solution.
 std::string plate(const std::string& boundary) {
   return "model m {\n  field u; coefficient k11, k12, k22, q\n"
          "  dt(u) = dx(k11*dx(u) + k12*dy(u)) + dy(k12*dx(u) + k22*dy(u))\n"
@@ -49,14 +49,14 @@ TEST(Corners, OfFluxesByTensorsAreOfOrder2) {
   const std::string values =
       "x.low = exp(-t)*s(0, y), x.high = exp(-t)*s(1, y), y.low = exp(-t)*s(x, 0), y.high = exp(-t)*s(x, 1)";
   EXPECT_NEAR(order_of(plate(values), "u", u), 2, 0.2);
-  // A value, a slope by a coefficient, one by the field itself, and both weighed.
+  // A value, a slope with a coefficient, a slope with the field itself, and a mixed condition.
   const std::string others =
       "x.low = exp(-t)*s(0, y), x.high = gradient(2*exp(-t)*q), y.low = gradient(exp(-t)*(s(x, 0) - c(x, 0)) - u), "
       "y.high = mixed(1, 0.5, exp(-t)*(s(x, 1) + 0.5*c(x, 1)))";
   EXPECT_NEAR(order_of(plate(others), "u", u), 2, 0.2);
 }
 
-/// Velocities on faces carry one another: beside a corner each is interpolated beyond the walls of the other.
+/// Velocities on faces advect one another: next to a corner each is interpolated beyond the walls of the other.
 TEST(Corners, OfFlowsOnFacesAreOfOrder2) {
   const std::string text =
       "model m {\n  vector v on faces\n  dt(v) = 0.05*lap(v) - advect(v, v) + (\n"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps limited by a Courant number: how many parts there are, that they are the steps one would take by hand,
-// gradients.
+// Steps limited by a Courant number: number of substeps, equality with hand-written steps, gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,11 +28,12 @@ std::int64_t parts_of(const std::string& text) {
   return session ? session->rollout().run().parts : -1;
 }
 
-/// Speed 1, h = 1/40: a step of 1/8 is 5 cells, so 10 parts for 0.5 and 13 for 0.4.
+/// Speed 1, h = 1/40: a step of 1/8 is 5 cells, so 10 substeps for 0.5 and 13 for 0.4.
 TEST(Courant, CountsThePartsOfAStep) {
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5")), 80);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.4")), 104);
-  EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5", "  subcycle u in 5\n")), 16);  // speeds count by the parts
+  EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5", "  subcycle u in 5\n")),
+            16);  // speed per substep
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 100")), 8);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5, speed 2*a")), 160);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8")), 8);
@@ -45,7 +45,7 @@ TEST(Courant, PartsAreStepsByHand) {
   for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_NEAR(parts[i], steps[i], 1e-13);
 }
 
-/// u_t = u^2 with speed 10 u: u = 1/(2 - t) gets faster and faster, and so do the parts.
+/// u_t = u^2 with speed 10 u: u = 1/(2 - t) gets faster and faster, and substeps shorter.
 TEST(Courant, FollowsTheState) {
   const auto text = [](const char* time) {
     return std::string(
@@ -87,8 +87,7 @@ TEST(Courant, DerivativesAreCertified) {
   expect_certified(text, true);
 }
 
-/// The speed is a control and an unknown: d mean(u(1)) of u_t = -F*a*u_x is 0, that of u^2 is what tangent and adjoint
-/// agree on.
+/// The speed is a control and an unknown: d mean(u(1)) of u_t = -F*a*u_x is 0; for u^2 tangent and adjoint must agree.
 TEST(Courant, PartsFollowUnknownsAndControls) {
   const std::string text = ring("0 .. 1, step 1/8, courant 0.5");
   std::string varied = text;
@@ -114,7 +113,7 @@ TEST(Courant, ALimitThatCannotBeKeptEndsTheRun) {
   }
 }
 
-/// Bit-identical for any number of checkpoints, though parts are made again.
+/// Bit-identical for any number of checkpoints, though substeps are recomputed.
 TEST(Courant, CheckpointsChangeNothing) {
   const std::string text = ring("0 .. 1, step 1/8, courant 0.4") +
                            "task t : s {\n  unknown initial u\n  unknown a\n  minimise mean(u^4)\n}\n";

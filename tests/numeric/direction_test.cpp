@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients of flows with a constraint against central differences of the loss itself, in 20 directions each: the best
-// of three lengths comes to 1e-8 of the derivative.
+// Gradients of flows with a constraint against central differences of the loss, in 20 directions each: the best of
+// three step lengths agrees to 1e-8 of the derivative.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int directions = 20;
 
-/// The worst direction's error, over the derivative.
+/// The largest error over the directions, relative to the derivative.
 double worst_error(const std::string& text) {
   OpenedScene opened(text, "t", {.adjoint = true});
   const auto inverse = opened.inverse();

@@ -10,7 +10,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Two fields that grow with slopes 1 and 2 from 0, without an error of the time scheme.
+/// Two fields that grow from 0 with slopes 1 and 2, which the time scheme integrates exactly.
 std::string growing(const std::string& events, const std::string& scheme = "time = rk4") {
   return "model m {\n  field a, b\n  dt(a) = 1\n  dt(b) = 2\n}\nscheme s { " + scheme +
          " }\nscene grow : m with s {\n  grid x = 0 .. 1, cells 3\n  boundary a = 0\n  boundary b = 0\n  initial a = "
@@ -62,7 +62,7 @@ TEST(Event, CountsFromTheBeginOfTheRun) {
   EXPECT_NEAR(run_scene(text, "grow").state.at("a")[0], 0.25, 1e-12);
 }
 
-/// Diffusion as an event that reads neighbours is a step of Euler's method, whatever the boundaries.
+/// Diffusion as an event that reads neighbours equals an Euler step, for all boundaries.
 TEST(Event, ReadsNeighboursAndBoundaries) {
   for (const std::string cells : {"1", "2", "3", "20"}) {
     const std::string rest = "scene s : m with c {\n  grid x = 0 .. 1, cells " + cells +
@@ -73,7 +73,7 @@ TEST(Event, ReadsNeighboursAndBoundaries) {
         "model m { field u; dt(u) = 0 }\nscheme c { time = euler }\n" + rest + "  after step: u += lap(u)/5120\n}\n";
     const std::string as_equation =
         "model m { field u; dt(u) = lap(u)/10 }\nscheme c { time = euler }\n" + rest + "}\n";
-    // the event comes at the end of its step, so the boundary is one step later: shift it back
+    // the event acts at the end of its step, so its boundary values are one step later: shifted back
     std::string shifted = as_event;
     shifted.replace(shifted.find("1 + t,"), 6, "1 + t - 1/512,");
     const std::vector<double> event = run_scene(shifted, "s").state.at("u"),
@@ -95,7 +95,7 @@ TEST(Event, DerivativesAreCertified) {
   expect_certified(text, false);
 }
 
-/// What b was before the step is not read, and no unknown is in what it becomes: it has an adjoint that is 0.
+/// b is overwritten by known values: its previous value is not read, and its adjoint is 0.
 TEST(Event, AStateThatIsOverwrittenWithWhatIsKnown) {
   expect_certified(
       "model m {\n  field a, b\n  param k\n  dt(a) = 0\n  dt(b) = 0\n}\nscheme c { time = euler }\n"

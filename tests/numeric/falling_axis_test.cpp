@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Axes that run down: a scene and its mirror image give the same arrays, but for the sign of the velocity along the
-// axis; the flow leaves at the low side. Gradients likewise, on all back ends.
+// Descending axes: a scene and its mirror image give equal arrays, up to the sign of the velocity along the axis;
+// outflow is at the low side. The same for gradients, on all back ends.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace dpde::testing {
 namespace {
 
-/// What differs between a flow to the right on 0 .. 2 and its image: `s` is x or 2 - x, `v` what is a velocity along x.
+/// Differences between a flow to the right on 0 .. 2 and its mirror image: `s` is x or 2 - x, `v` a velocity along x.
 struct Direction {
   bool falls;
   std::string grid() const { return falls ? "x = 2 .. 0" : "x = 0 .. 2"; }
@@ -27,7 +27,7 @@ struct Direction {
 };
 constexpr Direction rightwards{false}, leftwards{true};
 
-/// Flow past a warm obstacle with all that knows of places and directions: transport, slopes, sources at points.
+/// Flow past a warm obstacle with everything that depends on position and direction: transport, slopes, point sources.
 std::string wake(const Direction& d, const std::string& scheme) {
   return fmt::format(R"(
 model wake {{
@@ -73,7 +73,7 @@ task t : s {{
                      fmt::arg("plus", d.plus()), fmt::arg("scheme", scheme));
 }
 
-/// The largest difference between the fields of the two, over the largest value.
+/// The largest difference between the fields of the two runs, relative to the largest value.
 double difference(const std::map<std::string, std::vector<double>>& right,
                   const std::map<std::string, std::vector<double>>& left) {
   double worst = 0;
@@ -104,7 +104,7 @@ TEST(FallingAxis, MirrorImagesAreTheSameFlow) {
     const auto right = run_scene(wake(rightwards, scheme), "s").state,
                left = run_scene(wake(leftwards, scheme), "s").state;
     EXPECT_LT(difference(right, left), 1e-11) << scheme;
-    EXPECT_GT(*std::ranges::max_element(right.at("u.x")), 1.5);  // it flows
+    EXPECT_GT(*std::ranges::max_element(right.at("u.x")), 1.5);  // the fluid moves
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// integral(f(s), s, from = a, to = b) against what is known, as a formula of each kind, and its derivatives.
+// integral(f(s), s, from = a, to = b) against known values, for each kind of formula, and its derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(FormulaIntegral, OfAnInitialState) {
   });
 }
 
-/// What runs hides the coordinate within the integral, and is not known to the bodies of functions.
+/// The integration variable hides the coordinate in the integral, and is not visible in bodies of functions.
 TEST(FormulaIntegral, NamesWithinIt) {
   expect_state(scene("x + integral(3*x^2, x, from = 0, to = x)"), [](double x) { return x + x * x * x; });
   expect_state(scene("integral(4*s^3*bell(0*s, s), s, from = 0, to = x)"), [](double x) { return std::pow(x, 4); });
@@ -44,7 +44,7 @@ TEST(FormulaIntegral, InAnEquation) {
   expect_state(scene("x", "integral(2*s, s, from = 0, to = t)*x"), [](double x) { return x * 4 / 3; });
 }
 
-/// d/dk of the integral of exp(k*s) from 0 to k, at k = 2: exp(k^2) by its end, and that of s*exp(k*s).
+/// d/dk of the integral of exp(k*s) from 0 to k, at k = 2: exp(k^2) from the limit, plus the integral of s*exp(k*s).
 TEST(FormulaIntegral, HasDerivativesByParameters) {
   const std::string task = "task t : s { unknown k; minimise mean(u) }\n";
   const TaskResult result = task_gradient(scene("integral(exp(k*s), s, from = 0, to = k)") + task, "t");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sample of formulas, lets, vectors, derivatives and solved fields, by arrays of receivers: orders, gradients.
+// sample of formulas, lets, vectors, derivatives and solutions, with arrays of receivers: orders, gradients.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ TEST(FormulaPoints, FieldsAreWhatTheyAreThere) {
   for (const auto& [formula, exact] : cases) {
     const double coarse = std::abs(at_end(formula, 40) - exact), fine = std::abs(at_end(formula, 160) - exact);
     EXPECT_LT(fine, 2e-3) << formula;
-    if (coarse > 1e-10) EXPECT_GT(std::log2(coarse / fine), 2.5) << formula;  // of two halvings
+    if (coarse > 1e-10) EXPECT_GT(std::log2(coarse / fine), 2.5) << formula;  // over two halvings
   }
 }
 
@@ -83,8 +83,8 @@ task find : basin {
   EXPECT_NE(result.gradient.at("X_2").front(), 0);
 }
 
-/// On a cell slopes jump. That of the loss is one of the two, however the cell's place is rounded: the slopes of all
-/// hats add up to 0.
+/// On a cell centre slopes jump. The loss has one of the two slopes, however the centre is rounded: the slopes of all
+/// hat functions add up to 0.
 TEST(FormulaPoints, SlopesOnCellsAreThoseOfOneSide) {
   const std::string text = R"(
 model m { field u, q; param a; dt(u) = inject(1, at = a); dt(q) = 0*q }
@@ -129,7 +129,7 @@ task receiver : s { unknown a; minimise sample(x*dx(q), at = a) }
   }
 }
 
-/// In curved coordinates what is made of neighbours is read with the lengths it has at the points.
+/// In curvilinear coordinates expressions of neighbours are read with the metric factors at the point.
 TEST(FormulaPoints, OfDifferencesInCurvesAreThoseOfAField) {
   for (const char* formula : {"lap(q)", "div(v)", "curl(v)", "grad(q).x", "2*lap(q)*q", "div(q*grad(q))"}) {
     const std::string text = std::string(R"(
@@ -157,7 +157,7 @@ task field : s { unknown a; minimise sample(r, at = (0.3, 1.1)) at t = 1 }
   }
 }
 
-/// Fields that nothing else reads are there for it.
+/// Fields that only the sample reads are provided.
 TEST(FormulaPoints, ReadCoefficientsAndDataOfTheirOwn) {
   const std::string text = R"(
 model m {
@@ -193,7 +193,7 @@ task t : s { data d = load("d.npy"); unknown b; minimise b*sample(FORMULA, at = 
   }
 }
 
-/// A source and a receiver that go around a ring many times.
+/// A source and a receiver that go around a periodic axis many times.
 TEST(FormulaPoints, GoAroundRings) {
   const std::string text = R"(
 model m { field u, w; param v; dt(u) = inject(1, at = 0.3 + v*t); dt(w) = 0*w + 0*v }

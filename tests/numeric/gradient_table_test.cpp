@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of unknown, between every kind of end, by every kind of scheme, in every way to make a gradient: against
-// central differences of the losses of the same run. Each test writes its part of the table to gradient_table/ in the
-// build folder.
+// Every kind of unknown x every kind of boundary x every kind of scheme x every method of gradients: against central
+// differences of the losses of the same run. Each test writes its part of the table to gradient_table/ in the build
+// folder.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 namespace dpde::testing {
 namespace {
 
-/// What is unknown, as the table and the task call it, and how far the loss is smooth in it.
+/// An unknown as named in the table and the task, and to what degree the loss is smooth in it.
 struct Unknown {
   std::string kind, line, part;
   double reach;
@@ -36,7 +36,7 @@ const std::vector<Unknown> unknowns = {
 
 struct Ends {
   std::string name, axis, walls, on;
-  std::string without;  // the kind of unknown that makes no sense
+  std::string without;  // the kind of unknown that makes no sense here
 };
 const std::vector<Ends> all_ends = {
     {"periodic", ", periodic", "", "", "boundary value"},
@@ -51,7 +51,7 @@ const std::vector<Ends> all_ends = {
 };
 const std::vector<std::string> schemes = {"euler", "rk4", "verlet", "ab2"};
 
-/// Waves p beside what is carried, u; on faces what carries lies between them.
+/// Waves p in addition to the advected field u; on faces, the velocity lies between them.
 std::string text_of(const Ends& ends, const std::string& scheme, const std::string& time = "0 .. 0.06, step 0.01") {
   const bool has_walls = !ends.walls.empty(), is_staggered = !ends.on.empty();
   std::string text = "network n(a) { initial he, seed 3; conv 3, 3; tanh; conv out, 3 }\nmodel m {\n  field u" +
@@ -72,13 +72,13 @@ std::string text_of(const Ends& ends, const std::string& scheme, const std::stri
   return text + "  minimise mean((u - 0.3)^2) + mean(p^3) over time\n  minimise mean(dx(u)^2 + p^2)\n}\n";
 }
 
-/// How a gradient is made, and how far it may be from differences.
+/// How a gradient is computed, and its tolerance against differences.
 struct Way {
   std::string name;
   driver::SessionOptions options;
   bool single = false;
   double step() const { return single ? 0.1 : 2e-3; }
-  double tolerance() const { return single ? 1e-2 : 2e-8; }  // losses in floats resolve no more
+  double tolerance() const { return single ? 1e-2 : 2e-8; }  // the resolution of losses in floats
 };
 
 std::vector<Way> ways() {
@@ -111,7 +111,7 @@ std::shared_ptr<const driver::Compiled> compile(const SourceFile& source, bool s
   return compiled(source, options);
 }
 
-/// Of losses along a line: from both sides, of two steps, extrapolated to order 4.
+/// Derivative of the loss along a line: central differences with two steps, extrapolated to order 4.
 double difference(driver::Inverse& inverse, const Eigen::VectorXd& x, const Eigen::VectorXd& direction, double step) {
   const auto central = [&](double h) {
     return (inverse.value(x + h * direction) - inverse.value(x - h * direction)) / (2 * h);
@@ -119,7 +119,7 @@ double difference(driver::Inverse& inverse, const Eigen::VectorXd& x, const Eige
   return (4 * central(step / 2) - central(step)) / 3;
 }
 
-/// What compiling the task says.
+/// Messages from compiling the task.
 std::string messages_of(const std::string& text) {
   const SourceFile source("refused.dpde", text);
   driver::CompileOptions options;
@@ -132,7 +132,7 @@ std::string messages_of(const std::string& text) {
 
 using Row = std::map<std::string, double>;  // the largest error, by kind of unknown
 
-/// Adds to `row` how far each unknown's gradient is from differences.
+/// Records in `row` the deviation of each unknown's gradient from differences.
 void compare(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& code, const Way& way, Row& row,
              Eigen::VectorXd& gradient) {
   const Task task = open(source, code, way.options);
@@ -194,8 +194,8 @@ TEST_P(GradientTableOf, AgreesWithDifferences) {
   write_table(GetParam(), rows);
 }
 
-/// Steps in parts, by a Courant number, under a tolerance or of one field alone; differences are of runs with the same
-/// parts. By day between two kinds of ends, at night between all, on threads and in floats too.
+/// Steps with substeps: from a Courant number, a tolerance, or a subcycle of one field; differences use runs with the
+/// same substeps. By day with two kinds of boundaries; at night with all, also with threads and in floats.
 TEST(GradientTable, OfSubsteps) {
   struct Parts {
     std::string name, scheme, time, line = "";
@@ -224,7 +224,7 @@ TEST(GradientTable, OfSubsteps) {
   }
 }
 
-/// What is steady does not know where it begins, and has no controls: these are refused below.
+/// A steady state does not depend on the initial state and has no controls: these unknowns are refused below.
 std::string text_of_steady(const Ends& ends, const std::string& scheme, const std::string& time) {
   const bool has_walls = !ends.walls.empty(), is_staggered = !ends.on.empty();
   const std::string net = is_staggered ? "interpolate(n(p))" : "n(u)";
@@ -250,8 +250,8 @@ std::string steady_task(const Ends& ends) {
   return text + "  minimise mean((u - 0.3)^2) + mean(p^3) + 0.1*mean(n(p))\n}\n";
 }
 
-/// The gradient of the steady state: against differences of runs that end there, and against the gradient through all
-/// steps. The network stands in the loss, too.
+/// The gradient of the steady state, against differences of runs that end there, and against the gradient through all
+/// steps. The network is also in the loss.
 TEST(GradientTable, OfSteadyStates) {
   for (const Ends& ends : all_ends) {
     std::map<std::string, Row> rows;
@@ -263,7 +263,7 @@ TEST(GradientTable, OfSteadyStates) {
       ASSERT_TRUE(code);
       Eigen::VectorXd gradient, of_all, other;
       compare(source, code, {"steady"}, rows[scheme], gradient);
-      for (const Way& way : ways()) {  // nothing is stored but the last state
+      for (const Way& way : ways()) {  // only the last state is stored
         if (way.name == "stored" || way.single || !is_thorough()) continue;
         compare(source, code, way, rows[scheme], other);
         EXPECT_EQ(gradient, other) << way.name;
@@ -298,8 +298,8 @@ TEST(GradientTable, OfSteadyStatesSaysWhatMakesNoSense) {
   EXPECT_NE(messages_of(controlled).find("a scene with controls"), std::string::npos) << messages_of(controlled);
 }
 
-/// The steps on the way to a steady state in parts, by a Courant number: the state at rest is the same but for what the
-/// step does to it, and so is its gradient.
+/// Substeps from a Courant number on the way to a steady state: the state at rest and its gradient are the same, up to
+/// the effect of the step on them.
 TEST(GradientTable, OfSteadyStatesReachedInParts) {
   const Ends& ends = all_ends[1];
   const auto gradient_of = [&](const std::string& time) {
@@ -313,10 +313,10 @@ TEST(GradientTable, OfSteadyStatesReachedInParts) {
   const Eigen::VectorXd whole = gradient_of("0 .. 60, step 0.04"),
                         parts = gradient_of("0 .. 60, step 0.04, courant 0.2, speed 2");
   ASSERT_EQ(parts.size(), whole.size());
-  EXPECT_LT((parts - whole).norm(), 1e-8 * whole.norm());  // rk4 rests where the equations do
+  EXPECT_LT((parts - whole).norm(), 1e-8 * whole.norm());  // the steady state of rk4 is that of the equations
 }
 
-/// Where nothing stands between the steps of a large grid, blocks of them are reversed in one pass over memory.
+/// If steps of a large grid follow one another directly, blocks of them are reversed in one pass over memory.
 std::string text_of_blocks(const std::string& scheme, bool has_network = false) {
   std::string text = R"(
 network n(a) { initial he, seed 3; conv 2, 3; tanh; conv out, 3 }
@@ -364,7 +364,7 @@ task t : g {
 TEST(GradientTable, OfBlocksOfSteps) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   std::map<std::string, Row> rows;
-  for (const std::string scheme : {"euler", "rk4", "ab2"}) {  // no blocks are made of steps of verlet
+  for (const std::string scheme : {"euler", "rk4", "ab2"}) {  // verlet steps are not blocked
     SCOPED_TRACE(scheme);
     const SourceFile source("blocks.dpde", text_of_blocks(scheme));
     const auto code = compile(source, false);
@@ -385,7 +385,7 @@ TEST(GradientTable, OfBlocksOfSteps) {
   write_table({"blocks", "", "", "", ""}, rows);
 }
 
-/// A network reads the whole field: its steps stand alone, and so do their gradients.
+/// A network reads the whole field: its steps and their gradients are not blocked.
 TEST(GradientTable, OfStepsWithNetworksIsNotMadeInBlocks) {
   if (!is_thorough()) GTEST_SKIP() << "at night: a network on 10240 cells";
   const SourceFile source("blocks.dpde", text_of_blocks("rk4", true));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flows whose stages are solved by Newton's method, advection with them: constraints and masks behind and in these
-// solves, orders in time, derivatives.
+// Flows with stages solved by Newton's method, including advection: constraints and masks after and in these solves,
+// orders in time, derivatives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Between walls, or a ring of both axes; `solid` is a condition, `start` stands behind the formula of u.
+/// Between walls, or periodic on both axes; `solid` is a condition, `start` follows the formula of u.
 std::string stream(const std::string& scheme, bool has_walls, const std::string& solid = "x < 0",
                    const std::string& start = "") {
   return flow_around_a_solid + std::string("scheme c { ") + scheme + R"( }
@@ -69,7 +69,7 @@ TEST(ImplicitFlow, HasTheOrderOfItsScheme) {
   EXPECT_NEAR(order_of("implicit = all_but_advect; time = ars443", false), 3, 0.3);
 }
 
-/// Another scheme comes to the same flow, around an obstacle too.
+/// Another scheme gives the same flow, also around an obstacle.
 TEST(ImplicitFlow, IsTheFlowOfExplicitSteps) {
   for (const std::string& solid : {std::string("x < 0"), disc}) {
     const auto by = [&](const char* scheme, const char* step) {
@@ -79,7 +79,7 @@ TEST(ImplicitFlow, IsTheFlowOfExplicitSteps) {
   }
 }
 
-/// Without advection all terms are linear: the same as by linear solves of each field by itself.
+/// Without advection all terms are linear: equal to separate linear solves of each field.
 TEST(ImplicitFlow, OfLinearTermsIsThatOfLinearSolves) {
   const auto by = [](const char* scheme) {
     const std::string text = std::string(R"(
@@ -134,8 +134,8 @@ TEST(ImplicitFlow, DerivativesAreCertified) {
   }
 }
 
-/// A channel with an open end, of whose wall the velocity is moved as all others are, by what is solved for too. At
-/// rest it is the flow of explicit steps, whose pressure is 8 nu (2 - x).
+/// A channel with an open end; the velocity on that wall is an unknown of the solve like all others. At rest it is the
+/// flow of explicit steps, with pressure 8 nu (2 - x).
 std::string channel(const std::string& scheme, const std::string& cells, const std::string& time) {
   return incompressible_flow + std::string("scheme c { ") + scheme +
          " }\nscene s : flow with c {\n  grid x = 0 .. 2, " + cells +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Implicit time schemes: their orders, their stability functions, steps far beyond the explicit limit, and that back
-// ends and derivatives agree. A wave sin(k x) of a grid is an eigenvector of the second difference, with -(2 - 2 cos(k
-// h))/h^2, also between walls that have the mean of the values on both sides.
+// Implicit time schemes: orders, stability functions, steps far beyond the explicit limit, agreement of back ends,
+// derivatives. A wave sin(k x) of a grid is an eigenvector of the second difference with eigenvalue -(2 - 2 cos(k
+// h))/h^2, also between walls where it is the mean of the values on both sides.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Exact in space: what is left is the error in time.
+/// Exact in space: the whole error is in time.
 const std::string exact_in_space = R"(
 function rate(nu, k, h) = 4*nu/h^2*sin(k*h/2)^2
 model heat { field u; param nu, k, h; dt(u) = nu*lap(u) }
@@ -81,7 +81,7 @@ scene plane : burgers with s {
 }
 )";
 
-/// Between steps of 1/16, 1/32 and 1/64.
+/// From steps of 1/16, 1/32 and 1/64.
 void expect_order_in_time(const std::string& scene, const std::string& time, double order, double finest_bound,
                           Overrides overrides = {}) {
   std::vector<double> errors;
@@ -96,7 +96,7 @@ void expect_order_in_time(const std::string& scene, const std::string& time, dou
   EXPECT_LT(errors[2], finest_bound) << text;
 }
 
-/// At centres, and on faces of which the last lies on a wall.
+/// At centres, and on faces with the last one on a wall.
 TEST(ImplicitOrder, OfHeatBetweenWallsThatVaryInTime) {
   for (const char* scene : {"rod", "rod_of_faces"}) {
     expect_order_in_time(scene, "backward_euler", 1, 1e-2);
@@ -147,7 +147,7 @@ scene ring : heat {
 }
 )";
 
-/// What a step leaves of a solution of dt(u) = z*u/h.
+/// Amplification factor of a step for dt(u) = z*u/h.
 double left_by(const std::string& scheme, double z) {
   if (scheme == "crank_nicolson") return (1 + z / 2) / (1 - z / 2);
   if (scheme == "ars222") {
@@ -161,7 +161,7 @@ double left_by(const std::string& scheme, double z) {
   return 1 / (1 - z);
 }
 
-/// Steps from 1e-3 to 50 and more times the explicit limit; on grids of few cells too.
+/// Steps from 1e-3 to more than 50 times the explicit limit; also on grids of few cells.
 TEST(ImplicitHeat, DampsAWaveAsTheStabilityFunctionSays) {
   for (const std::string scheme : {"backward_euler", "imex_euler", "crank_nicolson", "ars222", "ars443"}) {
     for (const int cells : {1, 2, 3, 8, 64}) {
@@ -192,8 +192,8 @@ double largest_size(const std::vector<double>& values) {
   return result;
 }
 
-/// A jump, which has all waves, at 50 times the explicit limit of diffusion: nothing grows, and what is L-stable leaves
-/// nothing of the shortest waves. Advection keeps its own limit.
+/// A jump, which contains all waves, at 50 times the explicit limit of diffusion: nothing grows, and L-stable schemes
+/// remove the shortest waves. Advection keeps its own limit.
 TEST(ImplicitStability, IsNotLimitedByDiffusion) {
   const std::string text = R"(
 model carry { field u; param v; dt(u) = -advect(v, u) + lap(u) }
@@ -244,7 +244,7 @@ std::string implicit_task(const std::string& time, int rank, bool periodic) {
          "  minimise mean(dot(u, u) + q^2)\n}\n";
 }
 
-/// Walls with values and slopes that move, a component each, along them and across.
+/// Walls with values and slopes that vary in time and along the walls, for each component.
 std::string staggered_task(const std::string& time, const std::string& cells) {
   return "model m { vector u on faces; field w on nodes; coefficient k; param c\n"
          "  dt(u) = -advect(u, u) + c*lap(u) - grad(dot(interpolate(u), interpolate(u)))\n"
@@ -293,7 +293,7 @@ TEST(ImplicitCertificate, OfAllSchemes) {
   }
 }
 
-/// Beside what is solved for: a wave on staggered fields, on a stretched axis, limited by a Courant number, in f32.
+/// In combination with explicit terms: a wave on staggered fields, on a stretched axis, with a Courant number, in f32.
 TEST(ImplicitSchemes, GoTogetherWithTheRestOfTheLanguage) {
   const std::string text = R"(
 model mixed_up {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `solve ... after n iterations`: what conjugate gradients have found after so many steps, those of the solver itself,
-// and the derivatives of that, through the steps and the guess.
+// `solve ... after n iterations`: the result of this number of conjugate-gradient iterations equals the solver's, with
+// derivatives through the iterations and the guess.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ double largest_apart(const std::vector<double>& a, const std::vector<double>& b)
   return most;
 }
 
-/// Without a guess the solver makes the same ones from the same start.
+/// Without a guess the solver makes the same iterations from the same start.
 TEST(Iterations, AreThoseOfTheSolver) {
   for (std::size_t tried = 0; const Equation& equation : equations()) {
     for (const int count : {3, 1}) {
@@ -83,7 +83,7 @@ TEST(Iterations, AreThoseOfTheSolver) {
   }
 }
 
-/// From a guess too, and whatever more iterations there are.
+/// Also from a guess, and with surplus iterations.
 TEST(Iterations, ComeToTheSolution) {
   for (std::size_t count = 0; const Equation& equation : equations()) {
     if (!is_tried(count++, 3)) continue;
@@ -94,8 +94,8 @@ TEST(Iterations, ComeToTheSolution) {
   }
 }
 
-/// Which is known up to a constant where the solution is.
-/// Wherever a solution may stand: what is stored of them before a kernel is stored behind them.
+/// If the solution is known only up to a constant, so is the result.
+/// Wherever a solution may stand: intermediate fields are stored before the kernel that needs them.
 TEST(Iterations, StandWhereSolutionsDo) {
   const std::vector<std::string> uses{
       "psi",           "mean(psi^2)",        "lap(psi^2)",         "n(psi)",          "n(2*psi)",
@@ -135,8 +135,8 @@ TEST(Iterations, ZeroOfThemAreTheGuess) {
   }
 }
 
-/// Through the right side, coefficients of the operator, values at walls, the guess and its weights: tangent against
-/// adjoint, and Taylor's slopes.
+/// Through the right-hand side, coefficients of the operator, values at walls, the guess and its weights: tangent
+/// against adjoint, and Taylor slopes.
 TEST(Iterations, HaveDerivatives) {
   for (std::size_t count = 0; const Equation& equation : equations()) {
     for (const char* behind : {" from first(w) after 3 iterations", " from first(w) after 0 iterations",
@@ -148,7 +148,7 @@ TEST(Iterations, HaveDerivatives) {
   }
 }
 
-/// A residual of the guess as the loss: its gradient is that of the formula where both are known.
+/// With the guess's residual as the loss: its gradient is that of the formula if both are known.
 TEST(Iterations, OfAGuessAreTrainedOnTheResidual) {
   const Equation ring{"lap(psi)", "", "rings", true};
   const auto residual = task_gradient(
@@ -162,7 +162,7 @@ TEST(Iterations, OfAGuessAreTrainedOnTheResidual) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-11 * formula.loss) << i;
 }
 
-/// Beside and behind walls, too: iterations stop where nothing is left but rounding, with finite derivatives.
+/// Also next to walls: iterations stop at a residual of pure rounding, with finite derivatives.
 TEST(Iterations, EndWhereNothingIsLeft) {
   for (const Equation& equation : {equations()[1], equations()[5]}) {
     const auto solved = task_gradient(scene_of(equation, "", "solve = direct", "mean(psi^2)"), "t");
@@ -187,7 +187,7 @@ TEST(Iterations, DoNotFitEverySolve) {
   EXPECT_EQ(refused("lap(psi)", "y = 0", " after -1 iterations", "dx = central(2)"), "E0567");
 }
 
-/// Whether the mean is left out is seen from the text: a value that makes an operator singular by itself is refused.
+/// The treatment of the mean is decided by the text: a value that makes an operator singular is refused.
 TEST(Iterations, MayNotBeSingularByAValue) {
   for (const auto& [value, is_fine] : {std::pair{"0", false}, {"2", true}, {"1e-3", true}}) {
     const std::string text =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients where the step keeps values for its adjoint in place of states (adjoint/reverse/kept.h), against those
-// without: by the interpreter, which has no such programs, and with few checkpoints.
+// Gradients with stored intermediate values for the adjoint instead of states (adjoint/reverse/kept.h), against
+// gradients without: by the interpreter, which has no such programs, and with few checkpoints.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using testing::OpenedScene;
 const std::string by_fields =
     "unknown c; unknown initial u; minimise mean(u^2) at t = 0.2; minimise mean(u) at t = 0.1";
 
-/// On so many cells an axis; y is between walls.
+/// This number of cells per axis; walls across y.
 std::string scene(const std::string& equations, const std::string& times, const std::string& cells,
                   const std::string& task) {
   return "model m { field u; coefficient c; param a\n  " + equations +
@@ -35,7 +35,7 @@ std::string wave(const std::string& task, const std::string& cells = "5") {
 struct Gradient {
   double loss = 0;
   std::vector<double> values;
-  bool keeps = false;  // where there is memory for all steps
+  bool keeps = false;  // if there is memory for all steps
 };
 Gradient gradient_of(const std::string& text, driver::Backend backend, const std::string& real = "f64",
                      driver::SessionOptions options = {}, int times = 1) {
@@ -80,7 +80,7 @@ TEST(Kept, IsWhatTheAdjointReadsOfStates) {
   }
 }
 
-/// Where more would be stored than states, where a step has stages, and where little is spared.
+/// Not used if it needs more memory than states, if a step has stages, or if it saves little.
 TEST(Kept, IsNotWhatCostsMore) {
   const auto keeps = [](const std::string& equations, const std::string& times) {
     return gradient_of(scene(equations, times, "4", "unknown c; minimise mean(u^2) at t = 0.2"), driver::Backend::jit)
@@ -94,7 +94,7 @@ TEST(Kept, IsNotWhatCostsMore) {
   EXPECT_FALSE(keeps("dt(u) = c*dx(u)", "euler"));
 }
 
-/// A loss along the way reads the states themselves; and nothing is kept that the budget has no room for.
+/// A loss along the way reads the states themselves; nothing is stored beyond the memory budget.
 TEST(Kept, IsWithinTheBudget) {
   const auto plan_of = [](const std::string& loss, std::int64_t budget) {
     OpenedScene opened(scene("dt(u) = c*lap(u)", "euler", "4", "unknown c; minimise " + loss), "t", {.adjoint = true});

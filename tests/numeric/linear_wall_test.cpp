@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where something leaves: the straight line through the two cells beside a side goes on beyond it.
+// Outflow: ghost cells extrapolate the straight line through the two cells next to a side.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using testing::run_scene;
 using testing::task_gradient;
 using testing::task_loss;
 
-/// A wave that goes to the right and leaves.
+/// A wave that moves to the right and leaves.
 std::string leaving(const std::string& on, const std::string& out, const std::string& stretch = "") {
   return "model carry { field u" + on + "; dt(u) = -dx(u) }\nscheme s { time = rk4 }\nscene s : carry with s {\n" +
          "  grid x = 0 .. 1, cells 8" + stretch + "\n  boundary u: x.low = sin(-3*t), x.high = " + out +
@@ -35,7 +35,7 @@ TEST(LinearWall, WhatLeavesIsOfOrderTwo) {
   EXPECT_LT(order(leaving("", "zero_gradient"), 64), 1.6);
 }
 
-/// u = 2 + x - t is exact for all operators, in any number of cells that hold a line.
+/// u = 2 + x - t is exact for all operators, in any number of cells that can represent a line.
 TEST(LinearWall, LinesAreExact) {
   const std::string line = R"(
 model carry { field u; dt(u) = -dx(u) + 0.1*lap(u) }
@@ -56,7 +56,7 @@ scene s : carry with s {
   }
 }
 
-/// The line is one in the place, on stretched axes too: what diffuses along it stays, and nothing grows at the wall.
+/// A line in the position, also on stretched axes: diffusion leaves it unchanged, and nothing grows at the wall.
 TEST(LinearWall, LinesStayOnStretchedAxes) {
   for (const std::string map : {"0.5 + 0.5*tanh(2*(2*x - 1))/tanh(2)", "x + 0.1*sin(2*pi*x)", "log(1 + 3*x)/log(4)"}) {
     for (const std::string word : {"linear", "outflow"}) {
@@ -70,7 +70,7 @@ TEST(LinearWall, LinesStayOnStretchedAxes) {
   }
 }
 
-/// The loss is quadratic in A, so that its difference is its derivative for any displacement.
+/// The loss is quadratic in A, so its difference is the derivative for any displacement.
 TEST(LinearWall, GradientsAreExact) {
   const auto text = [](const std::string& a, const std::string& cells, const std::string& sides) {
     return "model m { field u; param A; dt(u) = 0.05*lap(u) - dx(u) }\nscheme s { time = rk4; dx = central(4) }\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses that are formulas of several means: value and gradient are those that the chain rule makes of each mean alone,
-// whatever the means are of.
+// Losses that are formulas of several means: value and gradient follow by the chain rule from each mean alone, whatever
+// the means contain.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,12 +14,12 @@
 namespace dpde::testing {
 namespace {
 
-/// States, coefficients, fields found by solves and by iterations, outputs of networks, and fields of means.
+/// States, coefficients, solutions, results of iterations, outputs of networks, and fields of means.
 const std::vector<std::string> fields_of_losses{
     "w",        "k*w",        "psi",         "lap(psi) + w",   "phi", "chi", "psi - dx(chi)",
     "first(w)", "first(psi)", "w - mean(w)", "psi/max(abs(w))"};
 
-/// `of` of A = mean(F^2) and B = mean(G^2), as a loss of both in one formula.
+/// The formula `of` of A = mean(F^2) and B = mean(G^2), as one loss.
 struct LossOfMeans {
   const char* text;  // F and G stand for the fields
   double (*value)(double a, double b);

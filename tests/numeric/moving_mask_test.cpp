@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks that move as prescribed: against fixed masks, against the added mass of a cylinder, divergence, gradients.
+// Masks with prescribed motion: against fixed masks, against the added mass of a cylinder; divergence, gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Fluid in a box whose obstacle is `solid`, with the velocity of that and a time scheme.
+/// Fluid in a box with the obstacle `solid`, its velocity and a time scheme.
 std::string box(const std::string& solid, const std::string& velocity = "(0.3*cos(5*t), 0.1)",
                 const std::string& time = "rk2") {
   return R"(
@@ -65,7 +65,7 @@ void expect_same(const SceneResult& a, const SceneResult& b, double error) {
   }
 }
 
-/// A mask of coordinates alone, and the same with a t in it.
+/// A mask that depends only on coordinates, and the same with t in its formula.
 TEST(MovingMask, ThatStaysIsAFixedOne) {
   for (const char* time : {"euler", "rk4", "ab2", "imex_euler"}) {
     const SceneResult fixed = run_scene(box("(x - 0.5)^2 + (y - 0.5)^2 < 0.04", "(0.1, 0.2)", time), "s");
@@ -74,7 +74,7 @@ TEST(MovingMask, ThatStaysIsAFixedOne) {
   }
 }
 
-/// A mask that jumps between two steps: what stands behind the last stage of a step is that of its end.
+/// A mask that jumps between two steps: after the last stage of a step the mask is that of the step's end.
 TEST(MovingMask, IsTheOneOfEachTime) {
   const auto state_at = [](const std::string& solid, const char* end) {
     return run_scene(box(solid), "s", {{"end", end}});
@@ -92,10 +92,10 @@ TEST(MovingMask, IsTheOneOfEachTime) {
   }
 }
 
-/// A cylinder in a box that is set into motion takes fluid along. Far from walls that is the fluid of its own volume
-/// (Lamb, Hydrodynamics, 68); walls are images, dipoles at the points (m, n) of the sign of (-1)^m, whose velocity at
-/// the cylinder is S = -pi^2/3 + 2*sum_m (-1)^m*pi^2/sinh(pi*m)^2 in units of U*r^2, so that the mass is
-/// pi*r^2*(1 - 2*S*r^2/(1 + S*r^2)) up to terms of r^4. The staircase is what is left of the error.
+/// A cylinder in a box that starts to move takes fluid with it. Far from walls this is the fluid of its own volume
+/// (Lamb, Hydrodynamics, 68). Walls act as images: dipoles at the points (m, n) with the sign of (-1)^m, whose velocity
+/// at the cylinder is S = -pi^2/3 + 2*sum_m (-1)^m*pi^2/sinh(pi*m)^2 in units of U*r^2. The mass is pi*r^2*(1 -
+/// 2*S*r^2/(1 + S*r^2)) up to terms of r^4. The rest of the error comes from the staircase.
 TEST(MovingMask, ACylinderThatStartsHasItsAddedMass) {
   const std::string text = R"(
 model flow {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differences of differences of high order, whose inner values a step stores once (stencil/passes/displaced_values.h):
-// the text grows with the sum of the widths, walls are mirrors, back ends agree, and so do derivatives.
+// Nested differences of high order, whose inner values a step stores once (stencil/passes/displaced_values.h): code
+// size grows with the sum of the widths; walls act as mirrors; back ends agree; derivatives are exact.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ namespace {
 struct Nested {
   const char *name, *fields, *equations, *initial, *walls;
 };
-/// Even about the walls of x and of y, or odd: so are the fields of a ring twice as long.
+/// Even or odd about the walls of x and y: equal to the fields of a ring twice as long.
 constexpr Nested nested[] = {
     {"mixture", "field u", "dt(u) = 1e-5*lap(u^3 - u - 1e-3*lap(u*lap(u)))", "initial u = 0.3 + cos(pi*x)*cos(pi*y)",
      "boundary u: zero_gradient"},
@@ -36,7 +36,7 @@ constexpr Nested nested[] = {
 };
 constexpr int cells_along[] = {6, 5};
 
-/// `walls`: whether x and y have some; else the axis is a ring twice as long.
+/// `walls`: whether x and y have walls; otherwise the axis is a ring twice as long.
 std::string text_of(const Nested& one, int order, std::array<bool, 2> walls, const std::string& time) {
   std::string grid;
   for (std::size_t a = 0; a < 2; ++a)
@@ -62,7 +62,7 @@ std::string text_of(const Nested& one, int order, std::array<bool, 2> walls, con
                                                               : "mean(g*u^2 + u^3)");
 }
 
-/// By day the first one.
+/// By day only the first one.
 const std::vector<const char*> times = {"rk2", "ab3", "backward_euler; implicit = all"};
 constexpr std::array<std::array<bool, 2>, 4> topologies{{{false, false}, {true, true}, {true, false}, {false, true}}};
 
@@ -95,7 +95,7 @@ TEST(NestedDifferences, GrowWithTheSumOfTheWidths) {
   }
 }
 
-/// What lies beyond walls is what a mirror shows, in everything that is nested.
+/// Nested ghost values are mirror values.
 TEST(NestedDifferences, AreThoseOfARingBesideTheMirrors) {
   for (const Nested& one : nested) {
     for (const int order : is_thorough() ? std::vector{4, 6} : std::vector{4}) {
@@ -135,7 +135,7 @@ TEST(NestedDifferences, AreTheSameForTheInterpreter) {
   }
 }
 
-/// On small grids, where a value is read as an image of itself, too.
+/// On small grids, where a value can also be its own mirror value.
 TEST(NestedDifferences, HaveDerivatives) {
   for (std::size_t count = 0; const Nested& one : nested) {
     for (const std::array<bool, 2> walls : topologies) {
@@ -159,7 +159,8 @@ TEST(NestedDifferences, HaveDerivatives) {
   }
 }
 
-/// What a comparison hangs on is written out, and rounded op by op: in the middle of 17 columns it is 0.
+/// Operands of a comparison are not stored but computed as written, with the same rounding: in the middle of 17 columns
+/// it is 0.
 TEST(NestedDifferences, StayInDecisionsAsTheyAreWritten) {
   const std::string text =
       "model m { field u; field v\ndt(u) = 0\n"
@@ -185,7 +186,7 @@ std::vector<std::vector<double>> end_of(const SourceFile& source, std::shared_pt
   return states;
 }
 
-/// Put back, they are the step without stored values: the same to rounding, and nothing of them is left.
+/// Substituting the stored values back gives the original step up to rounding, and none of them remains.
 TEST(NestedDifferences, CanBePutBack) {
   for (const Nested& one : nested) {
     for (const std::array<bool, 2> walls : topologies) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Implicit time schemes with reactions in what they solve for (implicit = all, all_but_advect): their orders on stiff
-// nonlinear equations with exact solutions, their stability functions, the stiff Brusselator against published values,
-// gradients against central differences, and what is said where Newton's method does not converge.
+// Implicit time schemes with nonlinear reactions (implicit = all, all_but_advect): orders on stiff nonlinear equations
+// with exact solutions, stability functions, the stiff Brusselator against published values, gradients against central
+// differences, and messages if Newton's method does not converge.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Exact in space, as the solution is linear in x. What is stiff is nonlinear, and couples the fields.
+/// Exact in space, as the solution is linear in x. The stiff terms are nonlinear and couple the fields.
 const std::string reacting = R"(
 function e(x, t) = 2 + sin(t)*x
 function e_rate(x, t) = cos(t)*x
@@ -101,14 +101,14 @@ TEST(NewtonOrder, OfWhatLiesOnWalls) {
   expect_order_by_newton("faces", "ars443", 3, 1e-4);
 }
 
-/// A reaction a million times faster than the step: L-stable methods stay on the slow solution. In the limit the error
-/// of a stiffly accurate method is that of its end point, which lies on it (Hairer and Wanner 1996, IV.15).
+/// A reaction a million times faster than the step: L-stable methods stay on the slow solution. In the limit a stiffly
+/// accurate method has only the error of its end point, which lies on it (Hairer and Wanner 1996, IV.15).
 TEST(NewtonOrder, StaysOnTheSlowSolutionOfAVeryStiffReaction) {
   for (const char* time : {"backward_euler", "ars222", "ars443"})
     EXPECT_LT(error_of("still", time, "1/16", {{"stiff", "1e6"}}), 1e-5) << time;
 }
 
-/// What a step leaves of a solution of dt(u) = z*u/h.
+/// Amplification factor of a step for dt(u) = z*u/h.
 double left_by_newton(const std::string& scheme, double z) {
   if (scheme == "crank_nicolson") return (1 + z / 2) / (1 - z / 2);
   if (scheme == "ars222") {
@@ -141,7 +141,7 @@ scene spot : decay with s { grid x = 0 .. 1, cells 3, periodic; k = 1; initial u
   }
 }
 
-/// What is linear by Newton's method, and by the linear solves of each field by itself.
+/// A linear equation by Newton's method, and by separate linear solves of each field.
 TEST(Newton, TakesALinearEquationAsTheLinearSolvesDo) {
   const std::string text = R"(
 model heat { vector u; param nu; dt(u) = nu*lap(u) }
@@ -189,7 +189,7 @@ std::string reacting_task(const std::string& time, int rank, bool periodic, cons
 TEST(NewtonCertificate, OfAllSchemes) {
   for (const char* scheme : {"backward_euler", "crank_nicolson", "ars222", "ars443"}) {
     for (const bool periodic : {true, false}) {
-      if (!periodic && !is_thorough()) continue;  // by day the two below are between walls
+      if (!periodic && !is_thorough()) continue;  // by day the two below cover walls
       SCOPED_TRACE(fmt::format("{} {}", scheme, periodic));
       expect_certified(reacting_task(scheme, 1, periodic, "all"), true);
     }
@@ -225,14 +225,14 @@ scene tube : brusselator with stiff {{
                      cells, rest);
 }
 
-/// Over the points, the end at x = 0 too.
+/// Over the points, including x = 0.
 double rms(const std::vector<double>& values, double at_begin) {
   double sum = at_begin * at_begin;
   for (const double value : values) sum += value * value;
   return std::sqrt(sum / static_cast<double>(values.size() + 1));
 }
 
-/// SUNDIALS, examples/arkode/C_serial/ark_brusselator1D: 201 points, root mean squares as that program prints them.
+/// SUNDIALS, examples/arkode/C_serial/ark_brusselator1D: 201 points, root mean squares as printed by that program.
 TEST(Brusselator, HasTheValuesOfSundials) {
   struct Reference {
     const char *end, *step;
@@ -262,7 +262,7 @@ TEST(Brusselator, HasTheGradientOfCentralDifferences) {
   const TaskResult found = task_gradient(brusselator(16, task), "t");
   for (const auto& [unknown, value] :
        std::map<std::string, double>{{"a", 0.6}, {"b", 2}, {"Du", 0.025}, {"Dv", 0.025}, {"Dw", 0.025}}) {
-    const double h = 1e-3 * value;  // differences of order 4; the loss is about 17, rounded, by h: that is the 1e-9
+    const double h = 1e-3 * value;  // differences of order 4; the rounding of the loss, about 17, over h gives the 1e-9
     const double slope = (8 * (loss_at(unknown, value + h) - loss_at(unknown, value - h)) -
                           (loss_at(unknown, value + 2 * h) - loss_at(unknown, value - 2 * h))) /
                          (12 * h);
@@ -270,7 +270,7 @@ TEST(Brusselator, HasTheGradientOfCentralDifferences) {
   }
 }
 
-/// Products of small numbers leave the range of numbers long before these do.
+/// Products of small numbers underflow long before the numbers do.
 TEST(ImplicitSteps, OfWhatHasNearlyDecayedAreThoseOfOtherSizes) {
   const std::string rod = R"(
 model heat { field u; param nu, size; dt(u) = nu*lap(u) - 2*u }
@@ -304,24 +304,24 @@ scene newton : cubic with all {
     }
   }
   const std::vector<double> unit = end_of("newton", {});
-  for (const double size : {1e-100, 1e100}) {  // cubes of others are no numbers
+  for (const double size : {1e-100, 1e100}) {  // cubes of larger powers overflow
     const std::vector<double> other = end_of("newton", {{"size", fmt::format("{}", size)}});
     for (std::size_t i = 0; i < unit.size(); ++i) EXPECT_NEAR(other[i] / size, unit[i], 1e-9 * std::abs(unit[i]));
   }
-  const std::vector<double> linear = end_of("newton", {{"start", "1e-20"}});  // the cube is rounding
+  const std::vector<double> linear = end_of("newton", {{"start", "1e-20"}});  // the cube is below rounding
   for (const double start : {1e-200, 1e-300}) {
     const std::string text = fmt::format("{}", start);
     const std::vector<double> other = end_of("newton", {{"start", text}});
     for (std::size_t i = 0; i < other.size(); ++i)
       EXPECT_NEAR(other[i] / start, linear[i] / 1e-20, 1e-9 * std::abs(linear[i] / 1e-20)) << start;
   }
-  for (const double start : {1e-310, 5e-324}) {  // where numbers have few digits left
+  for (const double start : {1e-310, 5e-324}) {  // subnormal numbers with few digits
     for (const double value : end_of("newton", {{"start", fmt::format("{}", start)}}))
       EXPECT_LE(std::abs(value), start);
   }
 }
 
-/// A field of 1e-40 beside one of 1: what rounding of the large one leaves in a step of Newton's is more than it.
+/// A field of 1e-40 next to one of 1: the rounding of the large field in a Newton step exceeds the small one.
 TEST(ImplicitSteps, OfFieldsOfVeryDifferentSizesEnd) {
   const std::string text = R"(
 model m { field u, v
@@ -348,7 +348,7 @@ scene one : m with s {
   }
 }
 
-/// x + k*x^2 = c beside a field that is 1e11 times as large, in single precision: no coupling, no less digits.
+/// x + k*x^2 = c next to a field that is 1e11 times as large, in single precision: without coupling accuracy is full.
 TEST(ImplicitSteps, OfSmallFieldsBesideLargeOnesAreSolvedInSinglePrecision) {
   const std::string text = R"(
 model m { field p, c; param k; dt(p) = 0.01*lap(p); dt(c) = -k*c^2 }
@@ -368,7 +368,7 @@ scene one : m with s {
   }
 }
 
-/// X - h*exp(X) = R has no solution where R is above -1 - log(h).
+/// X - h*exp(X) = R has no solution if R is above -1 - log(h).
 TEST(Newton, SaysThatItDoesNotConverge) {
   const std::string text = R"(
 model flame { field u; dt(u) = exp(u) }
@@ -386,7 +386,7 @@ scene spot : flame with s { grid x = 0 .. 1, cells 3, periodic; initial u = 0; t
   }
 }
 
-/// Checks run a scene with values that are made up, for which there may be no solution: that stops no run of its own.
+/// Checks run a scene with arbitrary values, for which a solution may not exist; this must not stop the actual run.
 TEST(Newton, RunsWhereMadeUpValuesHaveNoSolution) {
   const std::string text = R"(
 model grow { field a, b; param k; dt(a) = -a*b^2; dt(b) = a*b^2 - k*b }
@@ -400,7 +400,7 @@ task t : spot { unknown k from 1; minimise mean(b) }
   EXPECT_NEAR(task_gradient(text, "t").gradient.at("k").front(), (up - down) / (2 * h), 1e-8);
 }
 
-/// One field decays to nothing beside one that stays: what rounding of the other leaves in it is no wandering.
+/// One field decays to 0 next to one that stays: rounding from the other field must not count as divergence.
 TEST(Newton, FieldsThatDecayBesideOthersAreSolved) {
   const std::string text = R"(
 model pair { field u, v; dt(u) = 0.381*lap(u); dt(v) = 0.438*lap(v) - advect(-0.312, v) - 0.279*dx(u) }

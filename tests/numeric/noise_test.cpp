@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// White noise: pinned values, its statistics within bounds of the seeds chosen, the same on every back end, and
-// gradients through it.
+// White noise: pinned values, statistics within bounds for the chosen seeds, equality on every back end, and gradients
+// through it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ Values noise(const std::string& seed, const std::vector<int>& cells, driver::Bac
   return run_scene(scene("noise(" + seed + ")", cells), "s", {}, backend).state.at("u");
 }
 
-/// The mean of a[i]*b[i + shift], around the end.
+/// The mean of a[i]*b[i + shift], cyclic.
 double correlation(const Values& a, const Values& b, std::size_t shift = 0) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[(i + shift) % b.size()];
@@ -41,7 +41,7 @@ double moment(const Values& u, int order) {
   return sum / static_cast<double>(u.size());
 }
 
-/// Known answers of Random123, the library of the authors (kat_vectors).
+/// Known-answer tests of Random123, the authors' library (kat_vectors).
 TEST(Philox, GivesTheKnownAnswers) {
   using Words = std::array<std::uint32_t, 4>;
   EXPECT_EQ(philox({0, 0, 0, 0}, {0, 0}), (Words{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
@@ -59,7 +59,7 @@ TEST(Noise, IsWhatItAlwaysWas) {
     EXPECT_NEAR(seven[i], expected_seven[i], 1e-14);
     EXPECT_NEAR(eight[i], expected_eight[i], 1e-14);
   }
-  EXPECT_EQ(noise("7", {2, 1, 2}), seven);  // by the number of the cell
+  EXPECT_EQ(noise("7", {2, 1, 2}), seven);  // depends on the cell number
 }
 
 /// Four standard deviations of each estimate for n independent numbers: 1/sqrt(n) for means and correlations, sqrt(2/n)
@@ -96,7 +96,7 @@ TEST(Noise, IsTheSameOnEveryBackEnd) {
   for (std::size_t i = 0; i < jit.size(); ++i) EXPECT_EQ(single[i], static_cast<double>(static_cast<float>(jit[i])));
 }
 
-/// In functions of the file, for staggered fields and where an axis is stretched: the number of the cell.
+/// In functions of the file, for staggered fields and on stretched axes: one number per cell.
 TEST(Noise, StandsInFormulas) {
   const SceneResult result = run_scene(
       "function rough(a, s) = a*noise(11) + s\n"
@@ -111,7 +111,7 @@ TEST(Noise, StandsInFormulas) {
   }
 }
 
-/// u = a*noise, so that d mean(u^2)/da = 2a*mean(noise^2); by a coefficient too.
+/// u = a*noise, so d mean(u^2)/da = 2a*mean(noise^2); also through a coefficient.
 TEST(Noise, GradientByItsAmplitude) {
   const std::string text =
       "model m { field u; coefficient f; param a, b; dt(u) = f }\nscheme c { time = euler }\nscene s : m with c {\n  "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses and observables that are any numbers: (integral(u) - d)^2, ratios, roots and products of reductions, against
-// what they are by hand; certified first and second derivatives.
+// Losses and observables that are arbitrary numbers: (integral(u) - d)^2, ratios, roots and products of reductions,
+// against hand calculations; certified first and second derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Two species that diffuse, decay and meet. The sides of the second axis are walls.
+/// Two species that diffuse, decay and react. The second axis has walls.
 std::string pair_of(const std::string& grids, const std::string& sides, const std::string& lines) {
   return "model m { field u, v; param k; dt(u) = 0.01*lap(u) - k*u*v; dt(v) = 0.02*lap(v) - k*u*v }\n"
          "scheme c { time = rk2 }\nscene s : m with c {\n" +
@@ -27,7 +27,7 @@ std::string pair_of(const std::string& grids, const std::string& sides, const st
 
 const std::string walls = "  boundary u: x.low = zero_gradient, x.high = 0.4\n  boundary v = zero_gradient\n";
 
-/// On one cell the variance is 0: its power has two derivatives there.
+/// On one cell the variance is 0, where its power has two derivatives.
 TEST(Numbers, HaveCertifiedDerivatives) {
   for (std::size_t count = 0;
        const char* loss : {"(integral(u) - d)^2, mean over time", "(integral(u) - d)^2, sum over time",
@@ -61,7 +61,7 @@ task t : s { unknown initial u; minimise (mean(u.x) - integral(u.y)^2)^2 + sqrt(
                    true);
 }
 
-/// Uniform decay has a total that is known: the loss and its slope by the step's factor R.
+/// Uniform decay has a known total: loss and slope follow from the step's factor R.
 TEST(Numbers, AreWhatTheyAreByHand) {
   const std::string text = R"(
 model m { field u; param k; dt(u) = -k*u }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 0 = div(u) gives p each step: one projection behind stages that have the p of the step before.
+// 0 = div(u) gives p each step: one projection, after stages that use the p of the step before.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace dpde::testing {
 namespace {
 
-/// Flows that begin where the constraint is true on the grid: on a ring, and between a wall that moves and one at rest,
-/// driven by a force that hangs on t.
+/// Flows with a discretely divergence-free start, periodic and between a moving wall and a wall at rest, driven by a
+/// force that depends on t.
 std::string flows(const std::string& often) {
   return R"(
 model flow {
@@ -54,13 +54,13 @@ double distance(const Fields& a, const Fields& b, std::initializer_list<const ch
   return largest;
 }
 
-/// All by night.
+/// All at night.
 std::vector<const char*> some(std::vector<const char*> all, std::size_t by_day) {
   if (!is_thorough()) all.resize(by_day);
   return all;
 }
 
-/// A step of one stage is what it was.
+/// A step with one stage is unchanged.
 TEST(OneProjection, OfOneStageIsTheSame) {
   for (const char* time : some({"euler", "ab2", "imex_euler"}, 1)) {
     const Fields a = run_scene(flows("each step"), "walls", {{"time", time}}).state,
@@ -69,8 +69,8 @@ TEST(OneProjection, OfOneStageIsTheSame) {
   }
 }
 
-/// Without the p of the step before it would be 1. Where the start is no better than p = 0 the first step is of order 2
-/// by itself, which costs no order.
+/// Without the p of the step before the order would be 1. If the start has no better p than 0, the error of the first
+/// step alone is of order 2, which does not reduce the order.
 TEST(OneProjection, HasOrderTwo) {
   for (const char* scene : {"ring", "walls"}) {
     const Fields best = run_scene(flows(""), scene, {{"step", "1/512"}}).state;
@@ -86,13 +86,13 @@ TEST(OneProjection, HasOrderTwo) {
   }
 }
 
-/// p is its mean over the last step: that of the middle, to order 2.
+/// p is its mean over the last step: the value in the middle, to order 2.
 TEST(OneProjection, PressureIsThatOfTheMiddleOfTheStep) {
   const auto pressure = [&](const char* often, const char* time, const char* end, const char* step) {
     return run_scene(flows(often), "ring", {{"time", time}, {"end", end}, {"step", step}}).state;
   };
   const auto error = [&](const char* end, const char* step, const char* middle) {
-    const Fields best = pressure("", "euler", middle, "1/4096");  // p of where the last step begins
+    const Fields best = pressure("", "euler", middle, "1/4096");  // p at the beginning of the last step
     return distance(pressure("each step", "rk4", end, step), best, {"p"});
   };
   const double coarse = error("1/4", "1/32", "15/64"), fine = error("1/4", "1/64", "31/128");
@@ -118,7 +118,7 @@ TEST(OneProjection, TheSchemeTakesThePlaceOfWhatIsWritten) {
   EXPECT_GT(distance(end("each step", {}), end("", {}), {"u.x"}), 1e-5);
 }
 
-/// Around a disc between a profile that flows in and an open end: what the mask holds is held in all stages.
+/// Around a disc between an inflow profile and an open end: the mask acts in all stages.
 std::string around_disc(const std::string& often, const std::string& task = "") {
   return R"(
 model flow {
@@ -156,7 +156,7 @@ TEST(OneProjection, HoldsMasksInEachStage) {
   }
 }
 
-/// Values, tangents, adjoints and second derivatives; steps in parts by a Courant number, walls, masks, few cells.
+/// Values, tangents, adjoints and second derivatives; substeps from a Courant number, walls, masks, few cells.
 TEST(OneProjection, HasExactDerivatives) {
   const auto of_flow = [](const std::string& scene, const std::string& more) {
     return flows("each step") + "scene few = " + scene + " { " + more +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every scheme and integrator converges at its design order against closed forms, on the compiled kernels.
+// Every scheme and time method converges at its design order against closed forms, on the compiled kernels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -66,7 +66,7 @@ scene one : decay with s {
 }
 )";
 
-/// Burgers' equation of a vector: -2*nu*grad(phi)/phi is a solution where phi is one of the heat equation.
+/// Burgers' equation of a vector: -2*nu*grad(phi)/phi is a solution if phi solves the heat equation.
 const std::string burgers = R"(
 model burgers { vector u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
 scheme s { advect = central(2); lap = central(2); time = rk4 }
@@ -99,7 +99,7 @@ scene space : burgers with s {
 
 struct Level {
   Overrides overrides;
-  double refinement;  // of this level over the one before
+  double refinement;  // of this level relative to the one before
 };
 
 /// The observed order between the last two of three levels; both pairs must be within 0.15 of `design`.
@@ -112,7 +112,7 @@ void expect_order(const std::string& text, const std::string& scene, const std::
   EXPECT_NEAR(order, design, 0.15) << scene << ": errors " << errors[n - 3] << " " << errors[n - 2] << " "
                                    << errors[n - 1];
   EXPECT_LT(errors[n - 1], finest_bound);
-  EXPECT_GT(errors[n - 1], 1e-13);  // an order of rounding errors is no order
+  EXPECT_GT(errors[n - 1], 1e-13);  // rounding errors have no order
 }
 
 std::vector<Level> with(const Overrides& common, const std::vector<Overrides>& levels) {
@@ -132,7 +132,7 @@ TEST(Order, OfAdvectionInSpace) {
   const std::vector<Overrides> coarse{{{"cells", "12"}}, {{"cells", "24"}}, {{"cells", "48"}}};
   expect_order(advection, "ring", with({{"advect", "central6"}, {"step", "pi/1024"}}, coarse), 6, 1e-5);
   expect_order(advection, "ring", with({{"advect", "central8"}, {"step", "pi/2048"}}, coarse), 8, 1e-7);
-  // first derivatives written as such follow the key dx
+  // explicit first derivatives follow the key dx
   const std::string plain = std::string(advection).replace(advection.find("-advect(c, u)"), 13, "-c*dx(u)");
   expect_order(plain, "ring", with({{"dx", "central2"}}, cells), 2, 1e-2);
   expect_order(plain, "ring", with({{"dx", "central4"}}, cells), 4, 1e-4);
@@ -140,7 +140,7 @@ TEST(Order, OfAdvectionInSpace) {
   expect_order(plain, "ring", with({{"dx", "central8"}, {"step", "pi/2048"}}, coarse), 8, 1e-7);
 }
 
-/// Upwind 1 and linear semi-Lagrangian lose half a cell's worth at a fixed Courant number: order 1.
+/// Upwind 1 and linear semi-Lagrangian interpolation err by h per unit time at a fixed Courant number: order 1.
 TEST(Order, OfUpwindAndSemiLagrangianAtAFixedCourantNumber) {
   const std::vector<Overrides> both{{{"cells", "256"}, {"step", "pi/256"}},
                                     {{"cells", "512"}, {"step", "pi/512"}},
@@ -151,7 +151,7 @@ TEST(Order, OfUpwindAndSemiLagrangianAtAFixedCourantNumber) {
   expect_order(whole, "ring", with({{"advect", "semi_lagrangian"}, {"time", "euler"}}, both), 1, 2e-2);
 }
 
-/// Cubic interpolation errs by h^4 a step: order 3 at a fixed Courant number, here 1.3, and 0.7 along two axes.
+/// Cubic interpolation errs by h^4 per step: order 3 at a fixed Courant number, here 1.3, and 0.7 along two axes.
 TEST(Order, OfCubicSemiLagrangianAtAFixedCourantNumber) {
   const std::vector<Overrides> both{{{"cells", "26"}, {"step", "pi/20"}},
                                     {{"cells", "52"}, {"step", "pi/40"}},
@@ -175,7 +175,7 @@ scene torus : carry {
   expect_order(plane, "torus", with({{"advect", "semi_lagrangian_cubic"}, {"time", "euler"}}, planes), 3, 1e-3);
 }
 
-/// Whole cells a step: the semi-Lagrangian scheme is a shift.
+/// Whole cells per step: the semi-Lagrangian scheme is a shift.
 TEST(Order, SemiLagrangianIsExactAtWholeCourantNumbers) {
   const std::string whole = std::string(advection).replace(
       advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57, "time 0 .. pi/2, step pi/8  ");
@@ -208,7 +208,7 @@ TEST(Order, OfAVectorOnOneTwoAndThreeAxes) {
   expect_order(burgers, "space", with({{"step", "1/256"}}, coarse), 2, 1e-2, "u.z");
 }
 
-/// Operators of the file have the order they state.
+/// Operators of the file have their declared order.
 TEST(Order, OfOperatorsOfTheFile) {
   const std::string text = R"(
 operator lap9(u) order 2 = (4*(u[+1, 0] + u[-1, 0] + u[0, +1] + u[0, -1]) + u[+1, +1] + u[+1, -1] + u[-1, +1] + u[-1, -1] - 20*u[0, 0])/(6*hx*hy)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Point sources and receivers where points differ: of fields staggered between walls, and on stretched axes.
+// Point sources and receivers at special points: of fields staggered between walls, and on stretched axes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 const std::string to_the_low_wall = ", stretched (exp(2*x) - 1)/(exp(2) - 1)";
 const std::string around = ", periodic, stretched x + 0.1*sin(2*pi*x)";
 
-/// A scene of one field on 0 .. 1 into which 3 a unit of time go for one unit of time, and its integral as a loss.
+/// A scene of one field on 0 .. 1 with a source of 3 per unit time for one unit of time, and its integral as the loss.
 std::string growth(const std::string& field, const std::string& grid, const std::string& place) {
   const bool periodic = grid.find("periodic") != std::string::npos;
   return "model m { field " + field + "; dt(u) = inject(3, at = " + place +
@@ -41,7 +41,7 @@ TEST(PlacedPoints, SourcesBringInWhatTheySay) {
   }
 }
 
-/// Between two points each takes what the other one lacks.
+/// Between two points the weights add up to 1.
 TEST(PlacedPoints, ASourceIsSharedByThePointsBesideIt) {
   const std::vector<double> faces =
       run_scene(growth("u on faces.x", "5", "0.34"), "s").state.at("u");  // 0.2, 0.4, 0.6, 0.8 and the wall
@@ -72,13 +72,14 @@ TEST(PlacedPoints, ASourceIsSharedByThePointsBesideIt) {
   }
 }
 
-/// Nothing moves: what is linear is read exactly at every place, on walls, before the first point and behind the last
-/// one.
+/// Nothing moves: a linear field is read exactly at every position, on walls, before the first point and after the
+/// last.
 TEST(PlacedPoints, ReceiversReadWhatIsLinearExactly) {
   for (const char* on : {"", " on faces.x", " on faces.y", " on nodes"}) {
     for (const std::string& kind : {std::string(), to_the_low_wall}) {
-      const bool has_corner = std::string(on) != " on faces.y" ||
-                              kind.empty();  // else it is filled as if cells beyond the wall were as wide as inside
+      const bool has_corner =
+          std::string(on) != " on faces.y" || kind.empty();  // otherwise ghost cells assume that cells beyond the wall
+                                                             // are as wide as inside
       std::string loss;
       for (const std::string x : {"0", "0.01", "0.3", "1/3", "0.5", "0.875", "0.99", "1", "a", "a + t"}) {
         loss += (loss.empty() ? "" : " + ") + ("(sample(u, at = (" + x + ", 1.3)) - 0.7 - 3*(" + x + "))^2");
@@ -99,8 +100,8 @@ TEST(PlacedPoints, ReceiversReadWhatIsLinearExactly) {
   }
 }
 
-/// The halo beside a wall with a slope is no point of the line: receivers go on from the first centre with the slope
-/// itself.
+/// The ghost cell next to a wall with a slope is not on the line: receivers extrapolate from the first centre with the
+/// slope itself.
 TEST(PlacedPoints, ReceiversBesideSlopesReadWhatIsLinearExactly) {
   const std::string narrow = ", stretched (exp(2*x) - 1)/(exp(2) - 1)", wide = ", stretched tanh(2*x)/tanh(2)";
   for (const std::string& kind : {narrow, wide}) {
@@ -129,7 +130,7 @@ TEST(PlacedPoints, ReceiversBesideSlopesReadWhatIsLinearExactly) {
   }
 }
 
-/// Around a stretched ring: the piecewise linear interpolant of sin between the points, spelled out here.
+/// Around a stretched ring: the piecewise linear interpolant of sin between the points, written out here.
 TEST(PlacedPoints, ReceiversOnStretchedRingsReadBetweenThePoints) {
   for (const bool on_faces : {false, true}) {
     const double h = 1.0 / 6, pi = std::acos(-1.0), first = on_faces ? h : h / 2;
@@ -158,8 +159,7 @@ TEST(PlacedPoints, ReceiversOnStretchedRingsReadBetweenThePoints) {
   }
 }
 
-/// What goes in at one place and is read at another is what goes in there and is read here, as diffusion is its own
-/// transpose: both are the same weights.
+/// Exchanging source and receiver gives the same reading, as diffusion is symmetric and both use the same weights.
 TEST(PlacedPoints, SourcesAndReceiversAreTransposes) {
   const auto reading = [](const std::string& on, const std::string& kind, const char* from, const char* to) {
     const std::string walls = kind == around ? ""

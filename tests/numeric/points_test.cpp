@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Point sources and receivers: what goes in arrives, what is read is the multilinear value, and positions have the
-// exact derivative.
+// Point sources and receivers: the source's amount arrives, the reading is the multilinear value, and positions have
+// exact derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ std::string growth(const std::string& grid, const std::string& place) {
          "\nboundary u: x = zero_gradient\ninitial u = 0\ntime 0 .. 1, step 1/4\n}\n";
 }
 
-/// 3 a unit of time for one unit of time, wherever the source is, shared between the cells beside it.
+/// 3 per unit time for one unit of time, wherever the source is, divided between the neighbouring cells.
 TEST(Points, SourcesBringInWhatTheySay) {
   for (const char* place : {"0", "0.05", "0.24", "0.5", "0.97", "1"}) {
     const std::vector<double> u = run_scene(growth("grid x = 0 .. 1, cells 5", place), "s").state.at("u");
@@ -43,7 +43,7 @@ TEST(Points, SourcesBringInWhatTheySay) {
   }
 }
 
-/// A decaying mode at a place that is no centre: the error falls with the cells, order 2.
+/// A decaying mode at a position between centres: the error is of order 2 in the cells.
 TEST(Points, ReceiversReadBetweenTheCells) {
   const auto loss = [](const std::string& cells) {
     const std::string text = R"(
@@ -67,7 +67,7 @@ task t : s { unknown initial u; minimise (sample(u, at = (1.3, 0.41)) - exp(-0.1
   EXPECT_GT(coarse / finest, 8) << coarse << " " << fine << " " << finest;
 }
 
-/// Losses that are quadratic in the strength, and central differences in the positions.
+/// Losses quadratic in the strength, and central differences in the positions.
 TEST(Points, GradientsOfStrengthAndPlaces) {
   for (const char* cells : {"1", "2", "3", "9"}) {
     for (const char* kind : {"", ", periodic"}) {
@@ -96,7 +96,7 @@ TEST(Points, GradientsOfStrengthAndPlaces) {
   }
 }
 
-/// At a cell's centre the slope is the one to the right, as that of interp.
+/// At a cell's centre the slope is the right-hand one, as for interp.
 TEST(Points, AtACentreTheSlopeIsTheOneToTheRight) {
   const auto gradient = [](const std::string& a) {
     return task_gradient(
@@ -112,7 +112,7 @@ TEST(Points, AtACentreTheSlopeIsTheOneToTheRight) {
   };
   EXPECT_EQ(gradient("3.5"), 4.5 * 4.5 - 3.5 * 3.5);
   EXPECT_EQ(gradient("3.75"), 4.5 * 4.5 - 3.5 * 3.5);
-  EXPECT_EQ(gradient("0.25"), 0);  // within half a cell of the wall all goes into the cell there
+  EXPECT_EQ(gradient("0.25"), 0);  // within half a cell of the wall the cell there takes all
 }
 
 }  // namespace

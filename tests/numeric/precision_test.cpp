@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single precision: the same program as in double precision but for rounding, in half the memory, with sums that do not
-// suffer; bit-identical for every number of threads and of checkpoints.
+// Single precision: the same program as in double precision up to rounding, in half the memory, with accurate sums;
+// bit-identical for every number of threads and checkpoints.
 #include <cmath>
 #include <numbers>
 
@@ -71,11 +71,11 @@ TEST(SinglePrecision, StatesAreThoseOfDoublesButForRounding) {
     const SceneResult single = run_scene(text, "plate", {{"real", "f32"}}, backend);
     const double error = largest_difference(exact.state.at("u"), single.state.at("u"));
     EXPECT_LT(error, 1e-5);
-    EXPECT_GT(error, 1e-9);  // or these were doubles
+    EXPECT_GT(error, 1e-9);  // otherwise these were doubles
   }
 }
 
-/// What a solve finds of its rows is not lost in rounding of differences: k*psi is a hundred thousandth of lap(psi).
+/// The rows found by a solve are not lost in the rounding of differences: k*psi is 1e-5 of lap(psi).
 TEST(SinglePrecision, SmallCoefficientsOfSolvesStay) {
   for (const char* along : {"cells 64, periodic",
                             "cells 64, stretched 0.5 + 0.5*tanh(2*y - 1)/tanh(1)\n"
@@ -98,7 +98,7 @@ scene room : m with s {
 )";
     const double difference = largest_difference(run_scene(text, "room").state.at("u"),
                                                  run_scene(text, "room", {{"real", "f32"}}).state.at("u"));
-    EXPECT_LT(difference, 0.05) << along;  // 23 where k was taken to be the same everywhere
+    EXPECT_LT(difference, 0.05) << along;  // 23 when k was taken as uniform
   }
 }
 
@@ -113,7 +113,7 @@ TEST(SinglePrecision, GradientsAreThoseOfDoublesTo1e4) {
   }
 }
 
-/// Through solves whose cycles are in f32 then, by their right sides, coefficients and walls.
+/// Through solves with cycles in f32: by right-hand sides, coefficients and walls.
 TEST(SinglePrecision, GradientsThroughSolvesAreThoseOfDoubles) {
   for (const auto& [method, wind] : {std::pair{"multigrid", "0"}, {"cg", "0"}, {"bicgstab", "0.5"}}) {
     const std::string text = std::string("model m {\n  field u\n  coefficient k\n  param c\n") +
@@ -221,7 +221,7 @@ TEST(SinglePrecision, HalvesMemory) {
   EXPECT_EQ(driver::cost_of(compiled(source, options)->loop, "plate_step").bytes, bytes / 2);
 }
 
-/// A million values of 0.1 as floats add up to 1.5e-7 relative of the exact sum in doubles; in floats it is 1e-2.
+/// A million floats of 0.1 sum up in doubles to within 1.5e-7 of the exact sum; in floats to within 1e-2.
 TEST(SinglePrecision, SumsAreAddedUpInDoubles) {
   const std::string text =
       "model m { field u; dt(u) = 0 }\nscene s : m { grid x = 0 .. 1, cells 1000, periodic\ngrid y = 0 .. 1, cells "
@@ -240,7 +240,7 @@ TEST(SinglePrecision, SumsAreAddedUpInDoubles) {
   }
 }
 
-/// d loss / d k is a sum over all steps, each about 1e-5 of it: floats would lose 3e-3 on the way.
+/// d loss / d k is a sum over all steps, each about 1e-5 of it: a sum in floats would lose 3e-3.
 TEST(SinglePrecision, GradientsOfCoefficientsAreAddedUpInDoubles) {
   const std::string text =
       "model m { field u; coefficient k; dt(u) = k }\nscheme e { time = euler }\nscene s : m with e { grid x = 0 .. 1, "
@@ -285,7 +285,7 @@ TEST(SinglePrecision, IsCertifiedBesideTheDoubles) {
   ASSERT_TRUE(analysis::certify_single_precision(source, compiled(source, options), {}, *certificate, sink))
       << all_messages(source, sink);
   EXPECT_GE(certificate->single->cases.size(), 9u);
-  EXPECT_GT(certificate->single->worst(), 1e-9);  // or these were doubles
+  EXPECT_GT(certificate->single->worst(), 1e-9);  // otherwise these were doubles
   EXPECT_LT(certificate->single->worst(), 1e-5);
   EXPECT_TRUE(certificate->passed());
   certificate->single->cases.push_back({"1", "a wrong one", 1e-3});

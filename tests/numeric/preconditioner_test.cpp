@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks as preconditioners: the same solution and its derivatives whatever the network is; and what iterations make
-// of it where they are differentiated, for its training.
+// Networks as preconditioners: solution and derivatives do not depend on the network; differentiated iterations do, for
+// training.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ double box_apart(const std::vector<double>& a, const std::vector<double>& b) {
   return a.empty() ? INFINITY : most;
 }
 
-/// Solvers x boundaries x precisions x networks, of each back end.
+/// Solvers x boundaries x precisions x networks, with each back end.
 TEST(NetworkPreconditioners, LeaveTheSolutionAsItIs) {
   for (std::size_t count = 0, tried = 0; const Box& box : boxes()) {
     for (const char* real : {"f64", "f32"}) {
@@ -105,7 +105,7 @@ TEST(NetworkPreconditioners, HaveTheDerivativesOfTheSolution) {
   }
 }
 
-/// The solver's iterations and those that are differentiated are the same.
+/// The solver's iterations equal the differentiated ones.
 TEST(NetworkPreconditioners, AreTheSameWhereIterationsAreDifferentiated) {
   for (std::size_t tried = 0; const Box& box : boxes()) {
     if (!box.is_symmetric) continue;
@@ -124,7 +124,7 @@ TEST(NetworkPreconditioners, AreTheSameWhereIterationsAreDifferentiated) {
   }
 }
 
-/// By the weights too; also where the network is of no use at all, and where nothing is left.
+/// Also by the weights; also if the network is useless, and for a zero residual.
 TEST(NetworkPreconditioners, HaveDerivativesThroughIterations) {
   for (std::size_t count = 0; const Box& box : boxes()) {
     if (!box.is_symmetric) continue;
@@ -135,11 +135,11 @@ TEST(NetworkPreconditioners, HaveDerivativesThroughIterations) {
       const auto certificate = certificate_of(box_text(box, behind, "dx = central(2)"), true);
       ASSERT_TRUE(certificate);
       EXPECT_TRUE(certificate->passed() && certificate->second && certificate->second->passed());
-      EXPECT_LT(certificate->worst(), 1e-11);  // on the smallest grids iterations go on to what rounding leaves
+      EXPECT_LT(certificate->worst(), 1e-11);  // on the smallest grids iterations continue on rounding errors
       EXPECT_NEAR(certificate->slope.value_or(0), 2, 0.05);
     }
     if (box.axes == "channel" && !is_thorough()) continue;
-    const std::string none = "conv out, 1, initial = zero";  // whose directions are of no use
+    const std::string none = "conv out, 1, initial = zero";  // its directions are useless
     const auto many =
         run_scene(box_text(box, by_network + " after 70 iterations", "dx = central(2)", none), "s").state.at("w");
     EXPECT_LT(box_apart(many, run_scene(box_text(box, "", "solve = direct"), "s").state.at("w")), 1e-9)
@@ -147,9 +147,9 @@ TEST(NetworkPreconditioners, HaveDerivativesThroughIterations) {
   }
 }
 
-/// A network whose weights are set to a smoothing on all scales (Bramble, Pasciak and Xu 1990).
+/// A network with weights of multilevel smoothing (Bramble, Pasciak and Xu 1990).
 std::string wide_box(const std::string& behind, const std::string& scheme) {
-  std::string levels;  // means over 2, 4, 8, ... cells, as wide as the operator makes them
+  std::string levels;  // means over 2, 4, 8, ... cells, as wide as the operator requires
   for (int level = 0; level < 5; ++level) levels = "residual { mean_pool 2; " + levels + "scale 2; upsample 2 }; ";
   return "network near(r) -> z { real f64; padding x periodic, y zero; " + levels +
          "conv out, 1, bias = 0, initial = zero }\n"
@@ -185,7 +185,7 @@ TEST(NetworkPreconditioners, ThatAreGoodSaveIterations) {
   }
 }
 
-/// What acts through a preconditioner alone is no unknown.
+/// A quantity that acts only through a preconditioner cannot be an unknown.
 TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   const Box ring = boxes().front();
   const auto code = [&](const std::string& behind, const std::string& unknown, const std::string& loss,
@@ -243,7 +243,7 @@ TEST(NetworkPreconditioners, ThatDoNotFitAreRefused) {
   EXPECT_EQ(told(" preconditioner one(residual)", "solve = cg", "field v; param residual = 1"), "E0567 ");
 }
 
-/// What is emitted is the program of before.
+/// The emitted text reads back as the same program.
 TEST(NetworkPreconditioners, ReadBack) {
   for (const std::string& behind : {by_network, by_network + " after 2 iterations"}) {
     const SourceFile source("t.dpde", box_text(boxes()[3], behind, "solve = cg(1e-9)"));
@@ -260,7 +260,8 @@ TEST(NetworkPreconditioners, ReadBack) {
   }
 }
 
-/// A flow around an obstacle, whose constraint is preconditioned: the same flow, whatever checkpoints and threads are.
+/// A flow around an obstacle with a preconditioned constraint: the same flow, for any number of checkpoints and
+/// threads.
 std::string disc_solved_by(const std::string& behind, const std::string& scheme) {
   return "network near(r) -> z { padding x periodic, y zero; initial he, seed 3; conv 4, 3; leaky_relu; conv out, 3 }\n"
          "model m { vector u on faces; field p; mask solid\n  dt(u) = -advect(u, u) - grad(p) + 0.02*lap(u)\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// initial u = ... projected: the run begins where the constraint is true, and derivatives know of it.
+// initial u = ... projected: the run starts with the constraint fulfilled, and derivatives include this.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Between walls; `start` is what stands behind the formula of u.
+/// Between walls; `start` follows the formula of u.
 std::string stirred(const std::string& start, const std::string& step = "1/32", const std::string& time = "rk4") {
   return R"(
 model flow {
@@ -43,7 +43,7 @@ double energy(const std::string& text, const Overrides& overrides = {}) {
   return task_loss(text, "at_start", overrides);
 }
 
-/// It takes energy away, and by central differences the derivative is what the task says.
+/// The projection removes energy, and the derivative agrees with central differences.
 TEST(ProjectedStart, MakesTheConstraintTrueAndHasDerivatives) {
   const std::string text = stirred("projected");
   EXPECT_GT(task_loss(stirred(""), "miss"), 0.1);
@@ -64,7 +64,7 @@ TEST(ProjectedStart, IsTheSameInTheInterpreter) {
   }
 }
 
-/// Without it the first step has rates of a flow that there cannot be, and the order is 1.
+/// Without it the first step uses right-hand sides of an impossible flow, and the order is 1.
 TEST(ProjectedStart, LeavesTheOrderOfTheScheme) {
   const auto order = [](const std::string& start) {
     const auto left = [&](const char* step) { return run_scene(stirred(start, step), "s").state.at("u.x"); };
@@ -80,8 +80,8 @@ TEST(ProjectedStart, LeavesTheOrderOfTheScheme) {
   EXPECT_NEAR(order(""), 1, 0.3);
 }
 
-/// From rest between a profile that flows in and an open end, around a disc. Through each row of faces flows what
-/// flows in: the mean of 6 y (1 - y) at the middles of 12 cells.
+/// From rest between an inflow profile and an open end, around a disc. The flux through each row of faces is the
+/// inflow: the mean of 6 y (1 - y) at the centres of 12 cells.
 TEST(ProjectedStart, KnowsObstaclesAndOpenEnds) {
   const std::string text = R"(
 model flow {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 0 = div(u) gives p: what a projection is, orders in space and time, and flows with known solutions.
+// 0 = div(u) gives p: properties of the projection, orders in space and time, and flows with known solutions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,7 @@ scene cavity : flow {
 task viscosity : taylor_green { unknown nu; minimise 0.5*mean(u.x^2) + 0.5*mean(u.y^2) }
 )");
 
-/// What a step of dt(u) = -grad(p) leaves: the part of u without divergence.
+/// The result of a step of dt(u) = -grad(p): the divergence-free part of u.
 const std::string alone = R"(
 model alone {
   vector u on faces
@@ -83,7 +83,7 @@ using State = std::map<std::string, std::vector<double>>;
 constexpr int across = 6, along = 5;
 const double hx = 1.0 / across, hy = 2.0 / along;
 
-/// What `ring` begins with: on faces, and 0 on the walls.
+/// The initial state of `ring`: on faces, and 0 on the walls.
 State raw(double k) {
   State state;
   for (int j = 0; j < along; ++j) {
@@ -140,7 +140,7 @@ TEST(Projection, IsIdempotentSelfAdjointAndTakesTheDivergenceAway) {
   }
 }
 
-/// The viscous term alone is in error there: by 2*nu*t*h^2/12 of u.
+/// Only the viscous term has an error there: 2*nu*t*h^2/12 of u.
 TEST(Projection, TaylorGreenVorticesHaveTheErrorOfTheStencil) {
   for (const double nu : {1e-3, 1e-2, 5e-2}) {
     const SceneResult run = run_scene(flow, "taylor_green", {{"nu", std::to_string(nu)}});
@@ -161,7 +161,7 @@ TEST(Projection, IsOfSecondOrderInSpace) {
   }
 }
 
-/// A projection behind each stage leaves the order of the method as it is, for a start without divergence on the grid.
+/// A projection after each stage keeps the order of the method, for a start without discrete divergence.
 TEST(Projection, KeepsTheOrderInTime) {
   const State best = run_scene(flow, "drift", {{"time", "rk4"}, {"step", "1/256"}}).state;
   const std::pair<const char*, double> methods[] = {{"euler", 1}, {"rk2", 2}, {"ab2", 2}, {"ssp_rk3", 3},
@@ -174,7 +174,7 @@ TEST(Projection, KeepsTheOrderInTime) {
   }
 }
 
-/// Poiseuille flow between a profile that is given and an open end; p is 0 on that.
+/// Poiseuille flow between a given profile and an open end, where p is 0.
 TEST(Projection, ChannelFlowGoesOutAsItIs) {
   std::vector<double> u, p;
   for (const char* cells : {"8", "16", "32"}) {
@@ -191,7 +191,7 @@ TEST(Projection, ChannelFlowGoesOutAsItIs) {
   EXPECT_NEAR(std::log2(p[1] / p[2]), 2, 0.3);
 }
 
-/// u at the centre of the cavity at Re = 100 is -0.209149 (a steady solver's, extrapolated from grids up to 384^2).
+/// u at the centre of the cavity at Re = 100 is -0.209149 (from a steady solver, extrapolated from grids up to 384^2).
 TEST(Projection, CavityAtReynolds100HasThePublishedVelocity) {
   const auto centre = [](const char* cells, const char* step) {
     const int n = std::atoi(cells);
@@ -205,7 +205,7 @@ TEST(Projection, CavityAtReynolds100HasThePublishedVelocity) {
   EXPECT_NEAR(fine + (fine - coarse) / 3, -0.209149, 1e-3);
 }
 
-/// A body that a force drives the fluid past: what stages solve for knows of it.
+/// A body with the fluid driven past it by a force: the solves of implicit stages include it.
 TEST(Projection, ImplicitStagesKnowTheObstacles) {
   const std::string text = R"(
 model past {
@@ -236,7 +236,7 @@ scene body : past {
   EXPECT_GT(std::log2(std::abs(coarse / fine)), 1.5);
 }
 
-/// Divided by the cells' volumes, the operator is symmetric: no box is too large for it.
+/// Divided by the cell volumes, the operator is symmetric: arbitrarily large boxes work.
 TEST(Projection, HoldsInStretchedBoxes) {
   std::string text = flow;
   for (const std::string axis : {"x", "y"}) {
@@ -250,7 +250,7 @@ TEST(Projection, HoldsInStretchedBoxes) {
   EXPECT_LT(result.loss, 1e-20);
 }
 
-/// The energy is exp(-4*nu*t)/4 with lambda, the grid's eigenvalue, in the place of 2.
+/// The energy is exp(-4*nu*t)/4, with lambda, the grid's eigenvalue, instead of 2.
 TEST(Projection, GradientByTheViscosityIsTheClosedForm) {
   const double h = std::numbers::pi / 32, lambda = 2 * (2 - 2 * std::cos(h)) / (h * h);
   const auto result = task_gradient(flow, "viscosity");

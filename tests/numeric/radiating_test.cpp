@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dt(u) + c*du/dn = 0: what comes back from a side by which a wave leaves, orders against the closed form, energy,
-// gradients, back ends.
+// dt(u) + c*du/dn = 0: reflection at a side where a wave leaves, orders against the closed form, energy, gradients,
+// back ends.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace dpde::testing {
 namespace {
 
-/// A hump in the middle falls into two waves that leave at both ends. `speed` as the boundaries have it.
+/// A central hump splits into two waves that leave at both ends. `speed`: the boundary condition.
 std::string leaving(const std::string& scheme, const std::string& speed = "radiating(c)") {
   return "model string { field u; param c; dt(dt(u)) = c^2*lap(u) }\nscheme s { " + scheme +
          " }\n"
@@ -46,8 +46,8 @@ TEST(Radiating, WhatLeavesIsOfOrderTwo) {
               0.3);
 }
 
-/// Of what reaches an end at normal incidence, (c - c')/(c + c') comes back where the condition has another speed c'
-/// (Engquist and Majda 1977): 1 from a wall without slope, 1/3 for half the speed.
+/// Reflection coefficient at normal incidence if the condition has another speed c': (c - c')/(c + c') (Engquist and
+/// Majda 1977). 1 for a wall with zero slope, 1/3 for half the speed.
 TEST(Radiating, ReflectionIsThatOfTheSpeed) {
   const auto left = [](const std::string& side) { return error(leaving("time = rk4", side), 512, "1"); };
   const double wall = left("zero_gradient");
@@ -56,8 +56,8 @@ TEST(Radiating, ReflectionIsThatOfTheSpeed) {
   EXPECT_NEAR(left("radiating(3*c)") / wall, 0.5, 5e-3);
 }
 
-/// h*sum(v^2 + (c*du/dx)^2), the end cells by half, falls by c*(v^2 at both ends): nothing grows, in any number of
-/// cells, also where the speed at the end is not that of the wave.
+/// h*sum(v^2 + (c*du/dx)^2), with half weights in the end cells, decreases by c*(v^2 at both ends): nothing grows, for
+/// any number of cells, also if the speed at the end differs from the wave's.
 TEST(Radiating, NothingGrows) {
   for (const char* side : {"radiating(c)", "radiating(c/5)", "radiating(4*c)"}) {
     for (const char* cells : {"1", "2", "3", "8", "33"}) {
@@ -67,8 +67,8 @@ TEST(Radiating, NothingGrows) {
   }
 }
 
-/// Sound as two equations of first order, in parts that go to the right and to the left, v + p and v - p over Z: at
-/// each end that which would come in is 0.
+/// Sound as two equations of first order, in right- and left-going parts, v + p and v - p over Z: at each end the
+/// incoming part is 0.
 TEST(Characteristic, WhatLeavesIsOfOrderTwo) {
   const std::string text =
       "model sound { field p, v; param Z; dt(p) = -Z*dx(v); dt(v) = -dx(p)/Z }\nscheme s { time = rk4 }\n"
@@ -90,7 +90,7 @@ TEST(Characteristic, WhatLeavesIsOfOrderTwo) {
   EXPECT_TRUE(certificate->passed());
 }
 
-/// A speed that differs from place to place and is sought, beside other conditions, in two dimensions.
+/// An unknown speed that varies in space, together with other conditions, in two dimensions.
 std::string sought(const std::string& time, const std::string& cells_x, const std::string& cells_y) {
   return "model sound { field p; coefficient c2; param a, g; dt(dt(p)) = c2*lap(p) }\n"
          "scheme s { lap = central(4); time = " +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random fields and signals: their mean square, their spectrum, and that they are the same wherever they stand.
+// Random fields and signals: mean square, spectrum, and equality wherever they are used.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ double mean_square(const std::vector<double>& u) {
   return std::inner_product(u.begin(), u.end(), u.begin(), 0.0) / static_cast<double>(u.size());
 }
 
-/// Of wave number n of a periodic line.
+/// Energy of wave number n on a periodic line.
 double energy(const std::vector<double>& u, int n) {
   std::complex<double> sum = 0;
   for (std::size_t i = 0; i < u.size(); ++i) {
@@ -61,8 +61,8 @@ TEST(RandomField, HasTheSpectrumThatWasAskedFor) {
   for (int n = 3; n <= 9; ++n) EXPECT_NEAR(energy(u, n) / energy(u, 2), 4.0 / (n * n), 1e-9) << n;
 }
 
-/// Of many waves only some are drawn, so the slope is that of the mean: here of 40 fields, the energy below and above
-/// |n| = 8.
+/// Of many waves only some are drawn, so the slope holds for the mean: here over 40 fields, for the energies below and
+/// above |n| = 8.
 TEST(RandomField, DrawsManyWavesByTheirEnergy) {
   double low = 0;
   const std::vector<int> cells{48, 48};
@@ -96,7 +96,7 @@ TEST(RandomField, DrawsManyWavesByTheirEnergy) {
   EXPECT_NEAR(low, below / all, 0.02);
 }
 
-/// Energies over hundreds of orders of magnitude, each way.
+/// Energies over hundreds of orders of magnitude, increasing or decreasing.
 TEST(RandomField, MayBeSteep) {
   for (const std::string slope : {"-20", "-12", "-10.5", "13", "20"}) {
     for (const auto& cells : std::vector<std::vector<int>>{{160}, {40, 36}}) {
@@ -112,7 +112,7 @@ TEST(RandomField, IsTheSameOnEveryGrid) {
   const std::vector<double> coarse = field(arguments, {12, 8}), fine = field(arguments, {36, 24});
   for (int j = 0; j < 8; ++j) {
     for (int i = 0; i < 12; ++i) {
-      const double inside = fine[static_cast<std::size_t>(36 * (3 * j + 1) + 3 * i + 1)];  // the same place
+      const double inside = fine[static_cast<std::size_t>(36 * (3 * j + 1) + 3 * i + 1)];  // the same point
       EXPECT_NEAR(coarse[static_cast<std::size_t>(12 * j + i)], inside, 1e-12);
     }
   }
@@ -127,7 +127,7 @@ TEST(RandomField, DependsOnTheSeed) {
   EXPECT_EQ(one, field("highest = 4, seed = 1, lowest = 1", {32}));
 }
 
-/// What is read off a run is compared with the integral of the signal, which has mean 0 over the run.
+/// A reading of the run equals the integral of the signal, which has mean 0 over the run.
 TEST(RandomSignal, ForcesAnEquation) {
   const auto run = [](const std::string& rhs, const std::string& until) {
     return run_scene(

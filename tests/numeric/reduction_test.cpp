@@ -12,7 +12,7 @@
 namespace dpde::testing {
 namespace {
 
-/// One field on 8 x 6 cells of [0, 2] x [0, 1], by 2^-steps.
+/// One field on 8 x 6 cells of [0, 2] x [0, 1], with steps 2^-steps.
 std::string scene(const std::string& rhs, const std::string& initial, const std::string& time, const std::string& more,
                   int steps = 5) {
   return "model m {\n  field u\n  dt(u) = " + rhs + "\n}\nscheme c { time = " + time + " }\nscene s : m with c {\n" +
@@ -62,8 +62,8 @@ TEST(Reduction, HasTheOrderOfTheTimeScheme) {
   }
 }
 
-/// Of what does not vary along an axis the mean along it is the thing itself, wherever it is read: in differences, in
-/// differences of differences, between cells, upwind, in functions and operators, and beyond walls.
+/// A field that is uniform along an axis equals its mean along it, wherever it is read: in differences, nested
+/// differences, between cells, upwind, in functions and operators, and beyond walls.
 TEST(Reduction, IsReadAtNeighboursAndWalls) {
   const std::string functions =
       "function wave(a) = sin(a)\noperator wide(a) order 2 = (a[0, +2] - a[0, -2])/(4*hy)\noperator jump(a) order 2 = "
@@ -96,7 +96,7 @@ TEST(Reduction, IsReadAtNeighboursAndWalls) {
   }
 }
 
-/// On faces too: each mean is over the points of what it holds, and known where these are.
+/// Also on faces: each mean is over its operand's points and has their placement.
 TEST(Reduction, OfStaggeredFields) {
   const std::string begin = "model m {\n  vector u on faces\n  field eta\n";
   const std::string rest =
@@ -129,7 +129,7 @@ TEST(Reduction, InEventsAndObservables) {
     high = std::max(high, v);
   }
   EXPECT_NEAR(sum, 0, 1e-12);
-  EXPECT_NEAR(high - low, 2 * 1.75, 1e-12);  // x from 1/8 to 15/8, twice: at the start and by the slope
+  EXPECT_NEAR(high - low, 2 * 1.75, 1e-12);  // x from 1/8 to 15/8, twice: from the start and from the slope
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
   options.backend = driver::Backend::jit;

@@ -21,7 +21,7 @@ std::string example(const std::string& path) {
   return read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/" + path);
 }
 
-/// Semi-Lagrangian Burgers of the published notebook: u(t = 1) in the first five cells, by independent code.
+/// Semi-Lagrangian Burgers of the published notebook: u(t = 1) in the first five cells, from independent code.
 TEST(Burgers, ForwardRunOfTheNotebook) {
   for (const auto backend : {driver::Backend::jit, driver::Backend::interpreter}) {
     const auto u = run_scene(example("burgers_1d/burgers.dpde"), "wave", {}, backend).state.at("u");
@@ -45,7 +45,7 @@ TEST(Burgers, BetweenWallsApproachesTheClosedForm) {
 /// Slab of heat 1 between walls of 0 (series): u(1/4), t = 0.05.
 TEST(Heat, SlabApproachesTheSeries) {
   std::vector<double> errors;
-  for (const int n : {54, 162}) {  // beyond the first cells of the jump at the walls
+  for (const int n : {54, 162}) {  // away from the cells at the jumps on the walls
     const auto u = run_scene(example("heat/heat.dpde"), "slab",
                              {{"cells", std::to_string(n)}, {"step", "1/64000"}, {"time", "rk4"}})
                        .state.at("u");
@@ -55,7 +55,7 @@ TEST(Heat, SlabApproachesTheSeries) {
   EXPECT_NEAR(std::log(errors[0] / errors[1]) / std::log(3), 2, 0.15);
 }
 
-/// Limit of values at spacing h and h/2 of a quantity of second order.
+/// Limit of a quantity of second order from its values at spacings h and h/2.
 double extrapolated(double coarse, double fine) { return fine + (fine - coarse) / 3; }
 
 /// J = 1/2 int u(1)^2 for u0 = sin x + sin(3x)/2, D = 0.1: closed forms of J, dJ/dD and dJ/du0.

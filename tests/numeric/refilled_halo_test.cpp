@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves whose coefficients read a state between walls: the state's halo is filled before the solve, in its block and
-// behind it, each time by the same values. Gradients by the value at the wall against central differences.
+// Solves whose coefficients read a state between walls: the state's ghost cells are filled before the solve, within it
+// and after it, always with the same values. Gradients by the wall value against central differences.
 #include <gtest/gtest.h>
 
 #include <cmath>

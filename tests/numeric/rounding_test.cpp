@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rounding does over many steps: schemes with several stages store states and no rates, and lose nothing by it.
-// Beside the same schemes as in textbooks, with rates, in long doubles.
+// Rounding over many steps: schemes with several stages store states instead of right-hand sides, without loss of
+// accuracy. Compared with the textbook forms of the same schemes in long doubles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +47,7 @@ struct Errors {
 
 constexpr int cells_of_one_axis = 64;
 
-/// Of what moves by this many cells in a unit of time.
+/// Right-hand side of advection by this number of cells per unit time.
 Rate carried_by(int speed) {
   return [speed](const RealValues& values) {
     RealValues rate(cells_of_one_axis);
@@ -60,8 +60,8 @@ Rate carried_by(int speed) {
   };
 }
 
-/// A profile that is carried about, spreads a little and keeps its mean, and an oscillator at each point, after `steps`
-/// steps. Spacing and step are powers of two.
+/// Errors after `steps` steps of an advected profile with slight diffusion and constant mean, and of an oscillator at
+/// each point. Spacing and step are powers of two.
 Errors errors_after(int steps, const std::string& scheme, const std::string& real) {
   const std::string text =
       "model m { field u, q, p\n  param nu\n  dt(u) = -dx(u) + nu*lap(u)\n  dt(q) = p\n  dt(p) = -q }\nscheme s { time "
@@ -101,8 +101,8 @@ struct Bound {
   double single, twice;
 };
 
-/// With the last stage of rk4 as (u_1 + 2*u_2 + u_3 - u)/3 + ... single precision loses 6e-5, double 5e-12; with
-/// ssp_rk3 likewise 5e-5 and 1e-11.
+/// With (u_1 + 2*u_2 + u_3 - u)/3 + ... as last stage of rk4 single precision loses 6e-5, double 5e-12; ssp_rk3 in the
+/// same form 5e-5 and 1e-11.
 TEST(Rounding, OfStatesOverManySteps) {
   for (const Bound& bound :
        {Bound{"rk2", 3.5e-6, 1e-13}, Bound{"rk4", 3.5e-6, 8e-13}, Bound{"ssp_rk3", 3.5e-6, 2.5e-12}}) {
@@ -111,14 +111,14 @@ TEST(Rounding, OfStatesOverManySteps) {
     EXPECT_GT(single.carried, 1e-8) << "or these were doubles";
     EXPECT_LT(twice.carried, bound.twice) << bound.scheme;
     EXPECT_GT(twice.carried, 0) << "or nothing ran";
-    if (bound.scheme != std::string("rk4")) continue;  // the others let oscillators grow or die away
+    if (bound.scheme != std::string("rk4")) continue;  // with the other schemes oscillators grow or decay
     EXPECT_LT(single.oscillator, 1e-5);
     EXPECT_LT(twice.oscillator, 1.5e-12);
   }
 }
 
-/// The adjoint of what is carried is carried back. With the old last stages 3e-5, and 3e-12 (rk4), 7e-12 (ssp_rk3) in
-/// double.
+/// The adjoint of advection is advection backwards. With the old last stages 3e-5, and in double 3e-12 (rk4), 7e-12
+/// (ssp_rk3).
 TEST(Rounding, OfGradientsOverManySteps) {
   for (const Bound& bound : {Bound{"rk2", 2e-6, 1e-13}, Bound{"rk4", 2e-5, 2.5e-12}, Bound{"ssp_rk3", 2e-5, 3.5e-12}}) {
     for (const auto& [real, steps, most] : {std::tuple("f32", 1000, bound.single), {"f64", 100000, bound.twice}}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of schemes with weights, limiters and memories: tangent against adjoint on grids of 1 to 11 cells, and
-// Taylor's slope, periodic and between walls, of a wind of both signs that carries itself.
+// Derivatives of schemes with weights, limiters and memory: tangent against adjoint on grids of 1 to 11 cells, and
+// Taylor slopes, periodic and between walls, for a self-advecting wind of both signs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -72,13 +72,14 @@ TEST_P(SchemeCertificate, PassesInTwoDimensions) {
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed());
 }
-/// The programs of f32 agree with their adjoints as far as floats can: no weight or limiter divides by what they flush.
+/// In f32 programs agree with their adjoints to float accuracy: no weight or limiter divides by numbers that flush to
+/// 0.
 TEST_P(SchemeCertificate, PassesInSinglePrecision) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   expect_single_certified(task(GetParam(), "euler", false, 1, "f64"), task(GetParam(), "euler", false, 1, "f32"));
 }
 
-/// Where all rises that a weight or a limiter reads are 0, on a ring with jumps and between walls.
+/// Where all differences read by a weight or limiter are 0, on a ring with jumps and between walls.
 TEST_P(SchemeCertificate, HoldsWhereTheFieldIsFlat) {
   if (!is_of_its_kind(GetParam())) GTEST_SKIP() << "at night";
   for (const bool periodic : {true, false}) {
@@ -99,7 +100,7 @@ TEST_P(SchemeCertificate, HoldsWhereTheFieldIsFlat) {
       EXPECT_TRUE(std::isfinite(singles[i])) << i;
       if (!periodic) EXPECT_NEAR(singles[i], values[i], 1e-6) << i;
     }
-    // Beside jumps the derivative is one of rounding; but what is added to all cells stays there, whatever the weights.
+    // Next to jumps the derivative is rounding noise; but an addition to all cells stays there, whatever the weights.
     const auto sum = [](const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
     EXPECT_NEAR(sum(singles), sum(values), 1e-5);
     EXPECT_NEAR(single.gradient.at("c").front(), expected.gradient.at("c").front(), 1e-3);
@@ -108,8 +109,8 @@ TEST_P(SchemeCertificate, HoldsWhereTheFieldIsFlat) {
 }
 INSTANTIATE_TEST_SUITE_P(Numeric, SchemeCertificate, ::testing::ValuesIn(advections));
 
-/// Of a wind on faces whose last ones are walls: what it is there is chosen point by point, about all of weno's lets.
-/// Its adjoint shares them; written out for each read it was 70 kB of text in place of 20.
+/// A wind on faces, with the last ones on walls: its values there are selected point by point around all of weno's
+/// lets. The adjoint shares these; written out at each read its text had 70 kB instead of 20.
 TEST(SchemeCertificateOnWalls, SharesWhatGuardsReachThrough) {
   const std::string text =
       R"(model m { field u; field s on faces.x; dt(u) = -advect(interpolate(s), u); dt(s) = -advect(s, s) - dx(u) }

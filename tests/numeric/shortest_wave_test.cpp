@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Waves of two cells, which only even grids have: derivatives of odd order are 0 of them at the centres of cells, and
-// functions of derivatives, as exponential steps have them, are those of that.
+// Waves of two cells, which only even grids have: their derivatives of odd order are 0 at the cell centres, and
+// functions of derivatives, as in exponential steps, use this value.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
   return largest;
 }
 
-/// Against steps of Runge and Kutta that are so short that they have no error: of the same derivatives.
+/// Against Runge-Kutta steps of the same derivatives that are so short that they have no error.
 TEST(ShortestWave, ExponentialStepsHaveTheirOrder) {
   for (const std::string& equation : equations_of_short_waves) {
     for (const int cells : {15, 16}) {
@@ -48,7 +48,7 @@ TEST(ShortestWave, ExponentialStepsHaveTheirOrder) {
   }
 }
 
-/// Alone it stays: nothing but odd derivatives moves it.
+/// Alone it stays: only odd derivatives act on it.
 TEST(ShortestWave, IsNotDampedByOddDerivatives) {
   const std::string text =
       "model m { field u; dt(u) = dx(u) - 0.1*d(u, x, 3) }\n"
@@ -59,7 +59,7 @@ TEST(ShortestWave, IsNotDampedByOddDerivatives) {
   for (std::size_t i = 0; i < u.size(); ++i) EXPECT_NEAR(u[i], i % 2 == 0 ? 1 : -1, 1e-13) << i;
 }
 
-/// By each coefficient, of second order too.
+/// By each coefficient, also second derivatives.
 TEST(ShortestWave, DerivativesAreExact) {
   for (const std::string& equation : equations_of_short_waves) {
     for (const char* cells : {"7", "8"}) {
@@ -69,7 +69,7 @@ TEST(ShortestWave, DerivativesAreExact) {
   }
 }
 
-/// By all of them against differences of the loss: no product of odd derivatives is that of an even one.
+/// By all coefficients, against differences of the loss: no product of odd derivatives is treated as an even one.
 TEST(ShortestWave, GradientsAreThoseOfDifferences) {
   const std::string text =
       scene_of(equations_of_short_waves[2], 16) + "task g : s { unknown c; minimise mean(u^3) + mean(u^2) }\n";

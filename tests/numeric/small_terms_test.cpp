@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves whose smallest term decides what is found: k of div(c*grad(psi)) - k*psi, 1e-6 of what stands beside it in a
-// diagonal, makes the mean of psi, and weak advection, as small, bends it. All sides let nothing through, so that the
-// sums over all cells say the mean exactly: -mean(u)/k.
+// Solves determined by their smallest term: in div(c*grad(psi)) - k*psi the k, 1e-6 of the other terms in a diagonal,
+// determines the mean of psi; advection as weak as that changes its shape. No flux passes any side, so the sums over
+// all cells give the mean exactly: -mean(u)/k.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,11 +24,11 @@ using testing::task_gradient;
 struct Equation {
   const char* terms;
   bool has_walls = false;
-  bool is_symmetric = true, is_alike = true;  // in all cells
+  bool is_symmetric = true, is_alike = true;  // is_alike: equal in all cells
   bool makes_decisions = false;
 };
 
-/// On cells of length 1/1024, as on 1024^2 cells of a box of length 1.
+/// Cells of length 1/1024, as with 1024^2 cells in a box of length 1.
 std::string scene_of(const Equation& equation, const std::string& real) {
   const std::string sides = equation.has_walls ? "" : ", periodic";
   return std::string("model m { field u; field p; coefficient c; param k; param v = 0.5; solve 0 = ") + equation.terms +
@@ -73,7 +73,7 @@ TEST(SmallTerms, ATermWithoutDerivativesMakesTheMean) {
           const std::string what = std::string(equation.terms) + " " + real + " " + method + " " + std::to_string(k);
           const auto run = run_scene(scene_of(equation, real), "a", {{"solve", method}, {"k", std::to_string(k)}},
                                      driver::Backend::jit);
-          const double of_diagonal = 0x1p-52 * 0x1p22 / k;  // what f64 leaves of k in one
+          const double of_diagonal = 0x1p-52 * 0x1p22 / k;  // the accuracy of k within a diagonal in f64
           EXPECT_NEAR(mean_of(run.state.at("p")), -1 / k, ((is_single ? 2e-5 : 1e-8) + 4 * of_diagonal) / k) << what;
         }
       }
@@ -81,8 +81,8 @@ TEST(SmallTerms, ATermWithoutDerivativesMakesTheMean) {
   }
 }
 
-/// d mean(psi)/dk = mean(u)/k^2, by the adjoint of the solve. Of an operator that is not symmetric it is a transpose,
-/// and known in f64 alone.
+/// d mean(psi)/dk = mean(u)/k^2, by the adjoint of the solve. For an unsymmetric operator this is a transposed solve,
+/// available in f64 only.
 TEST(SmallTerms, TheirGradientsAreThoseOfTheMean) {
   for (const Equation& equation : equations) {
     for (const char* const real : {"f64", "f32"}) {
@@ -97,8 +97,8 @@ TEST(SmallTerms, TheirGradientsAreThoseOfTheMean) {
   }
 }
 
-/// In f32 a residual as large as the right side is no more than rounding of its rows, and says nothing: steps are of
-/// f64.
+/// In f32 a residual as large as the right-hand side may be the rounding of its rows and says nothing: iterations are
+/// in f64.
 TEST(SmallTerms, FewStepsAreNotTakenForRounding) {
   for (const char* const method : {"cg(1e-12, 1)", "multigrid(1e-12, 1)", "gmres(1e-12, 1)", "bicgstab(1e-12, 1)"}) {
     EXPECT_THROW(
@@ -108,9 +108,9 @@ TEST(SmallTerms, FewStepsAreNotTakenForRounding) {
   }
 }
 
-/// Advection whose part of an entry is 4e-6: along a row of 1024 cells of length 1/1024 it bends what is found by 4e-3.
-/// On a ring, psi'' + v*psi' - psi = -sin(2*pi*x)*(4*pi^2 + 1) + 2*pi*v*cos(2*pi*x) is sin(2*pi*x), with the numbers of
-/// differences in place of those of derivatives.
+/// Advection that changes matrix entries by 4e-6: over 1024 cells of length 1/1024 it changes the solution by 4e-3. On
+/// a ring, the solution of psi'' + v*psi' - psi = -sin(2*pi*x)*(4*pi^2 + 1) + 2*pi*v*cos(2*pi*x) is sin(2*pi*x), with
+/// eigenvalues of differences instead of derivatives.
 TEST(SmallTerms, WeakAdvectionIsNoRounding) {
   const double h = 1.0 / 1024, turn = 2 * std::numbers::pi, v = 0.0078125;
   const double second = (2 - 2 * std::cos(turn * h)) / (h * h), first = std::sin(turn * h) / h;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The two smoke scenes of the book "Physics-based Deep Learning" (overview-ns-forw.ipynb and diffphys-code-ns.ipynb):
-// its steps with an exact projection, in double precision, by independent code.
+// their steps with an exact projection, in double precision, from independent code.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST(Smoke, FirstGradientIsThatOfTheBook) {
   EXPECT_NEAR(losses, 298.28635, 1e-5);
 }
 
-/// Central differences along a smooth flow, of steps so short that the path of the loss has few kinks.
+/// Central differences along a smooth flow, with such short steps that the loss crosses few kinks.
 TEST(Smoke, GradientAgreesWithCentralDifferences) {
   const auto flow = [](double x, double y) {
     return std::pair{std::sin(0.3 * x) * std::cos(0.2 * y), std::cos(0.25 * x + 0.1 * y)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs with solves against closed forms: implicit steps of heat, far beyond the explicit limit, and a Poisson
-// equation. A wave sin(k x) of a grid is an eigenvector of the second difference, with -(2 - 2 cos(k h))/h^2.
+// Programs with solves against closed forms: implicit heat steps far beyond the explicit limit, and a Poisson equation.
+// A wave sin(k x) of a grid is an eigenvector of the second difference with eigenvalue -(2 - 2 cos(k h))/h^2.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ task of_ring : ring { unknown nu from 1; minimise mean(u^2) }
 task of_rod : rod { unknown nu from 1; minimise mean(u^2) }
 )";
 
-/// What 10 steps leave of a wave, and its derivative by nu.
+/// Amplitude of a wave after 10 steps, and its derivative by nu.
 struct Amplitude {
   double value, slope;
 };
@@ -67,7 +67,7 @@ TEST(ImplicitHeat, GradientByTheConductivityIsTheClosedForm) {
   }
 }
 
-/// lap(p) = f, J = mean(p^2)/2: dJ/df = p/lambda in the mean of the cells; p has mean 0 whatever the mean of f.
+/// lap(p) = f, J = mean(p^2)/2: dJ/df = p/lambda in the mean over the cells; p has mean 0 for any mean of f.
 const std::string poisson = R"(
 kernel laplacian(p: field halo 1, out image: field, hx, hy: param) {
   image = (p[-1, 0] - 2*p + p[+1, 0])/hx^2 + (p[0, -1] - 2*p + p[0, +1])/hy^2
@@ -105,7 +105,7 @@ TEST(PoissonEquation, AndItsGradientAreTheClosedForm) {
 
 // ---- equations of models -------------------------------------------------------------------------------------------
 
-/// psi is a multiple of omega, so that nothing is carried anywhere and omega decays by the grid's own eigenvalue.
+/// psi is a multiple of omega, so advection vanishes and omega decays by the grid's own eigenvalue.
 const std::string vortices = R"(
 model flow {
   field omega
@@ -140,8 +140,8 @@ TEST(Vorticity, TaylorGreenVorticesDecayByTheClosedForm) {
   EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, 0.02);
 }
 
-/// The mean kinetic energy is exp(-4*nu*t)/4 (psi*omega/2), its derivative by nu -4*t times that; on a grid with
-/// lambda in place of 2, where psi is omega/lambda.
+/// The mean kinetic energy is exp(-4*nu*t)/4 (psi*omega/2), its derivative by nu -4*t times that; on a grid with lambda
+/// instead of 2, where psi is omega/lambda.
 TEST(Vorticity, GradientOfTheEnergyByTheViscosityIsTheClosedForm) {
   const double h = 2 * std::numbers::pi / 16, lambda = 2 * (2 - 2 * std::cos(h)) / (h * h);
   const double energy = std::exp(-2 * 0.01 * lambda) / (2 * lambda);
@@ -151,8 +151,8 @@ TEST(Vorticity, GradientOfTheEnergyByTheViscosityIsTheClosedForm) {
 }
 
 /// u is p after one step of Euler: the solution between walls of all kinds, with values along them.
-/// A coefficient that the solve fills for itself is filled again behind it: found by a scene of two stages with a wall
-/// value, which the verifier refused.
+/// A coefficient with ghost cells filled for the solve is filled again after it. Found by a scene with two stages and a
+/// wall value, which the verifier refused.
 TEST(SolvedEquations, StagesFillCoefficientsAnew) {
   const std::string text = R"(
 model m { field u; coefficient k; solve div(k*grad(psi)) = u for psi; dt(u) = psi }
@@ -176,7 +176,7 @@ task t : sc { unknown k; minimise mean(u^2) + mean(psi^2) }
   EXPECT_GT(std::abs(direct[3]), 1e-6);
 }
 
-/// Coefficients that jump by 1e6 between long cells are more than cg does in 200 iterations.
+/// Coefficients that jump by 1e6 between elongated cells: cg does not converge in 200 iterations.
 TEST(SolvedEquations, OfJumpsFallBackOnFactors) {
   const std::string text = R"(
 model m { field u; coefficient k; solve div(k*grad(psi)) = -1 for psi; dt(u) = psi - u }
@@ -287,7 +287,8 @@ std::optional<analysis::ToleranceEffect> effect_by(const std::string& solve, con
   return analysis::effect_of_tolerance(source, testing::compiled(source, options), {});
 }
 
-/// What `dpde verify` says of a tolerance, against sparse factors; also of solves that begin with the last solution.
+/// The error of a tolerance as reported by `dpde verify`, against sparse factorisations; also for solves from the last
+/// solution.
 TEST(SolveTolerance, LeavesWhatVerifySays) {
   for (const char* guess : {"none", "last"}) {
     const std::vector<double> exact = gradient_by("direct", guess);
@@ -304,7 +305,7 @@ TEST(SolveTolerance, LeavesWhatVerifySays) {
   }
 }
 
-/// Near the least tolerance there is nothing to measure against.
+/// Near the smallest tolerance there is no reference for a measurement.
 TEST(SolveTolerance, IsEstimatedWhereItIsSmall) {
   const auto found = effect_by("cg(1e-12)", "none");
   ASSERT_TRUE(found);
@@ -321,7 +322,7 @@ TEST(SolveTolerance, IsRoundingWithFactors) {
   EXPECT_FALSE(found->is_by_steps);
 }
 
-/// The operator of one solve has another of its own, on the same grid: u = w + q/10 with 4*q - q[-1] - q[+1] = w.
+/// The operator of a solve contains another solve, on the same grid: u = w + q/10 with 4*q - q[-1] - q[+1] = w.
 TEST(NestedSolves, KeepTheirRightSides) {
   const std::string text =
       "kernel outer(w: field halo 1, q: field, out image: field) on 1 axes { image = w + 0.1*q }\n"

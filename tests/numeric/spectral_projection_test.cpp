@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 0 = div(u) gives p of a velocity at the centres, with dx = spectral: solved wave by wave.
+// 0 = div(u) gives p for a velocity at the centres, with dx = spectral: solved mode by mode.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,11 +45,11 @@ scene space : flow with waves {
 )" + task;
 }
 const std::string taylor_green = "(sin(x)*cos(y), -cos(x)*sin(y))";
-/// With waves of two cells along x, along y and along both, whose slopes are 0.
+/// With waves of two cells along x, along y and along both, which have zero slope.
 const std::string short_waves = "(sin(x + y) + sin(4*x) + sin(y), cos(x) + sin(4*y)*cos(x) + sin(4*x)*sin(4*y))";
 
-/// G. I. Taylor and A. E. Green 1937: u decays as exp(-2 nu t), p = rho/4*(cos(2x) + cos(2y))*exp(-4 nu t). The waves
-/// of the grid hold all of it, so that the error is that of time.
+/// G. I. Taylor and A. E. Green 1937: u decays as exp(-2 nu t), p = rho/4*(cos(2x) + cos(2y))*exp(-4 nu t). The grid's
+/// waves represent it exactly, so the whole error is in time.
 TEST(SpectralProjection, TaylorGreenVorticesHaveTheErrorOfTimeAlone) {
   const auto error = [](const char* step) {
     const auto run = run_scene(vortices("", taylor_green), "plane", {{"step", step}});
@@ -88,7 +88,7 @@ TEST(SpectralProjection, TakesTheDivergenceAwayOnAllGrids) {
   }
 }
 
-/// What is free of divergence is left as it is, waves of two cells too.
+/// A divergence-free field is unchanged, including waves of two cells.
 TEST(SpectralProjection, LeavesWhatIsFreeOfDivergence) {
   const std::string at_rest = R"(
 model rest { vector u; field p; dt(u) = -grad(p); 0 = div(u) gives p }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equations solved in the step by Fourier series: each wave of the right side is divided by the operator's symbol.
+// Equations solved in the step by Fourier series: each mode of the right-hand side is divided by the operator's symbol.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -10,8 +10,8 @@
 namespace dpde::testing {
 namespace {
 
-/// Taylor and Green's vortices, which no operator but the viscous one changes; and waves whose rate is what solves
-/// k*phi'' - r*phi = -q: exp(i m x) grows by 1/(k*m^2 + r). The one with m = 4 has two cells.
+/// Taylor-Green vortices, which only the viscous operator changes; and waves whose right-hand side solves k*phi'' -
+/// r*phi = -q: exp(i m x) grows at the rate 1/(k*m^2 + r). The one with m = 4 has two cells.
 const std::string solved = R"(
 model flow {
   field omega
@@ -66,7 +66,7 @@ TEST(SpectralSolve, BackEndsAgree) {
   }
 }
 
-/// Of all small grids too, and second ones.
+/// Also on all small grids, and second derivatives.
 TEST(SpectralSolve, HasExactDerivatives) {
   const std::string start = "task t : ", of_vortices = "minimise mean(psi^2) + mean(omega^4) }\n",
                     of_wave = "minimise mean(q^3) + mean(phi^2) }\n";
@@ -74,7 +74,7 @@ TEST(SpectralSolve, HasExactDerivatives) {
   expect_certified(solved + start + "wave { unknown k\nunknown r\nunknown initial q\n" + of_wave, true);
 }
 
-/// With differences of the same operator it is the same equation, solved by a matrix.
+/// With finite differences for the same operator it is the same equation, solved by a matrix.
 TEST(SpectralSolve, IsTheLimitOfSolvesByDifferences) {
   const std::string differences =
       "model m { field omega; solve lap(psi) - psi = -omega for psi; dt(omega) = psi }\n"

@@ -70,7 +70,7 @@ TEST(Phi, HasTheValuesOfItsIntegral) {
   const std::complex<double> half_turn = phi(1, {0, std::numbers::pi});  // (exp(i pi) - 1)/(i pi)
   EXPECT_NEAR(half_turn.real(), 0, 1e-15);
   EXPECT_NEAR(half_turn.imag(), 2 / std::numbers::pi, 1e-15);
-  for (const int number : {1, 2, 3, 4}) {  // Simpson's rule for the integral, on both sides of where series end
+  for (const int number : {1, 2, 3, 4}) {  // Simpson's rule for the integral, on both sides of the switch to the series
     for (const std::complex<double> z :
          {std::complex<double>{1.4, 0}, {1.6, 0}, {-2.4, 1}, {-2.7, 1}, {-20, 3}, {0, 9}}) {
       constexpr int intervals = 20000;
@@ -88,7 +88,7 @@ TEST(Phi, HasTheValuesOfItsIntegral) {
   }
 }
 
-/// The error falls faster than any power until rounding is left (numerics.md, section 17).
+/// The error decreases faster than any power down to rounding (numerics.md, section 17).
 TEST(Spectral, ErrorsFallFasterThanAnyPower) {
   for (const std::string scene : {"line", "flux"}) {
     std::vector<double> errors;
@@ -100,7 +100,7 @@ TEST(Spectral, ErrorsFallFasterThanAnyPower) {
   }
 }
 
-/// Waves that the grid holds are exact, mixed derivatives and fourth ones too; on odd numbers of cells as well.
+/// Waves of the grid are exact, also mixed and fourth derivatives, and on odd numbers of cells.
 TEST(Spectral, IsExactForWavesOfTheGrid) {
   EXPECT_LT(run_scene(two_axes, "plane").l2.at("u"), 1e-10);
   EXPECT_LT(run_scene(two_axes, "block").l2.at("u"), 1e-10);
@@ -143,7 +143,7 @@ TEST(Exponential, IsExactForLinearEquations) {
     EXPECT_LT(run_scene(two_axes, "plane", {{"time", time}, {"step", "0.5"}}).l2.at("u"), 1e-13) << time;
 }
 
-/// Linear parts without derivatives, and none at all: there is no axis to transform along.
+/// Linear parts without derivatives, or empty ones: no axis is transformed.
 TEST(Exponential, TakesReactionsCellByCell) {
   const std::string grids[] = {"grid x = 0 .. 2, cells 9, periodic",
                                "grid x = 0 .. 2, cells 5, periodic; grid y = 0 .. 1, cells 4, periodic",
@@ -159,7 +159,7 @@ TEST(Exponential, TakesReactionsCellByCell) {
         const Overrides scheme{{"time", time}};
         const std::vector<double> wanted = run_scene(text, "s", scheme, driver::Backend::interpreter).state.at("u");
         for (const driver::Backend backend : {driver::Backend::jit, driver::Backend::cpp}) {
-          if (backend == driver::Backend::cpp && !testing::is_thorough()) continue;  // a C++ compiler for each
+          if (backend == driver::Backend::cpp && !testing::is_thorough()) continue;  // each run calls a C++ compiler
           const testing::SceneResult found = run_scene(text, "s", scheme, backend);
           for (std::size_t i = 0; i < wanted.size(); ++i)
             EXPECT_NEAR(found.state.at("u")[i], wanted[i], 1e-13) << text << time;
@@ -171,7 +171,7 @@ TEST(Exponential, TakesReactionsCellByCell) {
   }
 }
 
-/// The equation keeps what is odd about x = 8 pi odd: u(8 pi + y) = -u(8 pi - y). Rounding grows with the flow.
+/// The equation preserves oddness about x = 8 pi: u(8 pi + y) = -u(8 pi - y). Rounding grows with the flow.
 TEST(Exponential, KeepsTheSymmetriesOfKuramotoAndSivashinsky) {
   const std::string ks = R"(
 model ks { field u; dt(u) = -0.5*dx(u^2) - lap(u) - lap(lap(u)) }
@@ -193,7 +193,7 @@ scene line : ks with waves {
   EXPECT_LT(asymmetry, 1e-9);
 }
 
-/// The cut states hold no waves of three cells or fewer.
+/// The filtered states have no waves of three cells or shorter.
 TEST(Dealias, CutsStates) {
   for (const std::string time : {"euler", "rk4", "ssp_rk3", "etdrk4"}) {
     const std::vector<double> u =

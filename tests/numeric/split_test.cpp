@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps in parts: their orders against closed forms, what each part reads, certified derivatives.
+// Split steps: orders against closed forms, inputs of each substep, certified derivatives.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace dpde::testing {
 namespace {
 
-/// u = exp(-t)*(2 + cos(x)), with a source that makes it so.
+/// u = exp(-t)*(2 + cos(x)), with the source that makes it a solution.
 std::string reacting_in_parts(const std::string& split, const std::string& time) {
   return fmt::format(R"(
 model one {{ field u; param k; dt(u) = k*lap(u) - u^2 + exp(-t)*((k - 1)*cos(x) - 2) + exp(-2*t)*(2 + cos(x))^2 }}
@@ -44,7 +44,7 @@ TEST(Split, ReactionAndDiffusionAreOfOrderOneAndTwo) {
   }
 }
 
-/// A wave that a wind carries, which fades and spreads, in a wind that depends on t.
+/// A wave advected by a wind that depends on t, with decay and diffusion.
 const std::string carried = R"(
 model m {
   field u
@@ -84,7 +84,7 @@ TEST(Split, TransportDiffusionAndSourcesAreOfOrderTwo) {
   }
 }
 
-/// What fades differently here and there: along x = t + c its rate adds up to t + sin(x) - sin(x - t).
+/// Decay that varies in space: along x = t + c its rate adds up to t + sin(x) - sin(x - t).
 const std::string fading = R"(
 model m {
   field u

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Largest stable steps, against limits that a scan of amplification factors gave (numerics.md, 1.1 and 1.2): just below
-// them nothing grows, just above something does. Combinations without a limit grow at the rate of their amplification
-// factor.
+// Largest stable steps, against limits from a scan of amplification factors (numerics.md, 1.1 and 1.2): slightly below
+// them nothing grows, slightly above something does. Combinations without a stable step grow at the rate of their
+// amplification factor.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ double largest(const std::vector<double>& values) {
   return result;
 }
 
-/// Largest |u| after so many steps over that at the start.
+/// Largest |u| after this number of steps relative to the start.
 double growth(const std::string& text, double step, int steps) {
   const auto at = [&](int n) {
     const auto state =
@@ -44,12 +44,13 @@ double growth(const std::string& text, double step, int steps) {
 struct Limit {
   std::string space, time;
   double courant;         // or diffusion number
-  double above = margin;  // how far above growth is seen: upwind(3) with rk2 grows by only 6e-6 a step at 1 per cent
+  double above = margin;  // margin above the limit at which growth is visible: upwind(3) with rk2 grows by only 6e-6 a
+                          // step at 1 per cent
 };
 
 std::ostream& operator<<(std::ostream& out, const Limit& limit) { return out << limit.space << " " << limit.time; }
 
-/// `unit` is the step of number 1; `key` the scheme's row for the space.
+/// `unit` is the step of Courant number 1; `key` the scheme's line for space.
 void expect_limit(const Limit& limit, const std::string& rate, const std::string& key, double unit) {
   const std::string text = line(rate, key + " = " + limit.space + "; time = " + limit.time, noise);
   const double step = limit.courant * unit;
@@ -83,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Numeric, DiffusionLimit,
                                            Limit{"central(4)", "rk2", 0.375}, Limit{"central(4)", "ssp_rk3", 0.47114},
                                            Limit{"central(4)", "rk4", 0.52224}, Limit{"central(4)", "ab2", 0.1875}));
 
-/// A mode of phase angle pi/2 and its growth a step where no step is stable.
+/// A mode of phase angle pi/2 and its growth per step in cases without a stable step.
 TEST(NoLimit, ModesGrowAsTheirAmplificationFactorSays) {
   const std::string mode = "sin(2*pi*50*x)";
   const auto factor = [&](const std::string& scheme, double courant, int steps) {

@@ -112,7 +112,7 @@ TEST(Staggered, PeriodicGravityWavesAreOfTheOrderOfTheScheme) {
   }
 }
 
-/// Every stage of a step has the walls of its own time, at the high wall in the stored value itself.
+/// Every stage of a step uses the walls at its own time; at the high wall this is the stored value itself.
 TEST(Staggered, WallsMayMove) {
   for (const char* time : {"euler", "rk2", "rk4", "ssp_rk3", "ab2"}) {
     const Overrides set{{"time", time}, {"step", "1/32768"}};
@@ -137,8 +137,8 @@ TEST(Staggered, BackEndsAgree) {
   }
 }
 
-/// x^2 - y^2 is a steady state of the five-point Laplacian, at nodes as anywhere: values that vary along walls on which
-/// the nodes themselves lie are right to rounding.
+/// x^2 - y^2 is a steady state of the five-point Laplacian, also at nodes: values that vary along walls on which nodes
+/// lie are exact up to rounding.
 TEST(Staggered, NodesLieOnTheWalls) {
   const std::string text = R"(
 model m { field w on nodes; dt(w) = lap(w) }
@@ -164,7 +164,7 @@ scene decay : m with s {
   EXPECT_NEAR(order(text, "decay", "w", 8), 2, 0.05);
 }
 
-/// Products of what lies at different places, each interpolated; advection carries staggered velocities by themselves.
+/// Products of fields at different placements, each interpolated; advection of staggered velocities by themselves.
 TEST(Staggered, NonlinearTermsAreOfTheOrderOfTheScheme) {
   // Manufactured in one dimension: u = 2 + sin(x - t), c = cos(x - t), with the terms that make these a solution.
   const std::string manufactured = R"(
@@ -261,7 +261,7 @@ TEST(Staggered, DamBreakHasStokersMiddleState) {
   EXPECT_NEAR(end.at("m")[cell] / end.at("h")[cell], 0.416920631, 5e-4);
 }
 
-/// f*v = g*deta/dx holds in the limit: what is not balanced is of order 2.
+/// f*v = g*deta/dx holds in the limit: the imbalance is of order 2.
 TEST(Staggered, GeostrophicBalanceHolds) {
   EXPECT_NEAR(order(shallow_water, "jet", "eta", 16), 2, 0.1);
   EXPECT_NEAR(order(shallow_water, "jet", "u.y", 16), 2, 0.1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions other than values at walls on which the points of a field lie: orders against exact solutions, on uniform
-// and stretched axes, waves and water that leave, the same bits from all back ends, certified derivatives.
+// Conditions other than values at walls on which points of a field lie: orders against exact solutions, on uniform and
+// stretched axes, outgoing waves and water, bit-identical back ends, certified derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,7 +42,7 @@ TEST(StaggeredWall, ConditionsThatVaryInTimeAreOfOrderTwo) {
   }
 }
 
-/// The value on the high wall that a run ends with belongs to the values beside it: 3w - 4u + v = 2h*g.
+/// The final value on the high wall fits the values next to it: 3w - 4u + v = 2h*g.
 TEST(StaggeredWall, StatesHoldTheValueOnTheWall) {
   for (const char* time : {"euler", "rk4", "ab2"}) {
     const auto u =
@@ -51,7 +51,8 @@ TEST(StaggeredWall, StatesHoldTheValueOnTheWall) {
   }
 }
 
-/// What an error says of a level that nothing reads: eta is L(t) on the wall where the slope of u is L'(t)/c, outwards.
+/// The suggestion of an error message about an unused level: eta is L(t) on the wall if the slope of u is L'(t)/c,
+/// outward.
 TEST(StaggeredWall, ATideIsASlopeOfTheVelocity) {
   const std::string text = R"(
 model tide { field u on faces.x; field eta; param c; dt(eta) = -c*dx(u); dt(u) = -dx(eta)/c }
@@ -79,8 +80,8 @@ scene high : tide {
   for (const char* scene : {"low", "high"}) EXPECT_NEAR(order(text, scene, "eta", 16), 2, 0.1) << scene;
 }
 
-/// A wave between two open ends, where the surface is kept and the velocity has no slope, and one on a membrane whose
-/// nodes lie on its free rim.
+/// A wave between two open ends, where the surface is fixed and the velocity has zero slope, and one on a membrane
+/// whose nodes lie on its free rim.
 const std::string staggered_waves = R"(
 model gravity_wave {
   vector u on faces
@@ -113,15 +114,14 @@ scene rim : membrane with s {
 
 TEST(StaggeredWall, WavesBetweenOpenEndsAreOfOrderTwo) {
   for (const char* field : {"u.x", "eta"})
-    EXPECT_NEAR(order(staggered_waves, "open", field, 256), 2, 0.15)
-        << field;  // on coarser grids their third order shows
+    EXPECT_NEAR(order(staggered_waves, "open", field, 256), 2, 0.15) << field;  // coarser grids show their third order
   EXPECT_NEAR(order(staggered_waves, "rim", "w", 64), 2, 0.2);
   EXPECT_NEAR(order(staggered_waves, "rim", "w", 64, {{"time", "verlet"}}), 2, 0.2);
   for (const auto& [field, error] : run_scene(staggered_waves, "open", {{"end", "20"}, {"step", "1/64"}}).l2)
     EXPECT_LT(error, 0.2) << field;  // no growth
 }
 
-/// Water that runs out with a current faster than staggered_waves: nothing comes back.
+/// Outflow with a current faster than the waves: no reflection.
 TEST(StaggeredWall, WaterLeaves) {
   const std::string text = R"(
 model shallow_water {
@@ -177,7 +177,7 @@ std::string plate_scene(const std::string& x, const std::string& y, const std::s
 }
 
 TEST(StaggeredWall, DerivativesAreCertified) {
-  for (const std::string x : {"1", "2", "3", "5"}) {  // each certificate tries many small grids beside
+  for (const std::string x : {"1", "2", "3", "5"}) {  // each certificate also covers many small grids
     const std::string y = x == "1" ? "3, periodic" : x == "2" ? "1" : x == "3" ? "2" : "4";
     SCOPED_TRACE(x + " x " + y);
     expect_certified(plate_scene(x, y, "time = rk2"), x == "2" || x == "3");
@@ -204,7 +204,7 @@ TEST(StaggeredWall, BackEndsAgree) {
   }
 }
 
-/// The slope that water had at an open end, from what it became.
+/// Estimates the slope of the water at an open end from the later state.
 TEST(StaggeredWall, AnUnknownSlopeHasTheGradientOfDifferences) {
   const auto text = [](double g) {
     return "model m { field u on faces.x; param g; dt(u) = lap(u) }\nscheme c { time = rk4 }\nscene s : m with c {\n  "

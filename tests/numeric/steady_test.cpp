@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs until steady: where they end, and the gradient of the steady state by the implicit function theorem, against
-// closed forms, the gradient through all steps, central differences and tangents.
+// Runs until steady: their end, and the gradient of the steady state by the implicit function theorem, against closed
+// forms, the gradient through all steps, central differences and tangents.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace dpde::testing {
 namespace {
 
-/// k*u'' = -f between walls that are 0: u = f*x*(1 - x)/(2*k), but for the error of the walls, which is f*h^2/(8*k).
+/// k*u'' = -f between walls of value 0: u = f*x*(1 - x)/(2*k), up to the error of the walls, f*h^2/(8*k).
 std::string rod(int cells, const std::string& scheme, const std::string& time) {
   return fmt::format(R"(
 model rod {{ field u; coefficient f; param k; dt(u) = k*lap(u) + f }}
@@ -50,7 +50,7 @@ TEST(Steady, EndsAtTheClosedFormWithItsGradient) {
         first += exact / cells;
         second += exact * exact / cells;
       }
-      // u is f/k times a field that knows neither
+      // u is f/k times a field independent of both
       const TaskResult found = task_gradient(text, "t");
       const double by_size = first + 2 * second;
       EXPECT_NEAR(found.gradient.at("k").front(), -by_size / 0.5, 1e-10) << way.scheme << " " << cells;
@@ -61,7 +61,7 @@ TEST(Steady, EndsAtTheClosedFormWithItsGradient) {
   }
 }
 
-/// A reaction, walls with a parameter, advection by itself.
+/// A reaction, walls with a parameter, self-advection.
 std::string front(const std::string& grid, const std::string& scheme, const std::string& until, int unknowns = 3,
                   const char* velocity = "0.3") {
   return fmt::format(R"(
@@ -115,7 +115,7 @@ TEST(Steady, IsCertifiedOnTinyGrids) {
   EXPECT_TRUE(plane->passed());
 }
 
-/// The constraint is true behind each step, and p is a state that no step reads.
+/// The constraint holds after each step, and p is a state that no step reads.
 std::string cavity(const std::string& scheme, const std::string& until) {
   return fmt::format(R"(
 model convection {{
@@ -181,7 +181,7 @@ TEST(Steady, SaysThatItIsNot) {
   EXPECT_NE(said.find("after 400 steps (t = 1) the state is not steady: it changes by"), std::string::npos) << said;
 }
 
-/// Where nothing leaves, the heat at the end is that at the start, of which the gradient would know nothing.
+/// In a closed box the final heat is the initial heat, which the gradient of the steady state would miss.
 TEST(Steady, RefusesWhatDependsOnTheStart) {
   const std::string said = error_of_task(R"(
 model rod { field u; param k, s; dt(u) = k*lap(u) + s*x }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embedded pairs: their orders, errors against tolerances, which parts are made, refused and recorded, gradients.
+// Embedded pairs: orders, errors against tolerances, accepted, rejected and recorded substeps, gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace dpde::testing {
 namespace {
 
-/// u(t) = exp(sin(t)), and v(t) = sin(t) by an oscillator.
+/// u(t) = exp(sin(t)), and v(t) = sin(t) from an oscillator.
 std::string oscillator(const std::string& time, const std::string& rest = "") {
   return R"(
 model m { field u, v, w; dt(u) = w*u; dt(v) = w; dt(w) = -v }
@@ -37,7 +37,7 @@ struct Made {
   double error = 0;
 };
 
-/// A run of the scene s of the text.
+/// A run of scene s of the text.
 Made make(const std::string& text, const Overrides& set = {}, driver::Backend backend = driver::Backend::jit,
           int threads = 1) {
   OpenWith with{.overrides = set, .backend = backend};
@@ -76,7 +76,7 @@ TEST(StepControl, ThePairsHaveTheirOrders) {
   }
 }
 
-/// The error at the end is 0.5 to 60 times the tolerance over six decades; from 1e-5 on parts grow as
+/// The error at the end is 0.5 to 60 times the tolerance over six decades; from 1e-5 on substeps grow as
 /// tolerance^(-1/order).
 TEST(StepControl, TheErrorFollowsTheTolerance) {
   for (const Pair& pair : pairs) {
@@ -109,7 +109,7 @@ scene s : m with c {
   time 0 .. 1, step 1/2, tolerance 1e-4
 }
 )";
-  for (const char* time : {"bs32", "ars443"}) {  // the second solves for the diffusion alone
+  for (const char* time : {"bs32", "ars443"}) {  // the second is implicit in diffusion only
     const double coarse = make(text, {{"time", time}}).error,
                  fine = make(text, {{"time", time}, {"tolerance", "1e-7"}}).error;
     EXPECT_LT(coarse, 3e-4) << time;
@@ -118,9 +118,9 @@ scene s : m with c {
   }
 }
 
-/// u = cos(t) + exp(-stiff*t) (Prothero and Robinson 1974): once the second term is gone, parts are about as long as
-/// the first allows, however stiff it is (order reduction takes a factor of three). The estimate is damped as the
-/// result.
+/// u = cos(t) + exp(-stiff*t) (Prothero and Robinson 1974): after the second term has decayed, substeps are about as
+/// long as the first term allows, however stiff the equation (order reduction costs a factor of three). The error
+/// estimate is damped like the result.
 TEST(StepControl, WhatIsStiffDoesNotLimitPartsThatSolveForIt) {
   const std::string text = R"(
 model m { field u; param stiff; dt(u) = -stiff*(u - cos(t)) - sin(t) }
@@ -154,7 +154,7 @@ TEST(StepControl, WhatIsTooLongIsMadeAgainShorter) {
   EXPECT_GT(error, 1e-6);
 }
 
-/// du/dt = u^2 is infinite at t = 2; another one is not finite from the start; a jump needs short parts, once.
+/// du/dt = u^2 becomes infinite at t = 2; another case is not finite from the start; a jump needs short substeps once.
 TEST(StepControl, EndsWithAMessageWhereNoPartIsShortEnough) {
   const auto text = [](const char* rate, const char* end) {
     return std::string("model m { field u; dt(u) = ") + rate +
@@ -188,8 +188,8 @@ scene s : m with c {
   EXPECT_NEAR(end("after step: u += 1"), 10, 1e-12);
 }
 
-/// Behind parts, of which a tolerance makes more or fewer and longer or shorter ones, an event would give other results
-/// and the gradient would lack what their lengths do: here as much as a third of it.
+/// If an event acted after substeps, whose number and length follow the tolerance, results would depend on the
+/// tolerance, and the gradient would lack the effect of their lengths: here up to a third of it.
 TEST(StepControl, WhatComesBehindStepsIsNoMatterOfTheTolerance) {
   for (std::size_t count = 0; const char* time : {"bs32", "dopri5", "ars443"}) {
     for (const char* event :
@@ -263,7 +263,7 @@ task t : s {
 )";
 }
 
-/// One of three substances is fast; a mask holds them in a part of the plane.
+/// One of three substances is fast; a mask fixes them in a part of the plane.
 std::string reacting_with_tolerance(const char* time) {
   return std::string("scheme c { implicit = all; time = ") + time + R"( }
 model m {
@@ -331,7 +331,7 @@ TEST(StepControl, DerivativesAreCertified) {
   }
 }
 
-/// Bit-identical for any number of checkpoints and threads, though parts are made again.
+/// Bit-identical for any number of checkpoints and threads, though substeps are recomputed.
 TEST(StepControl, CheckpointsAndThreadsChangeNothing) {
   for (const char* time : {"bs32", "ars443"}) {
     std::vector<double> first;
@@ -351,7 +351,7 @@ TEST(StepControl, CheckpointsAndThreadsChangeNothing) {
   }
 }
 
-/// A run that is broken off and goes on ends with the same bits; steps by hand are those of a run.
+/// An interrupted and continued run ends bit-identically; single steps equal those of a run.
 TEST(StepControl, GoesOnWhereItWas) {
   const OpenedScene opened(oscillator("0 .. 8, step 1/2, tolerance 1e-7"), "s");
   const auto& session = opened.session;

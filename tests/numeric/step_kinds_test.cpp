@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients of steps of each kind with what else may stand in a scene, beside secants of runs that choose their parts
-// anew. Certificates keep the parts of the run that they look at, and would not see what hangs on these.
+// Gradients of steps of each kind combined with other features of a scene, against secants of runs that choose their
+// substeps anew. Certificates keep the substeps of one run and would miss dependence on them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ constexpr Kind step_kinds[] = {{"equal steps", "time = rk4", "step 1/32"},
                                {"bs32 under a tolerance", "time = bs32", "step 1/8, tolerance 1e-9"},
                                {"ars443 under a tolerance", "time = ars443", "step 1/8, tolerance 1e-8"}};
 
-/// What a model and a scene have besides.
+/// Additional lines of a model and a scene.
 struct Feature {
   const char *name, *declaration, *rate, *item, *held;
 };
@@ -64,7 +64,7 @@ TEST(StepKinds, GradientsAreThoseOfRunsThatChooseTheirParts) {
     for (const Feature& feature : step_features) {
       for (const char* loss : step_losses) {
         if (!is_tried(count++, 37)) continue;
-        // Values that a mask holds at other fields' are refused there (E0555).
+        // There, mask values that depend on other fields are refused (E0555).
         if (std::string(kind.scheme).find("ars443") != std::string::npos && feature.held[0] != 0) continue;
         constexpr double k = 0.7, h = 1e-3;
         const auto secant = [&](double width) {
@@ -72,7 +72,7 @@ TEST(StepKinds, GradientsAreThoseOfRunsThatChooseTheirParts) {
                   task_loss(scene_of(kind, feature, loss, k - width), "t")) /
                  (2 * width);
         };
-        const double slope = (4 * secant(h / 2) - secant(h)) / 3;  // what is left out falls as h^4
+        const double slope = (4 * secant(h / 2) - secant(h)) / 3;  // the omitted terms fall as h^4
         const double found = task_gradient(scene_of(kind, feature, loss, k), "t").gradient.at("k").front();
         EXPECT_NEAR(found, slope, 2e-5 * std::max(std::abs(slope), 0.01))
             << kind.name << ", " << feature.name << ", " << loss;

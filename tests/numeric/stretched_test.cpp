@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stretched axes: the order of every scheme against exact solutions, what is conserved and what a mean is, the gain
-// near walls, and gradients of quadratic losses against their differences, which are exact up to rounding for any
-// displacement.
+// Stretched axes: orders of every scheme against exact solutions, conservation and means, the gain near walls, and
+// gradients of quadratic losses against differences, which are exact up to rounding for any displacement.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +38,7 @@ double order_by_refinement(const std::string& text, int cells, const Overrides& 
   return std::log2(coarse / fine);
 }
 
-/// Values, given derivatives and mixed conditions that vary in time, at walls where the cells are narrow and wide.
+/// Values, given derivatives and mixed conditions that vary in time, at walls with narrow and wide cells.
 TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
   const std::string heat = "model heat { field u; param kappa; dt(u) = kappa*lap(u) }\n" + central_with_rk4 +
                            "scene s : heat with s {\n  grid x = 0 .. 1, cells 8" + to_the_low_wall +
@@ -58,7 +57,7 @@ TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
   }
 }
 
-/// A manufactured solution of div(kappa*grad(u)), kappa a coefficient that varies, in two dimensions: one axis of each
+/// A manufactured solution of div(kappa*grad(u)) with a variable coefficient kappa, in two dimensions: one axis of each
 /// kind.
 TEST(Stretched, DiffusionOfVaryingStrengthIsOfOrderTwo) {
   const std::string text = R"(
@@ -117,7 +116,7 @@ TEST(Stretched, HigherOrdersHoldOnPeriodicAxes) {
   EXPECT_NEAR(order_by_refinement(text, 32, {{"dx", "central(6)"}}), 6, 0.3);
 }
 
-/// The third derivative is one of a second; between walls too.
+/// The third derivative is the first of a second derivative; also between walls.
 TEST(Stretched, DerivativesOfHighOrderAreNested) {
   const std::string third = "model m { field u; dt(u) = -d(u, x, 3) }\n" + central_with_rk4 +
                             "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(
@@ -129,12 +128,12 @@ TEST(Stretched, DerivativesOfHighOrderAreNested) {
   EXPECT_NEAR(order_by_refinement(third, 32), 2, 0.1);
 }
 
-/// The speeds of upwinding and of a Courant number are those in the place, not in the uniform coordinate.
+/// The speeds of upwinding and of a Courant number are physical, not in the uniform coordinate.
 TEST(Stretched, CourantStepsLookAtTheNarrowestCell) {
   std::string text = ring;
   text.replace(text.find("step 1/1024"), 11, "step 1, courant 0.5");
   EXPECT_NEAR(order_by_refinement(text, 64), 2, 0.1);
-  // a step of 1 with as many parts as 0.5 of the narrowest cell wants: 1/(0.5*h*0.6), h the width in the uniform
+  // a step of 1 with the number of substeps for 0.5 of the narrowest cell: 1/(0.5*h*0.6), h the width in the uniform
   // coordinate
   Overrides parts{{"cells", "64"}};
   const double with_parts = run_scene(text, "s", parts).l2.at("u");
@@ -164,7 +163,7 @@ TEST(Stretched, WhatFlowsInFluxFormIsConserved) {
   const double before = task_loss(stretched_basin, "before"), after = task_loss(stretched_basin, "total");
   EXPECT_NEAR(after, before, 1e-13 * before);
   EXPECT_GT(std::abs(before - 1), 1e-2);
-  // and with it the gradient of the total at the end by each cell at the start: the volume of the cell
+  // the gradient of the final total by each initial cell value is the cell volume
   const auto volumes = task_gradient(stretched_basin, "all").gradient.at("u"),
              kept = task_gradient(stretched_basin, "total").gradient.at("u");
   for (std::size_t i = 0; i < volumes.size(); ++i) EXPECT_NEAR(kept[i], volumes[i], 1e-13) << i;
@@ -175,7 +174,7 @@ TEST(Stretched, MeansWeighCellsByTheirVolume) {
   EXPECT_NEAR(task_loss(stretched_basin, "all"), 1, 4e-16);
   for (const char* cells : {"1", "2", "3", "7"})
     EXPECT_NEAR(task_loss(stretched_basin, "one", {{"cells", cells}}), 1, 4e-16) << cells;
-  // integral(x^2) is 1/3 to the order of the rule of midpoints
+  // integral(x^2) is 1/3 to the order of the midpoint rule
   std::string text = stretched_basin;
   text.replace(text.find("from 1; minimise integral(u)"), 28, "from x^2; minimise integral(u)");
   const double coarse = task_loss(text, "all", {{"cells", "16"}}) - 1.0 / 3,
@@ -184,7 +183,7 @@ TEST(Stretched, MeansWeighCellsByTheirVolume) {
   EXPECT_LT(std::abs(fine), 1e-3);
 }
 
-/// In equations, and along one axis, too: x relaxes to its mean, what does not vary along x stays as it is.
+/// Also in equations and along one axis: x relaxes to its mean, a field uniform in x stays as it is.
 TEST(Stretched, ReductionsInEquationsWeighCells) {
   const auto text = [](const std::string& initial, const std::string& exact) {
     return "model m { field u; dt(u) = 0.5*(mean(u, x) + integral(u, x)) - u }\n" + central_with_rk4 +
@@ -196,8 +195,8 @@ TEST(Stretched, ReductionsInEquationsWeighCells) {
   EXPECT_NEAR(order_by_refinement(text("x", "0.5 + (x - 0.5)*exp(-t)"), 16), 2, 0.1);
 }
 
-/// A flux that is given passes a wall as it is, whatever the cells are: the total grows by kappa*g in unit time, in the
-/// measure in which the length of the axis is right.
+/// A prescribed flux passes a wall unchanged, whatever the cells: the total grows by kappa*g in unit time, in the
+/// measure with the exact length of the axis.
 TEST(Stretched, GivenFluxesPassWallsExactly) {
   const std::string text =
       "model m { field u; dt(u) = 0.5*lap(u) }\n" + central_with_rk4 +
@@ -210,7 +209,7 @@ TEST(Stretched, GivenFluxesPassWallsExactly) {
   EXPECT_NEAR(task_loss(text, "total"), 1 + 0.5 * 0.5 * (0.3 - 0.1) / length, 1e-13);
 }
 
-/// Flow against a wall, steady: (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps)).
+/// Steady flow towards a wall: (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps)).
 TEST(Stretched, BoundaryLayersGainFromNarrowCells) {
   const auto text = [](const std::string& grid) {
     return "model m { field u; param eps; dt(u) = eps*lap(u) - dx(u) }\n" + central_with_rk4 +
@@ -229,7 +228,7 @@ TEST(Stretched, BoundaryLayersGainFromNarrowCells) {
   EXPECT_GT(uniform / stretched, 4) << uniform << " " << stretched;
 }
 
-/// A loss that is quadratic in the unknown A, and in a cell of the field: (L(A+1) - L(A-1))/2 is its derivative.
+/// A loss quadratic in the unknown A, and in a cell of the field: (L(A+1) - L(A-1))/2 is its derivative.
 TEST(Stretched, GradientsAreExact) {
   const auto text = [](const std::string& value, const std::string& cells, const std::string& schemes,
                        const std::string& sides) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equations that make several steps within each, against closed forms, and against the same steps written another way.
+// Equations with several substeps per step, against closed forms, and against the same steps written differently.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,8 @@
 namespace dpde::testing {
 namespace {
 
-/// a' = a cos t is e^sin(t), and so is b' = 8 (a - b) + a cos t. `back` lets b act on a without changing the solution.
+/// a' = a cos t has the solution e^sin(t), and so has b' = 8 (a - b) + a cos t. `back`: b acts on a without changing
+/// the solution.
 double error_of_coupled(const std::string& scheme, int steps, int parts, double back = 0) {
   const std::string text = fmt::format(
       "model m {{\n  field a, b\n  dt(a) = a*cos(t) + {}*(b - a)\n  dt(b) = 8*(a - b) + a*cos(t)\n}}\nscheme c {{ time "
@@ -45,7 +46,7 @@ std::string diffusion(const std::string& more) {
          more + "\n}\n";
 }
 
-/// Nothing else moves: parts of steps are shorter steps.
+/// If all equations have substeps, these are shorter steps.
 TEST(Subcycle, OfAllIsAShorterStep) {
   for (const std::string scheme : {"euler", "rk2", "ssp_rk3", "rk4"}) {
     const std::string c = "scheme c { time = " + scheme + " }\n";
@@ -57,7 +58,7 @@ TEST(Subcycle, OfAllIsAShorterStep) {
   }
 }
 
-/// The limit of Euler's method is D dt/h^2 = 1/2; with 3 parts a step of 1.2 is three of 0.4.
+/// The limit of Euler's method is D dt/h^2 = 1/2; with 3 substeps a step of 1.2 is three of 0.4.
 TEST(Subcycle, MakesAStiffEquationStable) {
   const auto largest = [](int parts) {
     const SceneResult result =
@@ -76,7 +77,7 @@ TEST(Subcycle, MakesAStiffEquationStable) {
   EXPECT_LT(largest(3), 0.1);
 }
 
-/// Three speeds, walls that move, an equation of second order: a wave that carries two tracers.
+/// Three speeds, moving walls, an equation of second order: a wave that advects two tracers.
 TEST(Subcycle, DerivativesAreCertified) {
   const auto text = [](const std::string& cells, const std::string& scheme) {
     return "model wave { field p; dt(dt(p)) = lap(p) - 0.1*dt(p) }\n"
@@ -116,7 +117,7 @@ TEST(Subcycle, SecondDerivativesAreCertified) {
       true);
 }
 
-/// Velocities on faces, walls, and what they carry in shorter steps.
+/// Velocities on faces, walls, and tracers with shorter steps.
 TEST(Subcycle, OfWhatStaggeredVelocitiesCarry) {
   expect_certified(
       "model water { vector u on faces; field eta; dt(u) = -grad(eta); dt(eta) = -div(interpolate(1 + eta)*u) }\n"
@@ -130,7 +131,7 @@ TEST(Subcycle, OfWhatStaggeredVelocitiesCarry) {
       false);
 }
 
-/// The slow one reads the halo of the fast one, which its parts fill by their own times.
+/// The slow equation reads ghost cells of the fast one, which its substeps fill at their own times.
 TEST(Subcycle, DerivativesWhereTheSlowReadsWallsOfTheFast) {
   for (const std::string scheme : {"euler", "rk4"}) {
     for (const std::string cells : {"1", "2", "7"}) {
@@ -149,7 +150,7 @@ TEST(Subcycle, DerivativesWhereTheSlowReadsWallsOfTheFast) {
   }
 }
 
-/// Values of the slow one on a wall that moves are those of the end of the step, not of a part.
+/// Values of the slow field on a moving wall are those of the end of the step, not of a substep.
 TEST(Subcycle, LeavesTheValuesOnWallsToTheSlow) {
   for (const std::string wall : {"A*t", "linear", "gradient(A*t)"}) {
     for (const int parts : {1, 2, 3}) {

@@ -37,8 +37,8 @@ TEST(Tensors, StressesAreOfOrderTwo) {
   }
 }
 
-/// A wave of pressure along the diagonal of a cube of elastic matter: velocities on faces, stresses at centres and on
-/// edges (Virieux 1986).
+/// A pressure wave along the diagonal of an elastic cube: velocities on faces, stresses at centres and on edges
+/// (Virieux 1986).
 const std::string elastic = R"(
 model elastic {
   vector v on faces
@@ -93,7 +93,7 @@ TEST(Tensors, ElasticWavesOnEdgesAreOfOrderTwo) {
   for (const char* field : {"v.x", "v.z", "sxy", "szz"}) EXPECT_NEAR(order_of(elastic, "cube", field, 8), 2, 0.1);
 }
 
-/// Light along the diagonal of a cube (Yee 1966): E on edges, B on faces, whose divergence stays what it was.
+/// Light along the diagonal of a cube (Yee 1966): E on edges, B on faces, whose divergence is conserved.
 const std::string yee = R"(
 model maxwell {
   vector E on edges
@@ -163,8 +163,8 @@ TEST(Tensors, ModesOfACavityAreOfOrderTwo) {
   for (const char* field : {"E.x", "E.y", "H"}) EXPECT_NEAR(order_of(light_box, "box", field, 8), 2, 0.05) << field;
 }
 
-/// In polar coordinates the gradient of a vector that is the same everywhere is 0, and the divergences of its outer
-/// product and of q*identity are 0 and grad(q). Squares of errors of order 2 fall by 16.
+/// In polar coordinates the gradient of a constant vector is 0, and the divergences of its outer product and of
+/// q*identity are 0 and grad(q). Squares of errors of order 2 fall by 16.
 TEST(Tensors, KnowThatDirectionsTurn) {
   const auto square = [](const std::string& on, const std::string& of, int cells) {
     const std::string text =
@@ -188,8 +188,8 @@ TEST(Tensors, KnowThatDirectionsTurn) {
   EXPECT_LT(square("", "|div(q*identity) - grad(q)|^2", 16), 1e-25);
 }
 
-/// Sod's tube (1978) by one flux operator on any number of axes: between the waves stand the exact values, in a plane
-/// the tube is the same in all rows.
+/// Sod's tube (1978) with one flux operator on any number of axes: the exact values between the waves; in a plane all
+/// rows are equal.
 std::string tube(int axes) {
   return std::string(R"(
 operator lax(q, f, c) order 1 = div(f) - div(hx/2*c*grad(q))
@@ -216,10 +216,10 @@ scene sod : gas with s {
 TEST(Tensors, SodsTubeByOneFluxOperator) {
   const auto line = run_scene(tube(1), "sod").state, plane = run_scene(tube(2), "sod").state;
   const auto &rho = line.at("rho"), &m = line.at("m.x");
-  EXPECT_NEAR(m[240] / rho[240], 0.92745, 0.01);  // behind the rarefaction
+  EXPECT_NEAR(m[240] / rho[240], 0.92745, 0.01);  // after the rarefaction
   EXPECT_NEAR(rho[230], 0.42632, 0.01);
   EXPECT_NEAR(rho[320], 0.26557, 0.01);  // between the contact and the shock
-  EXPECT_NEAR(rho[360], 0.125, 1e-3);    // before the shock, which has come to 0.8504
+  EXPECT_NEAR(rho[360], 0.125, 1e-3);    // before the shock, which is at 0.8504
   for (std::size_t i = 0; i < rho.size(); ++i) {
     for (std::size_t j = 0; j < 4; ++j) EXPECT_NEAR(plane.at("rho")[j * rho.size() + i], rho[i], 1e-12);
     EXPECT_NEAR(plane.at("m.y")[i], 0, 1e-14);

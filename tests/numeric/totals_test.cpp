@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients by fields that the adjoint of a step adds to itself (adjoint/reverse/accumulating_adjoint.h), against those
-// that are added up outside: by the interpreter, which has no such programs.
+// Gradients by fields that the adjoint of a step accumulates itself (adjoint/reverse/accumulating_adjoint.h), against
+// accumulation outside the step: by the interpreter, which has no such programs.
 #include <gtest/gtest.h>
 
 #include "support/opened_scene.h"
@@ -29,7 +29,7 @@ std::vector<double> gradient_by(driver::Backend backend, const std::string& real
   return {gradient.data(), gradient.data() + gradient.size()};
 }
 
-/// c and f are read in place, k beside it too: across walls what it gets is folded, and no total.
+/// c and f are read at the point only, k also at neighbours: its adjoint is folded across walls and is not a total.
 TEST(Totals, AreWhatIsAddedUpOutside) {
   for (const auto& [real, tolerance] : {std::pair{"f64", 1e-15}, {"f32", 1e-6}}) {
     const std::vector<double> apart = gradient_by(driver::Backend::interpreter, real);

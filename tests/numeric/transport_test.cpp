@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport along the flow, MacCormack and cubic: orders against closed forms, between walls too, and bounds.
+// Semi-Lagrangian transport, MacCormack and cubic: orders against closed forms, also between walls, and bounds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,8 +32,8 @@ double observed_order(const std::string& text, const std::string& scene, int cel
 
 const Overrides maccormack{{"advect", "maccormack"}}, linear{{"advect", "semi_lagrangian"}};
 
-/// A front without an extremum, which the clamp would cut: carried at one velocity, at one that varies in time, and by
-/// itself.
+/// A front without an extremum, which the clamp would cut: advected at constant velocity, at one that varies in time,
+/// and by itself.
 const std::string fronts = R"(
 model wind { field u; param c; dt(u) = -advect(c, u) }
 model gusts { field u; dt(u) = -advect(1 + cos(3*t), u) }
@@ -112,7 +112,7 @@ TEST(MacCormack, IsOfOrderTwoBetweenWalls) {
   EXPECT_NEAR(observed_order(between_walls, "even", 40, 64, linear), 1, 0.15);
 }
 
-/// With short steps interpolation is all that counts.
+/// With short steps only the interpolation error matters.
 TEST(CubicSemiLagrangian, InterpolatesToOrderThreeUpToWalls) {
   for (const char* scene : {"even", "odd", "channel"}) {
     const auto error = [&](const char* cells) {
@@ -124,8 +124,7 @@ TEST(CubicSemiLagrangian, InterpolatesToOrderThreeUpToWalls) {
   }
 }
 
-/// LeVeque's reversal: a bump goes round in a swirl that turns back, and is again where it was; and one that keeps
-/// turning.
+/// LeVeque's reversal: a bump in a swirl that reverses returns to its start; and one in a swirl that keeps turning.
 const std::string swirls = R"(
 function bump(x, y) = exp(-30*((x - 0.5)^2 + (y - 0.72)^2))
 model reversal { field u; dt(u) = -advect((sin(pi*x)^2*sin(2*pi*y)*cos(2*t), -sin(pi*y)^2*sin(2*pi*x)*cos(2*t)), u) }
@@ -154,7 +153,7 @@ TEST(CubicSemiLagrangian, FollowsVelocitiesThatVaryToOrderTwo) {
   EXPECT_GT(observed_order(between_walls, "stretched", 20, 64, cubic), 1.9);
   EXPECT_GT(observed_order(between_walls, "even", 20, 64, cubic), 1.9);
   EXPECT_GT(observed_order(between_walls, "odd", 20, 64, cubic), 1.9);
-  // The last cells take the wall's value when the step ends.
+  // The last cells have the wall's value at the end of the step.
   EXPECT_GT(observed_order(fronts, "spreading", 40, 32, cubic), 1.5);
 }
 
@@ -215,7 +214,7 @@ scene plate : stir {
 }
 )";
 
-/// The clamp: never beyond what was there, to the last bit, at any Courant number; and yet sharper than linear
+/// The clamp: never outside the previous range, bit-exact, at any Courant number; and still sharper than linear
 /// interpolation.
 TEST(MacCormack, MakesNoNewExtremum) {
   for (const char* scene : {"ring", "bar", "plate"}) {

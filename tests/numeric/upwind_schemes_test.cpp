@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Upwind differences of order 5 and 7, weno and muscl: orders against closed forms, what they do at jumps, and what
-// they keep, on the compiled kernels.
+// Upwind differences of order 5 and 7, weno and muscl: orders against closed forms, behaviour at jumps, and
+// conservation, on the compiled kernels.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ struct Design {
   std::string advect;
   double order;
   int cells;       // of the coarser grid
-  double courant;  // small where the order in space is above that in time
+  double courant;  // small if the order in space exceeds that in time
 };
 
 /// A quarter of a turn, in both directions.
@@ -78,7 +78,7 @@ TEST(UpwindSchemes, HaveTheirOrders) {
   }
 }
 
-/// numerics.md, 17: about 2 in the mean, about 1 at extrema.
+/// numerics.md, 17: order about 2 in the mean, about 1 at extrema.
 TEST(UpwindSchemes, LimitersLeaveTwoOrdersInTheMean) {
   for (const auto& [advect, mean, largest] :
        {std::tuple{"muscl(minmod)", 1.8, 1.2}, {"muscl(van_leer)", 2.0, 1.3}, {"muscl(mc)", 2.0, 1.3}}) {
@@ -96,9 +96,8 @@ double variation(const std::vector<double>& u) {
   return sum;
 }
 
-/// Two turns of a square wave by SSP Runge-Kutta, at Courant numbers up to which limiters are total variation
-/// diminishing: 2/3 for minmod, 1/2 for the others (Harten's theorem: slopes of at most 1 and of at most 2 times a
-/// rise).
+/// Two turns of a square wave with SSP Runge-Kutta, up to the Courant numbers at which limiters are total variation
+/// diminishing: 2/3 for minmod, 1/2 for the others (Harten's theorem: slopes of at most 1 or 2 times a difference).
 TEST(UpwindSchemes, LimitersMakeNoNewExtrema) {
   for (const double c : {1.0, -1.0}) {
     for (const auto& [advect, courant] :
@@ -126,7 +125,7 @@ TEST(UpwindSchemes, WenoHardlyMakesNewExtrema) {
   EXPECT_GT(variation(u), 2.2);
 }
 
-/// The step has no way to tell units or heights: u -> a + b*u.
+/// The step is independent of units and offsets: u -> a + b*u.
 TEST(UpwindSchemes, DoNotKnowUnits) {
   for (const std::string advect : {"weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {
     const std::vector<double> plain = end_of(scene_on_ring(square, advect, 50, 0.4, 0.3));
@@ -135,7 +134,7 @@ TEST(UpwindSchemes, DoNotKnowUnits) {
   }
 }
 
-/// Neither do gradients of what is linear in u: products of rises and squares of their sums leave no range.
+/// So are gradients of losses linear in u: products of differences and squares of their sums stay within range.
 TEST(UpwindSchemes, LimitersKnowNoRange) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night";
   const auto task = [](const std::string& advect, const std::string& real, double height) {
@@ -157,7 +156,7 @@ TEST(UpwindSchemes, LimitersKnowNoRange) {
   }
 }
 
-/// Weno's weights do not either, of values from 1e-27 to 1e30 in both precisions: it limits jumps and keeps its order.
+/// Weno's weights, too, for values from 1e-27 to 1e30 in both precisions: it limits jumps and keeps its order.
 TEST(UpwindSchemes, WenoKnowsNoRange) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night: seven seconds";
   const auto scene = [](const std::string& profile, const std::string& advect, const std::string& real, double height) {
@@ -178,8 +177,8 @@ TEST(UpwindSchemes, WenoKnowsNoRange) {
           const std::vector<double> high = end_of(text);
           for (std::size_t i = 0; i < plain.size(); ++i)
             EXPECT_NEAR(high[i] / height, plain[i], tolerance) << advect << real << height << " " << i;
-          // On plateaus rises are rounding, and so are the slopes of weights. Those of tiny and of huge values leave
-          // f32.
+          // On plateaus differences are rounding, and so are slopes of the weights. Those of tiny and huge values
+          // exceed the range of f32.
           if (profile == square || (real == "f32" && (height < 1e-18 || height > 1e20))) continue;
           const auto gradient = testing::task_gradient(text, "t").gradient.at("u");
           for (std::size_t i = 0; i < plain.size(); ++i)
@@ -190,7 +189,8 @@ TEST(UpwindSchemes, WenoKnowsNoRange) {
   }
 }
 
-/// In a constant wind what limiters carry is a difference of values on faces, as that of linear schemes. Weno's is not.
+/// In a constant wind the advection of limiters, as of linear schemes, is a difference of face values. That of weno is
+/// not.
 TEST(UpwindSchemes, KeepMass) {
   const auto drift = [](const std::string& advect) {
     const std::vector<double> u = end_of(scene_on_ring(square, advect, 100, 0.4, 2));
@@ -202,7 +202,7 @@ TEST(UpwindSchemes, KeepMass) {
   EXPECT_NEAR(drift("weno(5)"), 0, 1e-4);
 }
 
-/// Of a constant the difference is 0, exactly.
+/// The difference of a constant is exactly 0.
 TEST(UpwindSchemes, LeaveAConstantAlone) {
   for (const std::string advect :
        {"upwind(5)", "upwind(7)", "weno(3)", "weno(5)", "muscl(minmod)", "muscl(van_leer)", "muscl(mc)"}) {

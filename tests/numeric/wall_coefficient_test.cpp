@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coefficients in boundary values: what they are on the wall, to order 2; of those that have a value for each place of
-// the wall, that of the cell there. They may be sought.
+// Coefficients in boundary values: their value on the wall, to order 2; or the value of the cell there, if they have a
+// value for each point of the wall. They may be unknowns.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ TEST(WallCoefficient, IsThatOfTheCellAtTheWall) {
   for (std::size_t i = 0; i < named.size(); ++i) EXPECT_NEAR(named[i], written[i], 1e-14);
 }
 
-/// The flux q through the walls of a rod that conducts k, against u = exp(-t)*sin(2x + 0.3); and a value and a mixed
-/// condition that vary across their walls. With those of the cells beside the walls the order was 1.
+/// The flux q through the walls of a rod with conductivity k, against u = exp(-t)*sin(2x + 0.3); and a value and a
+/// mixed condition that vary across their walls. With the cell values next to the walls the order was 1.
 std::string conducting_rod(const std::string& boundary) {
   return "model m {\n  field u\n  coefficient k, q, s\n  dt(u) = div(k*grad(u))\n"
          "    - exp(-t)*(sin(2*x + 0.3) + 2*x*cos(2*x + 0.3) - 4*(1 + x^2/2)*sin(2*x + 0.3))\n}\n"
@@ -53,7 +53,7 @@ TEST(WallCoefficient, IsOfOrder2OnTheWall) {
   }
 }
 
-/// One that no equation reads and whose formula is the same across the wall has a value for each place of it.
+/// A coefficient that no equation reads and whose formula is constant across the wall has a value for each point of it.
 TEST(WallCoefficient, ThatNothingElseReadsHasAValueForEachPlace) {
   const std::string text =
       "model m { field u; coefficient g; dt(u) = lap(u) }\nscheme c { time = rk2 }\nscene s : m with c {\n"
@@ -85,7 +85,7 @@ TEST(WallCoefficient, DerivativesAreCertified) {
   }
 }
 
-/// Of velocities on faces the last values lie on the wall: these are what a line makes of g there.
+/// The last velocities on faces lie on the wall: they are g extrapolated linearly to it.
 TEST(WallCoefficient, OfStaggeredWallsIsOfOrder2) {
   const auto error = [](const std::string& cells) {
     const std::string text =
@@ -99,7 +99,7 @@ TEST(WallCoefficient, OfStaggeredWallsIsOfOrder2) {
   EXPECT_NEAR(std::log2(error("32") / error("64")), 2, 0.3);
 }
 
-/// Velocities on faces: their last values lie on the walls, and are what the coefficient says there.
+/// The last velocities on faces lie on the walls and equal the coefficient there.
 TEST(WallCoefficient, HoldsOnStaggeredWalls) {
   for (const char* g : {"0.1*cos(6*y)", "0.1*cos(6*y + x)"}) {
     SCOPED_TRACE(g);

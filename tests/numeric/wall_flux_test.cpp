@@ -38,7 +38,7 @@ double order_of(const std::string& text, double& finest) {
   return order;
 }
 
-/// With the value of the cell beside the wall the order was 1.
+/// With the cell value next to the wall the order was 1.
 TEST(WallFlux, IsOfOrder2AtWallsWithSlopes) {
   const std::string value = "exp(-t)*sin(0.3)", mixed_high = "exp(-t)*(sin(2.3) + cos(2.3))";
   for (const std::string& boundary : {"x.low = gradient(" + slope_low + "), x.high = gradient(" + slope_high + ")",
@@ -49,7 +49,7 @@ TEST(WallFlux, IsOfOrder2AtWallsWithSlopes) {
   }
 }
 
-/// What check says of higher orders between walls: values that are mirrored leave 2.
+/// The note of `check` on higher orders between walls: mirrored values reduce the order to 2.
 TEST(WallFlux, OfHigherOrdersIsOfOrder2BetweenWalls) {
   const std::string lap = "(1 + x^2/2)*lap(u) + x*dx(u)", scheme = "lap = central(4); dx = central(4)";
   double finest = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values and slopes at walls that are formulas of the fields there: orders against closed forms, gradients, back ends.
+// Boundary values and slopes that are formulas of fields: orders against closed forms, gradients, back ends.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@ double order_at_walls(const std::string& text, const std::string& scene, const s
   return std::log2(error(cells) / error(2 * cells));
 }
 
-/// A plate that radiates at x.high and loses heat by a law of its own at x.low; `g`, `f` are what is missing for a
-/// decaying wave to be the solution.
+/// A plate that radiates at x.high and loses heat by its own law at x.low; `g`, `f` are the source terms that make a
+/// decaying wave the solution.
 std::string plate_of_formula(const std::string& time, const std::string& lap = "central(2)") {
   return "model plate { field T; param k, w; dt(T) = k*lap(T) }\nscheme s { time = " + time + "; lap = " + lap +
          " }\n"
@@ -38,7 +38,7 @@ TEST(WallFormulas, SlopesAreOfOrderTwo) {
   EXPECT_NEAR(order_at_walls(plate_of_formula("rk4", "central(4)"), "hot", "T", 32), 2, 0.35);
 }
 
-/// gradient(-2*u) is mixed(2, 1, 0), and x.low = v the value of v, with errors of order 2.
+/// gradient(-2*u) equals mixed(2, 1, 0), and x.low = v the value of v, with errors of order 2.
 TEST(WallFormulas, AreTheConditionsThatTheyStandFor) {
   const auto text = [](const std::string& sides) {
     return "model m { field u, v; dt(u) = 0.1*lap(u); dt(v) = 0.1*lap(v) }\nscheme s { time = rk4 }\n"
@@ -62,7 +62,7 @@ TEST(WallFormulas, AreTheConditionsThatTheyStandFor) {
   }
 }
 
-/// What flows in is 1, what flows out is what comes, in a wind that turns round.
+/// Inflow has the value 1, outflow the arriving value, in a wind that reverses.
 TEST(WallFormulas, InflowAndOutflowByTheSignOfTheVelocity) {
   const std::string text = R"(
 model carried { field q; field v; dt(q) = -advect(v, q); dt(v) = -0.6*pi*sin(2*pi*t) }
@@ -78,15 +78,15 @@ scene tube : carried with s {
 scene back = tube { time 0 .. 0.75, step 1/1000 }
 )";
   const auto forth = run_scene(text, "tube").state.at("q"), back = run_scene(text, "back").state.at("q");
-  EXPECT_NEAR(forth.front(), 1, 0.05);  // it went in over 0.3/(2 pi)
+  EXPECT_NEAR(forth.front(), 1, 0.05);  // it entered over 0.3/(2 pi)
   EXPECT_NEAR(forth[50], 0, 1e-6);
   EXPECT_NEAR(forth.back(), 0, 1e-12);
-  EXPECT_LT(back.front(), 0.2);  // gone again but for what upwind smears
+  EXPECT_LT(back.front(), 0.2);  // gone again except for upwind diffusion
   EXPECT_NEAR(back.back(), 2, 0.05);
   for (const double q : back) EXPECT_TRUE(q > -1e-9 && q < 2 + 1e-9) << q;
 }
 
-/// Two substances that react on a wall, the flow on faces leaving by an end; all of it sought.
+/// Two substances that react on a wall; flow on faces that leaves at one end; everything is unknown.
 std::string reacting_at_walls(const std::string& time, const std::string& cells_x, const std::string& cells_y) {
   return fmt::format(R"(
 model m {{ field a, b; vector u on faces; coefficient c; param k, D
@@ -132,7 +132,7 @@ TEST(WallFormulas, DerivativesAreCertified) {
   }
 }
 
-/// A string whose ends are held by springs that get stiffer, and damped.
+/// A damped string whose ends are held by springs that stiffen.
 TEST(WallFormulas, OfWavesAreCertified) {
   const std::string text =
       "model string { field u; param k; dt(dt(u)) = lap(u) }\nscheme s { time = TIME }\nscene held : string with s {\n"

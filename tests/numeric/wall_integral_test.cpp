@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes through walls, and the torque on obstacles: balances, closed forms, orders, gradients.
+// Fluxes through walls, and torque on obstacles: balances, closed forms, orders, gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace dpde::testing {
 namespace {
 
-/// The observables of the scene s at its begin, and at its end.
+/// The observables of scene s at its begin and at its end.
 std::pair<std::map<std::string, double>, std::map<std::string, double>> observed_inside_and_at_walls(
     const std::string& text, const Overrides& set = {}) {
   const SourceFile source("test.dpde", text);
@@ -57,7 +57,7 @@ scene s : heat with c {
          "}\n";
 }
 
-/// What a step adds is what goes through the walls.
+/// A step's change equals the flux through the walls.
 TEST(WallIntegral, FluxesBalance) {
   const auto [begin, end] = observed_inside_and_at_walls(flux_plate("1 + sin(3*x + y)", ""));
   EXPECT_NEAR((end.at("heat") - begin.at("heat")) / 1e-3, begin.at("gain") + begin.at("up"), 1e-11);
@@ -74,7 +74,7 @@ TEST(WallIntegral, OfLinearProfilesIsExact) {
   EXPECT_NEAR(begin.at("value"), 0, 1e-12);          // T is 0 there
 }
 
-/// The first mode decays: its flux pi*exp(-pi^2 t) is found with second order, on stretched axes too.
+/// The first mode decays: its flux pi*exp(-pi^2 t) has second order, also on stretched axes.
 TEST(WallIntegral, IsOfSecondOrder) {
   const std::string text = R"(
 model heat { field T; dt(T) = lap(T) }
@@ -98,8 +98,8 @@ scene s : heat with c {
   }
 }
 
-/// Fluid at rest under gravity: the pressures of floor and ceiling differ by the weight. A velocity that is a square is
-/// known on walls that it lies on.
+/// Fluid at rest under gravity: the pressures of floor and ceiling differ by the weight. A quadratic velocity is exact
+/// on walls on which it lies.
 TEST(WallIntegral, OfPressuresAndOfWhatLiesOnWalls) {
   const auto end = observed_inside_and_at_walls(R"(
 model still {
@@ -142,7 +142,7 @@ scene s : carry with c {
   EXPECT_NEAR(begin.at("high"), 2 * (1 + 3), 1e-11);
 }
 
-/// Channel flow by a force per mass: at rest in the end, both walls together bear it, whatever the grid.
+/// Channel flow driven by a force per mass: in the steady state both walls together take the force, on any grid.
 TEST(WallIntegral, WallsOfAChannelBearTheForce) {
   const auto end = observed_inside_and_at_walls(R"(
 model channel { field u; param nu; dt(u) = 1.5 + nu*lap(u) }
@@ -195,8 +195,8 @@ task t : s {
   expect_certified(text, false);
 }
 
-/// A cylinder that turns in fluid that is at rest far away: u = w*R^2/r, and the torque on it is -4*pi*nu*w*R^2. The
-/// box has that velocity on its walls. Staircases make the error of first order.
+/// A cylinder that turns in fluid at rest far away: u = w*R^2/r, and the torque on it is -4*pi*nu*w*R^2. The box has
+/// that velocity on its walls. With staircases the error is of first order.
 TEST(Torque, OfACylinderThatTurns) {
   const std::string text = R"(
 model flow {
@@ -227,7 +227,7 @@ scene s : flow with c {
   const double exact = -4 * std::numbers::pi * 0.4 * 0.4;
   EXPECT_NEAR(end.at("torque") / exact, 1, 0.1);
   EXPECT_NEAR(end.at("fx"), 0, 1e-8);
-  EXPECT_NEAR(end.at("moved"), end.at("torque"), 1e-8);  // no force: the point does not matter
+  EXPECT_NEAR(end.at("moved"), end.at("torque"), 1e-8);  // no net force: the reference point does not matter
   std::string task = text +
                      "task t : s {\n  unknown nu\n  unknown initial u\n  minimise torque_on(solid, u, about = "
                      "(0.1, 0)) over time\n}\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Unknown weights of mixed boundaries a*u + b*du/dn = c: a closed form, certified derivatives of first and second
-// order, and a weight that is found again.
+// order, and recovery of a weight.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,15 +11,14 @@
 namespace dpde::testing {
 namespace {
 
-/// One cell of width 1, one step of Euler: u becomes u0 + dt*(v_low - 2*u0 + v_high), v the image of u0 beyond each
-/// wall.
+/// One cell of width 1, one Euler step: u becomes u0 + dt*(v_low - 2*u0 + v_high), v the ghost value beyond each wall.
 TEST(WallWeight, HasTheGradientOfTheClosedForm) {
   const double a = 0.7, b = 1.3, c = 0.4, u0 = 0.9, dt = 0.125;
   const auto image = [&](double weight_a, double weight_b) {
     return (2 * c - (weight_a - 2 * weight_b) * u0) / (weight_a + 2 * weight_b);
   };
   const auto image_by_a = [&](double by_a,
-                              double by_b) {  // of 2c - (a - 2b)*u0 = v*(a + 2b), with da = by_a, db = by_b
+                              double by_b) {  // from 2c - (a - 2b)*u0 = v*(a + 2b), with da = by_a, db = by_b
     const double v = image(a, b);
     return (-(by_a - 2 * by_b) * u0 - v * (by_a + 2 * by_b)) / (a + 2 * b);
   };
@@ -58,7 +57,7 @@ TEST(WallWeight, DerivativesAreCertified) {
   }
 }
 
-/// Differences that reach over several halo cells, also beyond the far wall of few cells.
+/// Differences over several ghost cells, also beyond the opposite wall for few cells.
 TEST(WallWeight, DerivativesOfWideDifferencesAreCertified) {
   for (const std::string x : {"1", "2", "5"}) {
     expect_certified(mixed_plate("  boundary u: x = mixed(a, b, A), y = mixed(b, 1, 0)", x, "3",
@@ -77,7 +76,7 @@ TEST(WallWeight, OnAStretchedAxisAndOfVelocitiesIsCertified) {
       true);
 }
 
-/// Heat that a rod gives to air: the coefficient of transfer from the end's temperature.
+/// Heat transfer of a rod to air: the coefficient is estimated from the end's temperature.
 TEST(WallWeight, IsFoundAgain) {
   const std::string text =
       "model rod { field u; param h; dt(u) = lap(u) }\nscheme c { time = rk4 }\n"

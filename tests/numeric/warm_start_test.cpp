@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves that begin with what is known from the step before: fewer iterations, the same solution, its derivatives, and
-// nothing that a run remembers beside its states.
+// Solves that start from results of the step before: fewer iterations, the same solution and derivatives, and no memory
+// of a run other than its states.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Fluid around an obstacle, which moves it on; `scheme` has more rows of the scheme.
+/// Fluid driven around an obstacle; `scheme` has further lines of the scheme.
 std::string disc_in_channel(const std::string& scheme) {
   return flow_around_a_solid + std::string("scheme c { ") + scheme + R"( }
 scene s : m with c {
@@ -86,7 +86,7 @@ Begun begun(const std::string& text) {
 
 double states_apart(const Begun& a, const Begun& b) {
   double most = 0;
-  for (std::size_t s = 0; s < std::min(a.states.size(), b.states.size()); ++s) {  // the last may be what was solved for
+  for (std::size_t s = 0; s < std::min(a.states.size(), b.states.size()); ++s) {  // the last may be a solution
     for (std::size_t i = 0; i < a.states[s].size(); ++i)
       most = std::max(most, std::abs(a.states[s][i] - b.states.at(s).at(i)));
   }
@@ -108,7 +108,7 @@ TEST(WarmStart, TakesFewerIterationsToTheSameSolution) {
   }
 }
 
-/// The best sum of the last two solutions is at least as near as the best multiple of the last one.
+/// The best combination of the last two solutions is at least as accurate as the best multiple of the last one.
 TEST(WarmStart, ExtrapolationTakesFewerIterationsStill) {
   const auto iterations = [](const std::string& text) { return static_cast<double>(begun(text).iterations); };
   const std::string solve = "solve = cg(1e-6); preconditioner = none; guess = ";
@@ -122,8 +122,8 @@ TEST(WarmStart, ExtrapolationTakesFewerIterationsStill) {
   EXPECT_LT(static_cast<double>(other.iterations), 1.05 * static_cast<double>(flow.iterations));
 }
 
-/// The right side holds four waves, for each of which plain conjugate gradients need one iteration: those that the
-/// solve begins with need none. A guess of the scheme takes the place of the model's.
+/// The right-hand side has four waves; plain conjugate gradients need one iteration for each, and none for waves in the
+/// start value. A guess of the scheme replaces the model's.
 TEST(WarmStart, BeginsWithFormulas) {
   const auto most = [](const std::string& from, const std::string& guess = "automatic") {
     return begun("model m { field w; solve lap(psi) - psi = -w for psi" + from +
@@ -140,7 +140,7 @@ TEST(WarmStart, BeginsWithFormulas) {
   EXPECT_EQ(most(" from cos(2*pi*x), 0, w"), 4) << "what is of no use costs nothing";
 }
 
-/// What a singular operator takes to 0 but for rounding is no start, however large it is.
+/// A vector that a singular operator maps to rounding is no start value, however large.
 TEST(WarmStart, NullSpacesAreNoStarts) {
   const auto iterations = [](const std::string& method, const std::string& from) {
     const Begun run =
@@ -162,7 +162,7 @@ TEST(WarmStart, NullSpacesAreNoStarts) {
   }
 }
 
-/// No derivative goes through a start, wherever the solve stands: gradients are those of solves that begin with 0.
+/// No derivative goes through a start value, wherever the solve is: gradients are those of solves from 0.
 TEST(WarmStart, StartsHaveNoPartInDerivatives) {
   const std::string network =
       "network first(r) -> g { real f64; padding x periodic, y periodic; initial he, seed 1; "
@@ -201,8 +201,8 @@ TEST(WarmStart, StartsHaveNoPartInDerivatives) {
   }
 }
 
-/// What acts through nothing but a start is no unknown: its gradient would be 0 without a word. In models and in
-/// programs by hand; with any other way to the loss it is one.
+/// A quantity that acts only through a start value cannot be an unknown: its gradient would silently be 0. This applies
+/// to models and hand-written programs; with any other path to the loss it is allowed.
 TEST(WarmStart, UnknownsOfStartsAloneAreRefused) {
   const std::string layers = " { real f64; padding x periodic; initial he, seed 1; conv 2, 3; conv out, 3 }\n";
   const auto code = [&](const std::string& from, const std::string& unknown, const std::string& loss) {
@@ -238,7 +238,7 @@ TEST(WarmStart, UnknownsOfStartsAloneAreRefused) {
   EXPECT_EQ(code_refused(by_hand + "; run kept; swap w, v; swap k, h }\n" + scene("initial k = 0; ")), "");
 }
 
-/// Iterations of all methods with each preconditioner come to the same solution; plain ones need more of them.
+/// All iterative methods with each preconditioner give the same solution; plain ones need more iterations.
 TEST(Preconditioners, ComeToTheSameSolution) {
   for (const auto& scene : {disc_in_channel, uneven_bed}) {
     const Begun direct = begun(scene("solve = direct"));
@@ -254,7 +254,7 @@ TEST(Preconditioners, ComeToTheSameSolution) {
   }
 }
 
-/// Methods without steps look at no guess.
+/// Direct methods ignore guesses.
 TEST(WarmStart, ChangesNothingOfDirectMethods) {
   const Begun cold = begun(disc_in_channel("solve = direct; guess = none"));
   EXPECT_EQ(states_apart(cold, begun(disc_in_channel("solve = direct; guess = last"))), 0);
@@ -272,7 +272,7 @@ TEST(WarmStart, HasTheDerivativesOfTheSolution) {
                    true);
 }
 
-/// Forward, tangent and adjoint solves by cycles with each smoother; the gradient is that of sparse factors.
+/// Forward, tangent and adjoint solves by cycles with each smoother; the gradient equals that of sparse factorisations.
 TEST(Smoothers, HaveTheDerivativesOfTheSolution) {
   const auto gradient_by = [](const std::string& scheme) {
     return task_gradient(uneven_bed("time = rk2; guess = none; " + scheme), "t").gradient.at("w");
@@ -299,7 +299,7 @@ TEST(Smoothers, AreSaidWithTheMethod) {
             std::string::npos);
 }
 
-/// Bit-identical for any number of checkpoints and threads: what a solve begins with is a state.
+/// Bit-identical for any number of checkpoints and threads: start values of solves are states.
 TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
   using Scene = std::string (*)(const std::string&);
   for (const auto& [scene, guess] : {std::pair<Scene, const char*>{disc_in_channel, "last"},
@@ -320,7 +320,7 @@ TEST(WarmStart, CheckpointsAndThreadsChangeNothing) {
   }
 }
 
-/// A run that goes on from the states of a step in its middle ends with the same bits.
+/// A run continued from the states of a step in its middle ends bit-identically.
 TEST(WarmStart, GoesOnFromTheStates) {
   const OpenedScene opened = opened_warm(disc_in_channel("time = rk2; solve = cg(1e-5); guess = extrapolate"), "s");
   const auto& session = opened.session;

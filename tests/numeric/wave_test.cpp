@@ -101,7 +101,7 @@ TEST(Wave, LeapfrogIsOfOrderTwo) {
   EXPECT_NEAR(order_of("thread", damped, "w"), 2, 0.15);
 }
 
-/// Stoermer-Verlet and velocity Verlet are one method in two forms: the same positions but for rounding.
+/// Stoermer-Verlet and velocity Verlet are two forms of one method: equal positions up to rounding.
 TEST(Wave, LeapfrogMovesAsVerletDoes) {
   const auto leapfrog = run_scene(waves, "square", {{"time", "leapfrog"}}).state.at("u");
   const auto verlet = run_scene(waves, "square", {{"time", "verlet"}}).state.at("u");
@@ -115,7 +115,7 @@ TEST(Wave, OtherSchemesKeepTheirOrderOnTheSystemOfFirstOrder) {
               0.15);
 }
 
-/// Forces that hold the velocity, and a field of first order that follows it.
+/// Forces that contain the velocity, and a field of first order that follows it.
 TEST(Wave, DampingAndMixedOrdersKeepOrderTwo) {
   const std::vector<Overrides> levels{{{"step", "1/64"}}, {{"step", "1/128"}}};
   EXPECT_NEAR(order_of("ring", levels, "u"), 2, 0.15);
@@ -123,7 +123,7 @@ TEST(Wave, DampingAndMixedOrdersKeepOrderTwo) {
 }
 
 /// With dt(u) = 0 at the start the first step is the mean of the neighbours, and Verlet moves the two halves by a cell
-/// a step: exact at Courant number 1.
+/// per step: exact at Courant number 1.
 TEST(Wave, BothFormsAreExactAtCourantNumberOneAndBreakAboveIt) {
   const Overrides exact{{"cells", "40"}, {"step", "2*pi/40/2"}, {"end", "2*pi/2"}};
   Overrides leapfrog = exact;
@@ -144,8 +144,8 @@ TEST(Wave, BothFormsAreExactAtCourantNumberOneAndBreakAboveIt) {
   EXPECT_GT(largest("1.01*2*pi/80"), 1e3);
 }
 
-/// Verlet keeps 1/2 v.v + 1/2 (c D u).(c D u) - (dt/2)^2/2 a.a to rounding on a linear wave: a quadratic form of the
-/// state.
+/// On a linear wave Verlet conserves 1/2 v.v + 1/2 (c D u).(c D u) - (dt/2)^2/2 a.a to rounding: a quadratic form of
+/// the state.
 TEST(Wave, VerletKeepsItsShiftedEnergy) {
   const int cells = 24;
   const double h = 2 * std::acos(-1.0) / cells, dt = 1.0 / 50, c = 2;
@@ -165,7 +165,7 @@ TEST(Wave, VerletKeepsItsShiftedEnergy) {
   EXPECT_NEAR(energy("10") / start, 1, 1e-12);
 }
 
-/// J = int u(T)^2 is quadratic in the mode 0.5*sin(3x) of the velocity: its gradient is 2 u(T) carried back.
+/// J = int u(T)^2 is quadratic in the mode 0.5*sin(3x) of the velocity: its gradient is 2 u(T) propagated back.
 TEST(Wave, GradientWithRespectToTheVelocityAtTheStart) {
   for (const char* time : {"verlet", "leapfrog", "rk4"}) {
     const Overrides fine{{"cells", "128"}, {"step", "1/256"}, {"time", time}};

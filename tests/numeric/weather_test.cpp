@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples of weather: growth of waves against the linear equations of N. A. Phillips, Tellus 6 (1954) 273, and of
-// another code's set-up (pyqg); G. R. North, J. Atmos. Sci. 32 (1975) 2033, whose climate without ice is a polynomial.
+// The weather examples: growth of waves against the linear equations of N. A. Phillips, Tellus 6 (1954) 273, and of the
+// set-up of another code (pyqg); G. R. North, J. Atmos. Sci. 32 (1975) 2033, whose climate without ice is a polynomial.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ TEST(Climate, WithoutIceIsALegendrePolynomial) {
   EXPECT_LT(error("64"), 0.01);
 }
 
-/// Ice makes the climate more sensitive than the sunlight that is not sent back, 0.7/(4 B), by itself.
+/// Ice makes the climate more sensitive than the absorbed sunlight alone, 0.7/(4 B).
 TEST(Climate, SensitivityWithIceIsThatOfRuns) {
   const std::string text = read_file(folder + "climate.dpde");
   const double by_adjoint = task_gradient(text, "sensitivity").gradient.at("S").front();
