@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses of averages over the states: what average(...) means, and its derivatives through windows of all kinds.
+// Losses of averages over states: meaning of average(...), and its derivatives through samples of all kinds.
 #include <cmath>
 #include <cstdlib>
 
@@ -77,8 +77,8 @@ TEST_F(Averages, AreMeansOverTheStates) {
   expect_near(square["gradient"]["u"]["norm"], plain["gradient"]["u"]["norm"], 1e-11, 6 * q);
 }
 
-/// The mean of a quantity over the states of each window is what a loss of it is anyway: with frames at every second
-/// step, windows that grow, and gradients that are cut.
+/// The loss of a quantity's average over a sample's states equals the ordinary loss of the quantity: with frames at
+/// every second step, growing samples, and truncated gradients.
 TEST_F(Averages, OfWindowsAreThoseOfTheirFrames) {
   make_data();
   const std::string options = "adam(rate = 1e-3), batch 3, epochs 4, unroll (4, 8), cut 4, clip 1, noise 0.01";
@@ -105,7 +105,7 @@ TEST_F(Averages, TrainToTheSameBitsWhateverHappens) {
   EXPECT_NEAR(tested["taylor"]["slope"].get<double>(), 2, 0.01);
 }
 
-/// Each way of making steps, each place in a window.
+/// Every kind of time step and every position in a sample.
 TEST_F(Averages, HaveExactDerivatives) {
   const std::string energy = "minimise (average(mean(u^2)) - average(mean(seen^2)))^2 over time\n",
                     shape =

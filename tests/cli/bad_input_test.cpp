@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every verb with everything a user can get wrong: a message and the right exit status, never a crash or a hang.
+// Every command with every user error: a message and the right exit status, never a crash or a hang.
 #include <algorithm>
 
 #include "command_support.h"
@@ -89,7 +89,7 @@ TEST_F(BadInput, AFullDiskIsGivenAsTheReason) {
   }
 }
 
-/// The file that holds states on their way has no name yet; what is told is where it would be.
+/// The temporary file of states has no name; the message names the final path.
 TEST_F(BadInput, AFolderThatFillsDuringARunIsNamed) {
   write("rod.dpde", rod_text);
   const Outcome outcome = shell(
@@ -110,7 +110,7 @@ TEST_F(BadInput, SeedsThatDoNotFit) {
   }
 }
 
-/// A prediction takes no memory a step: 1e9 of them, in 2 GiB, where a list of their checkpoints does not fit.
+/// Predictions need no memory per step: 1e9 steps in 2 GiB, where a list of their checkpoints would not fit.
 TEST_F(BadInput, PredictionsOfVeryLongRuns) {
   if (is_sanitized) GTEST_SKIP() << "the sanitizers reserve more address space than the test allows";
   std::string text = rod_text;
@@ -123,7 +123,7 @@ TEST_F(BadInput, PredictionsOfVeryLongRuns) {
   EXPECT_GT(check.json()["checkpoints"]["stored"], 0);
 }
 
-/// A name of a file is no code.
+/// A file name is not interpreted as code.
 TEST_F(BadInput, ALineBreakInTheNameOfAFile) {
   std::string name = "rod\nint evil() { return 1; }\n.dpde";
   write(name, rod_text);
@@ -188,12 +188,12 @@ TEST_F(BadInput, DataOfAnotherSceneThatDoNotFit) {
   };
   EXPECT_EQ(with("32", "u from scene fine at t = 0.5").status, 0);
   EXPECT_EQ(with("24", "u from scene fine at t = 0.5").codes(),
-            (std::vector<std::string>{"W0701", "E0909"}));  // no multiple of 16, and of another time
+            (std::vector<std::string>{"W0701", "E0909"}));  // not a multiple of 16, and of another time
   EXPECT_EQ(with("32", "u from scene fine at t = 0.25, 0.5").codes(),
-            std::vector<std::string>{"E0912"});  // none at t = 1
+            std::vector<std::string>{"E0912"});  // no state at t = 1
 }
 
-/// Words of other tools are answered by what is written here; errors stand in the order of the text.
+/// Words of other tools get an answer with the word used here; errors are in text order.
 TEST_F(BadInput, OfOtherToolsIsTranslated) {
   const auto said = [&](const std::string& rate, const std::string& line) {
     write("m.dpde", "model m { field u; dt(u) = " + rate +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of fields by their waves: shells of known waves, derivatives on grids of every small extent, both back ends and
-// the text, and what has no shells.
+// Band-pass filters: shells of known waves, derivatives on all small grids, both back ends and the text, and axes
+// without shells.
 #include <cmath>
 
 #include "command_support.h"
@@ -8,7 +8,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Waves of 3, of hypot(4, 3) = 5 and of none.
+/// Waves of wavenumber 3, hypot(4, 3) = 5 and 0.
 std::string waves(const std::string& field, const std::string& lines, const std::string& extent = "2*pi") {
   const std::string wave = "0.5 + 2*cos(3*x) + cos(4*x - 3*y + 1)";
   const std::string component = field.starts_with("vector") ? "(" + wave + ", 0)" : wave;
@@ -29,7 +29,7 @@ class BandPass : public Command {
 
 double last_of(const Json& observables, const std::string& name) { return observables[name].get<double>(); }
 
-/// Wherever the field lies: mean squares of cosines are a half.
+/// For every placement: the mean square of a cosine is a half.
 TEST_F(BandPass, HasTheEnergyOfItsShells) {
   for (const std::string field : {"field u", "field u on nodes", "vector u on faces"}) {
     const std::string u = field.starts_with("vector") ? "u.x" : "u";
@@ -48,8 +48,8 @@ TEST_F(BandPass, HasTheEnergyOfItsShells) {
   }
 }
 
-/// As spectra count: on axes of lengths 1 and 2/3 a wave along the shorter one has the length 1.5, in shell 2.
-/// Derivatives of parts are parts of derivatives.
+/// The same shells as for spectra: on axes of lengths 1 and 2/3 a wave along the shorter one has wavenumber 1.5, shell
+/// 2. Filtering commutes with derivatives.
 TEST_F(BandPass, CountsAsSpectraDo) {
   const Json seen = observed(
       "model m { field u; dt(u) = 0*u }\nscheme w { dx = spectral; time = euler }\nscene s : m with w {\n"
@@ -77,7 +77,7 @@ task learn : s { data r = trajectories("train.nc", u); unknown nu from 0.04
   using lbfgs(), epochs 15 }
 )";
 
-/// By tangents, adjoints and products with the Hessian, on grids of every small extent; so are losses of spectra.
+/// By tangents, adjoints and Hessian products, on all small grids; also for losses of spectra.
 TEST_F(BandPass, HasDerivatives) {
   write("t.dpde", closed);
   const Outcome verify = dpde("verify t.dpde t --json");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde build: the files of a library ahead of time, and what can be wrong. Libraries are compiled into a host and
-// compared with closed forms in tests/hosts.
+// dpde build: files of a library compiled ahead of time, and its errors. tests/hosts compiles libraries into host
+// programs and compares them with closed forms.
 #include <regex>
 
 #include "command_support.h"
@@ -24,7 +24,7 @@ TEST_F(BuildCommand, WritesSourceHeaderLibraryAndCMake) {
   EXPECT_EQ(shell("nm -D --defined-only made/libfind.so").out.find("_row"), std::string::npos);
   EXPECT_NE(shell("nm -D --defined-only made/libfind.so").out.find("find_scene"), std::string::npos);
   EXPECT_EQ(shell("ldd made/libfind.so").out.find("LLVM"), std::string::npos);
-  // Like the name of a macro.
+  // The name of a macro.
   write("capital.dpde", std::regex_replace(std::string(rod_text), std::regex("\\bk\\b"), "D_1"));
   EXPECT_EQ(dpde("build capital.dpde find -o made --name other --set cells=8 --march x86-64-v2").status, 0);
   const std::string other = content(path("made/other.h"));
@@ -80,7 +80,7 @@ TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
       << outcome.err;
 }
 
-/// A control has one setter, that of all its intervals.
+/// A control has one setter for all its intervals.
 TEST_F(BuildCommand, AControlIsNoParameterOfTheClass) {
   write("c.dpde",
         "model m { field u; control F; dt(u) = F - u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic\n"

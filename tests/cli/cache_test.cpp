@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache of compiled code as a user meets it: where it is, that it changes nothing, and that nothing in it does
-// harm.
+// The cache of compiled code as users see it: its location, unchanged results, and safety against manipulated entries.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -47,7 +46,7 @@ TEST_F(Cache, LivesWhereTheEnvironmentSays) {
   run("", "unset DPDE_CACHE XDG_CACHE_HOME; HOME=$PWD/home");
   EXPECT_EQ(entries("home/.cache/dpde").size(), 1u);
   run("", "unset DPDE_CACHE XDG_CACHE_HOME HOME;");
-  run("", "DPDE_CACHE=/proc/nothing");  // no cache is no reason to fail
+  run("", "DPDE_CACHE=/proc/nothing");  // a missing cache is no failure
 }
 
 TEST_F(Cache, AFolderThatCannotBeMadeIsAnErrorWhereItWasAskedFor) {
@@ -118,7 +117,7 @@ TEST_F(Cache, SeveralRunsAtOnce) {
   EXPECT_EQ(entries("c").size(), 1u);
 }
 
-/// What is found is run: whoever may write to a folder, to one above it or to an entry could put code of theirs there.
+/// Cached code is executed: anyone who can write to the folder, a parent folder or an entry could insert code.
 TEST_F(Cache, WhatOthersMayWriteToIsNotUsed) {
   write("rod.dpde", rod_text);
   const auto codes = [&](const std::string& before, const std::string& folder) {

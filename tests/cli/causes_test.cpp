@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `dpde check` names as the cause: equations that are ill-posed, differences that look to where a flow goes,
-// coefficients that jump in a flux.
+// Causes named by `dpde check`: ill-posed equations, downwind differences, coefficients that jump within a flux.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +31,7 @@ std::string ring(const std::string& model, const std::string& scheme, const std:
          "  grid x = 0 .. 1, cells 32, periodic\n  " + scene + "\n  time 0 .. 1e-3, step 1e-5\n}\n";
 }
 
-/// Growth without a bound, by each power, and growth that has one; of coefficients and states too.
+/// Unbounded growth for each power, and bounded growth; also with coefficients and states.
 TEST_F(Causes, IllPosedEquationsAreTold) {
   struct Case {
     std::string model, scene;
@@ -66,7 +65,7 @@ TEST_F(Causes, ARunThatHasGrownNamesIllPosedEquations) {
   EXPECT_NE(run.err.find("ill-posed: growth of the shortest waves rises as 1/h^2"), std::string::npos) << run.err;
 }
 
-/// By the sign of what carries, whatever it is made of, not by how it is written.
+/// The sign of the velocity decides, whatever its formula, not the way the term is written.
 TEST_F(Causes, DifferencesThatLookDownwindAreTold) {
   for (const std::string scheme : {"advect = upwind(1); time = euler", "advect = upwind(3); time = rk4"}) {
     for (const auto& [equation, is_downwind] : {std::pair{"advect(-1, u)", true},
@@ -115,7 +114,7 @@ TEST_F(Causes, JumpsInFluxesLowerTheOrder) {
   }
 }
 
-/// By masks, masks that move, states and operators; not where the branches meet, nor where the flux is 0 at the switch.
+/// For masks, moving masks, states and operators; not where the branches meet, nor where the flux is 0 at the switch.
 TEST_F(Causes, JumpsOfStatesAndMasksLowerTheOrder) {
   struct Case {
     std::string flux, names;
@@ -142,7 +141,7 @@ TEST_F(Causes, JumpsOfStatesAndMasksLowerTheOrder) {
   }
 }
 
-/// 1/w of a mask is 1/0: the inverse is that of all that multiplies the gradient.
+/// 1/w of a mask is 1/0: the hint takes the inverse of the whole factor of the gradient.
 TEST_F(Causes, HintsOfJumpsNameWhatHasAnInverse) {
   const auto hint = [&](const std::string& declared, const std::string& flux) {
     write("s.dpde",
@@ -158,7 +157,7 @@ TEST_F(Causes, HintsOfJumpsNameWhatHasAnInverse) {
             std::string::npos);
 }
 
-/// What the compiler writes beside a pole is no jump of a coefficient.
+/// Formulas that the compiler adds next to a pole are no jumps of a coefficient.
 TEST_F(Causes, CurlsBesidePolesDoNotJump) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   EXPECT_FALSE(
@@ -169,7 +168,7 @@ TEST_F(Causes, CurlsBesidePolesDoNotJump) {
             "W0509"));
 }
 
-/// Of all that moves states: what stands in events and held values, too. Observables do not count.
+/// All formulas that change states count, also in events and fixed values. Observables do not count.
 TEST_F(Causes, TheOrderIsOfAllThatStepsCompute) {
   const auto space = [&](const std::string& model, const std::string& scene) {
     return checked(ring(model, "lap = central(4); dx = central(2); time = rk4", "initial u = sin(2*pi*x)\n  " + scene))
@@ -182,7 +181,7 @@ TEST_F(Causes, TheOrderIsOfAllThatStepsCompute) {
   EXPECT_EQ(space("field u; dt(u) = lap(u)", "observe e = mean(dx(u)^2)"), 4);
 }
 
-/// Both forms are the same where div(u) = 0; upwind differences are another method.
+/// Both forms are equal for div(u) = 0; with upwind differences they are different methods.
 TEST_F(Causes, VelocitiesOnFacesHaveAFluxForm) {
   const auto forms = [&](const std::string& advection, const std::string& scheme, const std::string& constraint) {
     const Outcome check =
@@ -199,7 +198,7 @@ TEST_F(Causes, VelocitiesOnFacesHaveAFluxForm) {
   EXPECT_EQ(forms("-advect(u, u)", "time = rk2", "dt(p) = -div(u)"), Json::array());
 }
 
-/// Fields on faces that are no vector have no outer product.
+/// Separate fields on faces, without a vector, have no outer product.
 TEST_F(Causes, NumbersOnFacesHaveNoFluxForm) {
   const Outcome check = checked(
       "model m {\n  field u on faces.x\n  field v on faces.y\n  field p\n  dt(u) = -advect((u, v), u) - dx(p)\n"
@@ -209,7 +208,7 @@ TEST_F(Causes, NumbersOnFacesHaveNoFluxForm) {
   EXPECT_EQ(check.json()["advective_form"], Json::array()) << check.err;
 }
 
-/// What a gradient refuses, beside all else that check says.
+/// The cause for which a gradient is refused, together with all other messages of check.
 TEST_F(Causes, ChecksOfTasksThatJumpSayAllElse) {
   write("jump.dpde",
         "model m { field u; param k = 1; dt(u) = -k*if(u > 0.5, 1, 0.2) }\n"
@@ -220,7 +219,7 @@ TEST_F(Causes, ChecksOfTasksThatJumpSayAllElse) {
     for (const char* key : {"order", "stability", "cost", "memory_bytes", "gradient_memory_bytes"})
       EXPECT_TRUE(json.contains(key)) << key;
   };
-  const Outcome later = dpde("check jump.dpde t --json");  // where u is 1 it does not switch: a run looks
+  const Outcome later = dpde("check jump.dpde t --json");  // no switch where u is 1: found by a run
   EXPECT_EQ(later.status, 0);
   EXPECT_EQ(later.codes(), std::vector<std::string>{"W0609"});
   expect_all_else(later);
@@ -246,9 +245,9 @@ TEST_F(Causes, JumpsInFluxesLeaveSpectralDerivativesOrderOne) {
   EXPECT_EQ(smooth["space"], "inf");
 }
 
-/// What the hint writes: the steady flux through a slab of two parts, of 1 and 1000, is 1/(a/1 + (1 - a)/1000) on any
-/// grid where a face lies between them. Inside a cell its error is one of the place, up to half a cell: of order 1, and
-/// told.
+/// The suggested formula: the steady flux through a slab of two parts, with coefficients 1 and 1000, is 1/(a/1 + (1 -
+/// a)/1000), exact on any grid with a face between them. If the interface is inside a cell, the error is that of its
+/// position, up to half a cell: of order 1, and reported.
 TEST_F(Causes, HarmonicMeansAreExactBetweenCells) {
   const auto error = [&](int cells, double a) {
     write("s.dpde", fmt::format("model m {{ field u; coefficient k; dt(u) = div(grad(u)/interpolate(1/k)) }}\n"
@@ -275,7 +274,7 @@ TEST_F(Causes, HarmonicMeansAreExactBetweenCells) {
   }
 }
 
-/// Two layers of vorticity, of 1/rho each, that roll up.
+/// Two vorticity layers of thickness 1/rho that roll up.
 std::string layers(double rho, double nu, const std::string& scheme) {
   return fmt::format(
       "model m {{ field w; param rho = {}; solve lap(psi) = -w for psi\n"
@@ -286,7 +285,7 @@ std::string layers(double rho, double nu, const std::string& scheme) {
       rho, nu, scheme);
 }
 
-/// A spectrum that does not fall to the cut of dealiasing, as that of layers thinner than a cell.
+/// A spectrum that has not decayed at the cut-off of dealiasing, as for layers thinner than a cell.
 TEST_F(Causes, WhatDealiasingCutsOffIsTold) {
   const std::string waves = "dx = spectral; lap = spectral; advect = spectral; dealias = two_thirds; ";
   const auto is_told = [&](double rho, double nu) {
@@ -297,7 +296,7 @@ TEST_F(Causes, WhatDealiasingCutsOffIsTold) {
   EXPECT_FALSE(is_told(15, 1e-3));
 }
 
-/// Along x, where nothing is steep, no cells are asked for, however fast the flow is.
+/// Along x, without steep gradients, no additional cells are requested, however fast the flow.
 TEST_F(Causes, CellNumbersRingWhereItIsSteep) {
   const Json numbers = checked(layers(80, 1e-4, "")).json()["cell_numbers"];
   ASSERT_EQ(numbers.size(), 2u);
@@ -307,7 +306,7 @@ TEST_F(Causes, CellNumbersRingWhereItIsSteep) {
   }
 }
 
-/// Unknowns of 1e-6 and 5e4 are found as Newton's method finds them, and their scales are said.
+/// Unknowns of size 1e-6 and 5e4 are found as by Newton's method, and their scales are reported.
 TEST_F(Causes, LbfgsTellsItsScales) {
   write("s.dpde",
         "model m { field u; param a = 1.2e-6, b = 5e4; dt(u) = -1e6*a*u + 1e-4*b }\nscheme q { time = rk4 }\n"

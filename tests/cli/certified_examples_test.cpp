@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `dpde verify` on every scene and task of every file of dsl-examples, a test for each file. The files are found, not
-// listed.
+// `dpde verify` on every scene and task of every file of dsl-examples, one test per file. The files are found by a
+// search, not listed.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -11,7 +11,7 @@
 namespace dpde::testing {
 namespace {
 
-/// What makes them quick; the others are as they are.
+/// Settings for speed; all others run unchanged.
 const std::map<std::string, std::string> smaller = {
     {"air free", "--set cells=8 --set end=28800"},
     {"brusselator tanks", "--set cells=8"},
@@ -160,7 +160,7 @@ const std::map<std::string, std::string> smaller = {
     {"stations truth", "--set cells=8 --set end=1200 --set time=euler"},
     {"stations window", "--set cells=8 --set step=3600"},
     {"stiff_brusselator sensitivities", "--set cells=24 --set step=1/10"},
-    // a state that is made up may be too far from the slow one for a long step of the stiff equation
+    // an arbitrary state may be too far from the slow manifold for a long step of the stiff equation
     {"stiff_brusselator tube", "--set cells=16 --set eps=0.01 --set step=1/1000 --set end=0.02"},
     {"turned by_gains", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
     {"turned direct", "--set cells.x=20 --set cells.y=12 --set step=1/8 --set end=2"},
@@ -194,7 +194,7 @@ const std::map<std::string, std::string> smaller = {
     {"wake fine", "--set cells.x=13 --set cells.y=26 --set end=3"},
 };
 
-/// These read what other commands write (trained weights) or what is published elsewhere.
+/// These need files written by other commands (trained weights) or published elsewhere.
 const std::map<std::string, std::string> without_their_files = {
     {"back_by_point", "point/point.safetensors"},
     {"by_climate", "climate/stress.safetensors"},
@@ -215,7 +215,7 @@ const std::map<std::string, std::string> without_their_files = {
     {"unseen", "controller.safetensors"},
 };
 
-/// Those that take five seconds and more.
+/// Examples that take five seconds or more.
 const std::set<std::string> at_night = {"corrector",    "eddies",  "filtered",   "first_guess", "hold",
                                         "hold_network", "hybrid",  "kolmogorov", "observed",    "sphere",
                                         "stations",     "steered", "turned",     "year"};
@@ -263,7 +263,7 @@ TEST_P(AllTasksAndScenesAreCertified, Of) {
 INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::ValuesIn(example_files()),
                          [](const auto& info) { return info.param.stem().string(); });
 
-/// Nothing above is left from an example that is gone.
+/// The lists above contain no example that no longer exists.
 TEST(Examples, WhatIsMadeSmallerOrLacksAFileIsThere) {
   std::map<std::string, int> seen;
   for (const fs::path& file : example_files()) {

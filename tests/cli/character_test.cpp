@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `dpde check` says of a step beside its stability: orders with walls, cell numbers, positivity, waves.
+// Properties of a step in `dpde check` other than stability: orders with walls, cell numbers, positivity, waves.
 #include <cmath>
 #include <numbers>
 
@@ -36,7 +36,7 @@ TEST_F(Character, CellReynoldsNumbersAboveTwoAreAWarningOfCentralDifferences) {
   EXPECT_TRUE(dpde("check s.dpde --json --set cells.x=317").codes().empty()) << "what the hint says";
 }
 
-/// u and v are mirror images. Where something is solved for, few places are analysed for waves, but all looked at here.
+/// u and v are mirror images. With a solve, waves are analysed at few points, but cell numbers at all.
 TEST_F(Character, CellNumbersOfConstrainedFlowAreTheLargest) {
   write("s.dpde",
         "model m { vector u on faces; field p; dt(u) = -advect(u, u) - grad(p) + 0.02*lap(u); 0 = div(u) gives p }\n"
@@ -46,7 +46,7 @@ TEST_F(Character, CellNumbersOfConstrainedFlowAreTheLargest) {
   EXPECT_EQ(check.status, 0) << check.err;
   const Json found = check.json()["cell_numbers"];
   ASSERT_EQ(found.size(), 4u) << found.dump();
-  for (const Json& number : found)  // the faces nearest to where |u| is 1 lie 6 cells from 0, centres half a cell off
+  for (const Json& number : found)  // the faces nearest to |u| = 1 lie 6 cells from 0, centres half a cell off
     EXPECT_NEAR(number["number"].get<double>(), std::cos(std::numbers::pi / 24) * 2 * std::numbers::pi / 24 / 0.02,
                 1e-2)
         << number.dump();
@@ -71,7 +71,7 @@ TEST_F(Character, WavesAreDampedAndDelayed) {
   EXPECT_FALSE(dpde("check s.dpde --json").json().contains("waves"));
 }
 
-/// The largest eigenvalue of 1 + 0.8*h^2*lap is 1 - 4*0.8, 2.2 in size: no step is short enough for it.
+/// The largest eigenvalue of 1 + 0.8*h^2*lap is 1 - 4*0.8, modulus 2.2: no step is short enough.
 TEST_F(Character, WhatEventsLetGrowIsTold) {
   write("s.dpde",
         "model m { field u; param c = 0.8; dt(u) = 0.01*lap(u) }\nscene s : m {\n"
@@ -83,7 +83,7 @@ TEST_F(Character, WhatEventsLetGrowIsTold) {
   EXPECT_EQ(calm.out.find("what ends each step"), std::string::npos) << calm.out;
 }
 
-/// Verdicts and sums are of steps without them.
+/// Verdicts and sums refer to steps without these events.
 TEST_F(Character, EventsOfSomeStepsAreLeftOutAndThatIsTold) {
   write("s.dpde",
         "model m { field u; dt(u) = 0.1*lap(u) }\nscene s : m { grid x = 0 .. 1, cells 16, periodic; initial u = 1\n"
@@ -94,7 +94,7 @@ TEST_F(Character, EventsOfSomeStepsAreLeftOutAndThatIsTold) {
   EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_between_events"], true);
 }
 
-/// The guess is carried beside the states and has no equation.
+/// The guess is stored in addition to the states and has no equation.
 TEST_F(Character, GrowthBesideACarriedGuessIsTold) {
   write("s.dpde",
         "model m { field u; param k = 3, r = 3; solve lap(psi) - k*psi = -u for psi\n  dt(u) = psi + r*u }\n"
@@ -105,7 +105,7 @@ TEST_F(Character, GrowthBesideACarriedGuessIsTold) {
   EXPECT_NE(check.out.find("the equations themselves let waves grow"), std::string::npos) << check.out;
 }
 
-/// Ordinary equations: rk4's interval over the fastest rate, states over time.
+/// Ordinary differential equations: rk4's stability interval over the fastest rate, states over time.
 TEST_F(Character, ScenesWithoutAGridAreOneCell) {
   write("s.dpde",
         "model m { field a, b; param k = 9.5; dt(a) = -k*a; dt(b) = a }\nscene s : m {\n  initial a = 1\n  initial b = "
@@ -125,7 +125,7 @@ std::string heated_rod(const std::string& rate, const std::string& boundary, con
          "\n  initial u = x\n  time 0 .. 1/64, step 1/16384\n}\n";
 }
 
-/// Measured by WallFlux of tests/numeric.
+/// Orders measured by WallFlux of tests/numeric.
 TEST_F(Character, OrdersHoldWallsToo) {
   const auto order = [&](const std::string& text) {
     write("s.dpde", text);
@@ -145,7 +145,7 @@ TEST_F(Character, OrdersHoldWallsToo) {
   EXPECT_EQ(found["walls"], "k is mirrored beyond x.low");
 }
 
-/// From 1 to 4 in the last two cells: -0.5 on the wall.
+/// From 1 to 4 in the last two cells: -0.5 by extrapolation to the wall.
 TEST_F(Character, CoefficientsThatChangeTheirSignOnAWallAreAWarning) {
   write("s.dpde", heated_rod("div(k*grad(u))", "x.low = 0, x.high = mixed(1, 1, 0)", "if(x > 1 - 1/32, 1, 4)"));
   const Outcome run = dpde("run s.dpde --json");
@@ -156,7 +156,7 @@ TEST_F(Character, CoefficientsThatChangeTheirSignOnAWallAreAWarning) {
   EXPECT_TRUE(dpde("run smooth.dpde --json").codes().empty());
 }
 
-/// One real transform there and back on 64 cells, 5 n log2(n) each; one multiplier of 33 waves.
+/// One real transform and its inverse on 64 cells, 5 n log2(n) each; one multiplier for 33 waves.
 TEST_F(Character, TransformsAndSolvesAreCounted) {
   const auto checked = [&](const std::string& scheme) {
     write("s.dpde", "model m { field u; dt(u) = lap(u) }\nscheme c { " + scheme +
@@ -176,7 +176,7 @@ TEST_F(Character, TransformsAndSolvesAreCounted) {
   EXPECT_TRUE(implicit["transforms"].is_null());
 }
 
-/// The order of a method is that of equal steps: under a tolerance errors follow the tolerance.
+/// The order of a method holds for equal steps: with a tolerance errors follow the tolerance.
 TEST_F(Character, SaysThatAToleranceChoosesTheSteps) {
   const auto checked = [&](const std::string& steps) {
     write("s.dpde", "model m { field u; dt(u) = -u }\nscheme c { time = dopri5 }\nscene s : m with c {\n" +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where errors come from: where solutions are known, the parts of cells, steps, rounding and solves add up to the error
-// that is measured, within a factor of 1.5.
+// Sources of errors: for known solutions the parts from cells, steps, rounding and solves add up to the measured error
+// within a factor of 1.5.
 #include <cmath>
 
 #include "chart_support.h"
@@ -20,13 +20,13 @@ class ChartBudget : public ChartCommand {
   }
 };
 
-/// Linear and limited schemes, of order 1 to 6 in space and 1 to 4 in time, implicit too, in one and two dimensions. Of
-/// the drum u alone is measured: its velocity has no exact solution.
+/// Linear and limited schemes, of order 1 to 6 in space and 1 to 4 in time, also implicit, in one and two dimensions.
+/// For the drum only u is measured: its velocity has no exact solution.
 TEST_F(ChartBudget, AddsUpToTheErrorOfExactSolutions) {
   if (!is_thorough()) GTEST_SKIP() << "at night: eleven seconds";
   struct Case {
     const char* chart;
-    std::size_t points;  // that are stable
+    std::size_t points;  // number of stable points
   };
   const Case cases[] = {
       {"advection/advection.dpde ring --vary advect=upwind1,central6,weno5 --vary time=rk4 "
@@ -56,8 +56,8 @@ TEST_F(ChartBudget, AddsUpToTheErrorOfExactSolutions) {
   }
 }
 
-/// A flow with a closed form (Taylor and Green 1937), whose pressure is solved for by steps: tolerances are points of
-/// one curve, and what a loose one costs in accuracy is a part of the budget.
+/// A flow with a closed form (Taylor and Green 1937) whose pressure is solved iteratively: tolerances are points of one
+/// curve, and the error of a loose one is a part of the budget.
 TEST_F(ChartBudget, TolerancesOfSolvesAreAnAxis) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   write("s.dpde",
@@ -79,7 +79,7 @@ TEST_F(ChartBudget, TolerancesOfSolvesAreAnAxis) {
   EXPECT_LT(exact["budget"]["solves"].get<double>(), 1e-6);
   for (const Json& point : json["points"]) expect_that_it_adds_up(point);
   EXPECT_NE(content(path("o/solves.csv")).find("solve=cg,16x16,0.25,4,cg(1e-8),"), std::string::npos);
-  // A reference is not as loose as the scene.
+  // The reference is solved more accurately than the scene.
   const Json self = dpde("chart s.dpde solves --reference-cells 64 --vary 'solve=cg(1e-8)'" + quick).json();
   EXPECT_NEAR(self["points"][0]["error"].get<double>(), exact["error"].get<double>(),
               0.05 * exact["error"].get<double>());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What charts and the choice are asked for: values, blocks, references, steps beyond the limit.
+// Choices for charts: values, blocks, references, steps beyond the stability limit.
 #include "chart_support.h"
 
 namespace dpde::testing {
@@ -31,7 +31,7 @@ TEST_F(ChartCommand, OfSeveralBlocksOneHasToBeNamed) {
   EXPECT_EQ(dpde("chart s.dpde b --vary cells=16" + quick).json()["points"][0]["variant"]["advect"], "upwind3");
 }
 
-/// A run on 64 cells proves what 32 do. The choice says what it was compared with.
+/// A run on 64 cells verifies the accuracy of 32. The choice names its reference.
 TEST_F(ChartCommand, TuneTakesTheReferenceOfABlock) {
   write("s.dpde", wind(true) + "chart a : ring { vary advect in central2, upwind3; reference self(cells = 64) }\n");
   const Outcome run = dpde("tune s.dpde a --tolerance 1e-2" + quick);
@@ -45,8 +45,8 @@ TEST_F(ChartCommand, TuneTakesTheReferenceOfABlock) {
   EXPECT_NE(coarse.err.find("--reference-cells 64"), std::string::npos) << coarse.err;
 }
 
-/// The limit on 24 cells is 2.83*2*pi/24 = 0.74: 1.4 times that is one step of 1, which ruins nothing; 0.98 and 0.95
-/// are both steps of 1/2.
+/// The limit on 24 cells is 2.83*2*pi/24 = 0.74: 1.4 times that gives one step of length 1, which does no harm; 0.98
+/// and 0.95 both give steps of 1/2.
 TEST_F(ChartCommand, StepsAboveTheLimitAreToldAndNoneIsRunTwice) {
   write("s.dpde", wind(true));
   const std::string command =
@@ -67,7 +67,7 @@ TEST_F(ChartCommand, StepsAboveTheLimitAreToldAndNoneIsRunTwice) {
   EXPECT_EQ(again["points"][0]["stable"], false);
 }
 
-/// What was found out by then is no choice and no boundary.
+/// Partial results are reported neither as a choice nor as a boundary.
 TEST_F(ChartCommand, CtrlCLeavesNoChoiceAndNoBoundary) {
   std::string text = wind(false);
   text.replace(text.find("cells 32"), 8, "cells 262144");

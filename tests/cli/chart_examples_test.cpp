@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The charts of the examples on small grids: the orders that their pictures show, and what is best where. Times are not
-// tested.
+// The charts of the examples on small grids: the orders in their pictures, and which method is best where. Times are
+// not tested.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,15 +14,14 @@ namespace {
 
 class ChartExamples : public Command {
  protected:
-  /// Of dsl-examples/FILE.dpde.
+  /// The chart of dsl-examples/FILE.dpde.
   Json chart(const std::string& file, const std::string& name, const std::string& vary) const {
     const Outcome run = dpde("chart " DPDE_SOURCE_DIR "/dsl-examples/" + file + ".dpde " + name + " " + vary +
                              " --samples 1 --sample-seconds 0 --json");
     EXPECT_EQ(run.status, 0) << run.err;
     return run.json();
   }
-  /// The error on `cells` cells along the first axis of the method in which `key` is `value`, at the first of its
-  /// steps.
+  /// The error on `cells` cells along the first axis for the method with `key` = `value`, at its first step.
   static double error(const Json& chart, int cells, const std::string& key, const std::string& value) {
     for (const Json& point : chart["points"]) {
       if (point["cells"][0] == cells && point["variant"][key] == value && point["error"].is_number())
@@ -45,7 +44,7 @@ TEST_F(ChartExamples, FrontOfBurgersByColeAndHopf) {
   EXPECT_NEAR(order(json, 64, "advect", "upwind(3)"), 3, 0.15);
 }
 
-/// A smooth profile: orders of the differences, where time steps are short or of order 4 too.
+/// A smooth profile: orders of the differences; time steps are short, or of order 4 as well.
 TEST_F(ChartExamples, RingByUpwindAndCentralDifferences) {
   const Json json =
       chart("advection/advection", "accuracy_of_ring", "--vary cells=64,128 --vary time=rk4 --vary fraction=0.45");
@@ -56,8 +55,8 @@ TEST_F(ChartExamples, RingByUpwindAndCentralDifferences) {
   EXPECT_NEAR(order(json, 64, "advect", "central(4)"), 4, 0.15);
 }
 
-/// Before chaos has grown: differences fall with the fourth power, Fourier series with etdrk4 faster, and their step is
-/// not that of the fourth derivative.
+/// Before chaos grows: errors of differences fall with the fourth power, those of Fourier series with etdrk4 faster,
+/// whose step is not limited by the fourth derivative.
 TEST_F(ChartExamples, StartOfKuramotoAndSivashinsky) {
   const Json json = chart("kuramoto_sivashinsky/kuramoto_sivashinsky", "accuracy_of_start",
                           "--vary cells=128,256 --vary fraction=0.3");
@@ -109,7 +108,7 @@ TEST_F(ChartExamples, SpotOfGrayAndScott) {
   EXPECT_LT(error(json, 64, "lap", "central(4)"), 0.25 * error(json, 64, "lap", "central(2)"));
 }
 
-/// Fourier series beside differences of the same flow, whose stream function each of them solves for.
+/// Fourier series and differences for the same flow; both solve for the stream function.
 TEST_F(ChartExamples, MergingVortices) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const Json json = chart("vorticity/vorticity", "accuracy_of_merger",
@@ -120,8 +119,8 @@ TEST_F(ChartExamples, MergingVortices) {
   EXPECT_GT(order(json, 32, "scheme", "waves"), 7);
 }
 
-/// Convection: a spectral run beside differences, and the growth of Rayleigh's first wave, where Pr = 1
-/// sqrt(Ra/3) - 3*pi^2/2.
+/// Convection: a spectral run and differences, and the growth of Rayleigh's first wave, for Pr = 1 sqrt(Ra/3) -
+/// 3*pi^2/2.
 TEST_F(ChartExamples, RollsAlongWhichTheFluidSlips) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night: a reference of 96 x 96 cells";
   const Json json = chart("convection/free_rolls", "accuracy_of_rolls",

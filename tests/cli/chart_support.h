@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of charts begin with.
+// Scenes shared by tests of charts.
 #pragma once
 
 #include "command_support.h"
 
 namespace dpde::testing {
 
-/// Advection of a sine once around, and the decay of one by diffusion.
+/// Advection of a sine once around, and decay of a sine by diffusion.
 inline std::string wind(bool with_exact) {
   return std::string("model wind { field u; param c; dt(u) = -advect(c, u) }\n") +
          "scheme plain { advect = central(2); time = rk4 }\nscene ring : wind with plain {\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Charts of speed against accuracy, and the choice of the cheapest that meets a tolerance. Errors are compared with
-// closed forms; times are not tested but for being there.
+// Charts of speed against accuracy, and the choice of the cheapest method for a tolerance. Errors are compared with
+// closed forms; times need only be present.
 #include <complex>
 #include <numbers>
 #include <set>
@@ -10,8 +10,8 @@
 namespace dpde::testing {
 namespace {
 
-/// The wave of wave number 1 goes at the speed sin(h)/h by central(2): the error after t = 1 is 1 - sin(h)/h of its
-/// size, if steps are short. Relative root mean square: the same.
+/// With central(2) the wave of wave number 1 has the speed sin(h)/h: for short steps the relative error after t = 1 is
+/// 1 - sin(h)/h, also as a root mean square.
 TEST_F(ChartCommand, ErrorsAreThoseOfClosedForms) {
   write("s.dpde", wind(true));
   const Outcome run = dpde("chart s.dpde --vary cells=16,32,64 --vary fraction=0.1 --vary advect=central2" + quick);
@@ -28,7 +28,7 @@ TEST_F(ChartCommand, ErrorsAreThoseOfClosedForms) {
   }
 }
 
-/// Without an exact solution a finer run by another scheme takes its place, and says how well it is known.
+/// Without an exact solution a finer run with another scheme is the reference, and its accuracy is reported.
 TEST_F(ChartCommand, AFinerRunTakesThePartOfAnExactSolution) {
   write("exact.dpde", wind(true));
   write("none.dpde", wind(false));
@@ -69,7 +69,7 @@ TEST_F(ChartCommand, GoesOnFromWhatItsFolderHolds) {
   const Json second = dpde(command + " --vary cells=16,32,64 --resume" + quick).json();
   ASSERT_EQ(second["points"].size(), 3u);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(second["points"][i]["wall_s"], first["points"][i]["wall_s"]) << "timed once";
-  // Other settings are other points: half the wind makes about half the error.
+  // Other settings give other points: half the wind gives about half the error.
   const Json slow = dpde(command + " --vary cells=16,32 --set c=0.5 --resume" + quick).json();
   EXPECT_NEAR(slow["points"][1]["error"].get<double>() / first["points"][1]["error"].get<double>(), 0.5, 0.05);
   write("o/ring_chart_points.json", "{\"a\": {\"failure\": null}}");
@@ -78,7 +78,8 @@ TEST_F(ChartCommand, GoesOnFromWhatItsFolderHolds) {
   EXPECT_EQ(dpde(command + " --resume" + quick).codes(), std::vector<std::string>{"E0901"});
 }
 
-/// Ctrl-C in the middle: what was run is a chart, in all its files, and the same command goes on with the rest alone.
+/// Ctrl-C in the middle: finished runs form a chart, in all its files, and the same command continues with the
+/// remaining ones.
 TEST_F(ChartCommand, CtrlCLeavesAChartThatGoesOn) {
   write("s.dpde", wind(true));
   const std::string command =
@@ -112,7 +113,7 @@ TEST_F(ChartCommand, CtrlCBeforeTheReferenceIsNoFaultOfTheScene) {
   EXPECT_EQ(stopped.err.find("E0916"), std::string::npos) << stopped.err;
 }
 
-/// Without --tolerance the scene's line counts; what it looks at is what has to be that accurate.
+/// Without --tolerance the scene's accuracy line applies, to the fields that it names.
 TEST_F(ChartCommand, TuneTakesTheAccuracyOfTheScene) {
   const auto with = [&](const std::string& line) {
     std::string text = wind(true);
@@ -131,7 +132,7 @@ TEST_F(ChartCommand, TuneTakesTheAccuracyOfTheScene) {
   EXPECT_EQ(with("accuracy 1e-3; accuracy 1e-2").codes(), std::vector<std::string>{"E0303"});
 }
 
-/// The gradient of the choice, by itself, is as near to the closed form pi sin(1) as was asked for.
+/// The gradient of the choice, run alone, agrees with the closed form pi sin(1) to the requested accuracy.
 TEST_F(ChartCommand, TuneAsksTheSameOfGradients) {
   write("s.dpde", wind(true) +
                       "scene still : wind with plain {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  c = 0\n"
@@ -161,7 +162,7 @@ TEST_F(ChartCommand, TuneRefusesATaskWithoutItsGradient) {
   EXPECT_NE(dpde("chart --help").out.find("the median counts"), std::string::npos);
 }
 
-/// RK4 with central(2) is stable up to a Courant number of 2.83, however many parts a step has.
+/// RK4 with central(2) is stable up to a Courant number of 2.83 per substep, whatever their number.
 TEST_F(ChartCommand, StepsThatACourantNumberSplitsAreJudged) {
   std::string text = wind(true);
   text.insert(text.find("step 1/32") + 9, ", courant 3, speed c");
@@ -170,7 +171,7 @@ TEST_F(ChartCommand, StepsThatACourantNumberSplitsAreJudged) {
   const Json points = dpde(command + quick).json()["points"];
   ASSERT_EQ(points.size(), 2u);
   EXPECT_TRUE(points[0]["stable"].get<bool>()) << "one part of 1/32 is short enough";
-  // Parts of a step of 0.29 are 0.29 as long as 3*h is more, and rk4 bears 2.83*h: on 64 cells there is room between.
+  // A step of 0.29 is not divided if 3*h is larger, and rk4 allows 2.83*h: on 64 cells there is room in between.
   const std::string split = "chart s.dpde --vary cells=32,64 --vary step=0.29 --vary time=rk4 --set end=29";
   const Json with_parts = dpde(split + quick).json()["points"];
   ASSERT_EQ(with_parts.size(), 2u);
@@ -182,7 +183,8 @@ TEST_F(ChartCommand, StepsThatACourantNumberSplitsAreJudged) {
   EXPECT_NE(tuned["text"].get<std::string>().find(", courant 0.5, speed c\n"), std::string::npos) << tuned;
 }
 
-/// Source terms make a made-up solution one, of coupled equations with coefficients, and of second order in time.
+/// Source terms make a manufactured solution exact, for coupled equations with coefficients, and of second order in
+/// time.
 TEST_F(ChartCommand, ManufacturedSolutionsShowTheOrder) {
   write("s.dpde",
         "model mix { field u, v; coefficient k; dt(u) = -advect(v, u) + div(k*grad(u)) + u^2*v - exp(-u)\n"
@@ -211,7 +213,7 @@ TEST_F(ChartCommand, ManufacturedSolutionsShowTheOrder) {
   EXPECT_NE(walls.err.find("walls and stretched axes stand in the way"), std::string::npos) << walls.err;
 }
 
-/// What is chosen has the error that is told, and that meets the tolerance.
+/// The chosen method has the reported error, which meets the tolerance.
 TEST_F(ChartCommand, TuneProvesWhatItChooses) {
   write("s.dpde", wind(true));
   for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
@@ -221,7 +223,7 @@ TEST_F(ChartCommand, TuneProvesWhatItChooses) {
     EXPECT_LE(json["error"].get<double>(), tolerance);
     EXPECT_GT(json["tried"].get<int>(), 4);
     EXPECT_FALSE(json["runner_up"].empty());
-    // The choice, run by itself, has that error.
+    // The choice, run alone, has that error.
     std::string set =
         " --set step=" + json["chosen"]["step"].dump() + " --set cells=" + json["chosen"]["cells"][0].dump();
     for (const char* key : {"advect", "time", "real"}) {
@@ -259,7 +261,7 @@ TEST_F(ChartCommand, StabilityMeasuresWhatItPredicts) {
     EXPECT_NEAR(row["ratio"].get<double>(), 1, 0.02);
   }
   EXPECT_EQ(dpde("stability s.dpde --against c=2..1 --json").codes(), std::vector<std::string>{"E0904"});
-  // Cells are whole numbers, each once; 0 cannot be run: it is listed, and the others go on.
+  // Cells are integers without duplicates; 0 cannot be run: it is listed, and the others continue.
   const Json listed = dpde("stability s.dpde --against cells=0.4..32 --points 3 --json").json();
   ASSERT_EQ(listed["against"]["rows"].size(), 3u);
   EXPECT_TRUE(listed["against"]["rows"][0].contains("failure"));
@@ -272,7 +274,7 @@ TEST_F(ChartCommand, StabilityMeasuresWhatItPredicts) {
   EXPECT_TRUE(weak["predicted"]["weak"].get<bool>());
 }
 
-/// A chart block says all of it; options go before its lines.
+/// A chart block replaces options; given options have precedence over its lines.
 TEST_F(ChartCommand, ABlockOfTheFileSaysWhatIsRun) {
   write("s.dpde", wind(true) +
                       "scheme windward { advect = upwind(1); time = ssp_rk3 }\n"
@@ -287,7 +289,7 @@ TEST_F(ChartCommand, ABlockOfTheFileSaysWhatIsRun) {
   for (const Json& point : json["points"]) {
     EXPECT_EQ(point["errors"].size(), 2u);
     EXPECT_EQ(point["error"], point["errors"]["linf(u)"]) << "the largest of them";
-    // Of a sine the largest value is the root of 2 times the root mean square.
+    // For a sine the maximum is sqrt(2) times the root mean square.
     EXPECT_NEAR(point["errors"]["linf(u)"].get<double>() / point["errors"]["u"].get<double>(), std::sqrt(2.0), 0.03);
     EXPECT_NEAR(point["step"].get<double>() * point["steps"].get<int>(), 0.5, 1e-12);
   }
@@ -339,7 +341,7 @@ TEST_F(ChartCommand, MistakesOfABlockAreShownInIt) {
       << "it is looked at there, too";
 }
 
-/// The scene's own method is one of those that are tried by themselves: it does not stand twice.
+/// The scene's own method is also among the tried ones: it is listed once.
 TEST_F(ChartCommand, TheScenesOwnMethodStandsOnce) {
   write("s.dpde", wind(true));
   const Json all = dpde("chart s.dpde --vary cells=16 --vary fraction=0.5" + quick).json();
@@ -349,9 +351,9 @@ TEST_F(ChartCommand, TheScenesOwnMethodStandsOnce) {
   EXPECT_FALSE(methods.contains("advect=central2 time=rk4")) << "is the scene's own";
 }
 
-/// J = 1/2 int (u(T) - sin x)^2 of a sine that goes round with speed c: dJ/dc = pi T sin(c T) in the limit, and with
-/// central(2) the speed is s c, s = sin(h)/h: pi T s sin(s c T). Of the initial state the derivative is u(T) carried
-/// back, less what was to be there, the same function on all grids.
+/// J = 1/2 int (u(T) - sin x)^2 of a sine advected at speed c: dJ/dc = pi T sin(c T) in the limit. With central(2) the
+/// speed is s c, s = sin(h)/h, and dJ/dc = pi T s sin(s c T). The derivative by the initial state is u(T) minus the
+/// target, propagated back: the same function on all grids.
 TEST_F(ChartCommand, GradientsAreComparedToo) {
   write("s.dpde", wind(true) +
                       "scene still : wind with plain {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  c = 0\n"
@@ -370,7 +372,8 @@ TEST_F(ChartCommand, GradientsAreComparedToo) {
     const double h = 2 * std::numbers::pi / point["cells"][0].get<double>(), s = std::sin(h) / h;
     const double expected = std::abs(s * std::sin(s) / std::sin(1.0) - 1);
     EXPECT_NEAR(point["gradient_errors"]["c"].get<double>(), expected, 1e-4) << point;
-    // By the initial state: sin(x) - sin(x + s) for sin(x) - sin(x + 1), both of size 2 sin(s/2), half as far apart.
+    // By the initial state: sin(x) - sin(x + s) instead of sin(x) - sin(x + 1), both of size 2 sin(s/2), half as far
+    // apart.
     const std::complex<double> i(0, 1), is = 1.0 - std::exp(i * s), was = 1.0 - std::exp(i);
     EXPECT_NEAR(point["gradient_errors"]["initial u"].get<double>(), std::abs(is - was) / std::abs(was), 1e-4);
     EXPECT_GT(point["gradient_wall_s"].get<double>(), 0);
@@ -382,7 +385,7 @@ TEST_F(ChartCommand, GradientsAreComparedToo) {
   EXPECT_EQ(dpde("chart s.dpde ring --task sped" + quick).codes(), std::vector<std::string>{"E0318"});
 }
 
-/// Of the data's own scheme and step all differences are 0, where the root has no derivative.
+/// For the data's own scheme and step all differences are 0, where the root has no derivative.
 TEST_F(ChartCommand, GradientsThatFailHaveARowAndACross) {
   write("s.dpde", wind(false) +
                       "task same : ring {\n  data r = u from scene ring\n  unknown c from 1\n"
@@ -395,7 +398,7 @@ TEST_F(ChartCommand, GradientsThatFailHaveARowAndACross) {
   EXPECT_NE(content(path("o/ring_chart.svg")).find("it ran, but its gradient failed"), std::string::npos);
 }
 
-/// central(8) on half the reference's cells has an error below what the reference, of order 6, is known to.
+/// central(8) on half the reference's cells has an error below the accuracy of the reference of order 6.
 TEST_F(ChartCommand, WhatTheReferenceDoesNotResolveIsMarked) {
   write("s.dpde", wind(false));
   const Outcome run = dpde(
@@ -408,7 +411,7 @@ TEST_F(ChartCommand, WhatTheReferenceDoesNotResolveIsMarked) {
   EXPECT_GT(mark, second) << "central2 is resolved";
 }
 
-/// The interval about a speed-up is that of the same timings each time; curves without an error in common have none.
+/// The interval of a speed-up uses the same timings each time; curves without a common error have none.
 TEST_F(ChartCommand, SpeedUpsAtEqualAccuracyHaveAnInterval) {
   write("s.dpde", wind(true));
   const std::string command =
@@ -434,7 +437,7 @@ TEST_F(ChartCommand, FieldsOfTheTableAreQuoted) {
   EXPECT_NE(table.find(",\"the step is above 0.2777, the largest stable one\",,,,\n"), std::string::npos) << table;
 }
 
-/// Steps are chosen so that what has times of its own falls on them: outputs, controls, losses.
+/// Steps are chosen such that outputs, controls and losses fall on their ends.
 TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
   std::string text = wind(true);
   text.insert(text.find("  time"), "  output u every 1/4\n");
@@ -451,7 +454,7 @@ TEST_F(ChartCommand, ChosenStepsEndWhereThingsHappen) {
   }
 }
 
-/// Ordinary equations have no cells: references take shorter steps, and so do the candidates of tune.
+/// Ordinary differential equations have no cells: references and candidates of tune take shorter steps.
 TEST_F(ChartCommand, OfAScenesWithoutAGridVariesTheStep) {
   write("decay.dpde",
         "model m { field u; param k = 1; dt(u) = -k*u }\nscheme c { time = rk4 }\n"

@@ -10,7 +10,7 @@ namespace dpde::testing {
 
 namespace {
 
-/// The words of a shell's line; none where it has more than words to say.
+/// The words of a shell's command line; nullopt if it contains more than words.
 std::optional<std::vector<std::string>> words_of(const std::string& line) {
   std::vector<std::string> words;
   bool is_inside = false;  // of a word
@@ -61,7 +61,7 @@ class Heard {
   std::FILE* stream_;
 };
 
-/// Goes there and comes back.
+/// Changes to a folder and back.
 class In {
  public:
   explicit In(const fs::path& folder) : before_(fs::current_path()) { fs::current_path(folder); }
@@ -73,7 +73,7 @@ class In {
   fs::path before_;
 };
 
-/// Of this process.
+/// The cache folder of this process.
 class CacheFolder : public ::testing::Environment {
  public:
   void SetUp() override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the command as a user would and keeps what it says: as a function of this process, or as one of its own.
+// Runs the command as a user would and captures its output: as a function of this process, or as a separate process.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ struct Outcome {
   }
 };
 
-/// `text` with each of these written otherwise wherever it stands, as an example that is made smaller; all are there.
+/// `text` with each of these replaced everywhere, to make an example smaller; each must occur.
 inline std::string rewritten(std::string text, const std::vector<std::pair<std::string, std::string>>& changes) {
   for (const auto& [from, to] : changes) {
     EXPECT_NE(text.find(from), std::string::npos) << from;
@@ -60,7 +60,7 @@ inline std::string rewritten(std::string text, const std::vector<std::pair<std::
   return text;
 }
 
-/// A folder of its own for each test.
+/// A separate folder for each test.
 class Command : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -85,14 +85,14 @@ class Command : public ::testing::Test {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")),
             content(path(".err"))};
   }
-  /// Without a process where `arguments` are plain words and quoted ones: run_command() in the test's folder. Code that
-  /// a test of the same process compiled is taken from its cache.
+  /// If `arguments` are plain or quoted words, calls run_command() in the test's folder without a new process. Code
+  /// compiled by a test of this process comes from its cache.
   Outcome dpde(const std::string& arguments) const;
-  /// By a process, whose cache is empty where the test begins.
+  /// In a new process, with an empty cache at the beginning of the test.
   Outcome process(const std::string& arguments) const { return shell("$DPDE " + arguments); }
-  /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is
-  /// SIGINT; before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that
-  /// holds anything. A shell's background jobs ignore SIGINT, and dpde would too: env gives it back.
+  /// Sends Ctrl-C `seconds` after the command has installed its handler, however long that takes. SigCgt: bit 1 is
+  /// SIGINT; before exec the process is the shell, with its own handlers. With `file`, also waits until that file is
+  /// not empty. A shell's background jobs ignore SIGINT, and dpde would inherit this: env restores it.
   Outcome interrupted(const std::string& arguments, const std::string& seconds, const std::string& file = ".") const {
     return shell("env --default-signal=INT $DPDE " + arguments +
                  " & run=$!; for i in $(seq 6000); do "
@@ -115,11 +115,11 @@ class Command : public ::testing::Test {
   fs::path folder_;
 };
 
-/// Ended by the signal of Ctrl-C, as a shell tells it.
+/// Exit status after Ctrl-C, as shells report it.
 constexpr int by_ctrl_c = 130;
 
-/// A periodic rod whose explicit Euler solution is known in closed form: each step scales sin(x) by
-/// 1 - 4 k dt/h^2 sin(h/2)^2.
+/// A periodic rod with a closed form of the explicit Euler solution: each step scales sin(x) by 1 - 4 k dt/h^2
+/// sin(h/2)^2.
 inline const char* rod_text = R"(model heat {
   field u
   param k

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions at sides by the verbs of the command that driver/conditions_test leaves out: each stage of emit,
-// stability, bench, chart and build. A condition by day, all at night.
+// Boundary conditions in the commands that driver/conditions_test leaves out: each stage of emit, stability, bench,
+// chart and build. One condition by day, all at night.
 #include <fmt/format.h>
 
 #include "command_support.h"
@@ -63,7 +63,7 @@ std::vector<std::string> conditions() {
                                "linear",
                                "outflow",
                                "radiating(q)"};
-  if (!is_thorough()) all.resize(1);  // one that is skipped says so
+  if (!is_thorough()) all.resize(1);  // a skipped test reports so
   return all;
 }
 

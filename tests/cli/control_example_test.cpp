@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The controllers of dsl-examples/control, trained by the command: one against the linear-quadratic regulator of the
-// same discrete plant, found here with Eigen; one in closed loop on parameters, initial states and noise it has not
-// seen.
+// same discrete plant, computed here with Eigen; one in closed loop with new parameters, initial states and noise.
 #include <Eigen/Dense>
 #include <cmath>
 
@@ -19,7 +18,7 @@ constexpr int cells = 50, actuators = 5, decisions = 100;
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
 MatrixXd solution(const MatrixXd& a, const MatrixXd& b) { return a.ldlt().solve(b); }
 
-/// One step of 0.1 of the plant with the actuators held: u becomes state*u + input*a.
+/// One step of 0.1 of the plant with constant actuators: u becomes state*u + input*a.
 struct Plant {
   MatrixXd state, input;
 };
@@ -34,12 +33,13 @@ Plant plant() {
     if (i % 10 < 5) reach(i, i / 10) = 1;  // 0 .. 0.1, 0.2 .. 0.3, ...
   }
   const MatrixXd one = MatrixXd::Identity(cells, cells), z = dt * rate;
-  // of the fourth-order Runge-Kutta method: 1 + z/2 (1 + z/3 (1 + z/4))
+  // fourth-order Runge-Kutta: 1 + z/2 (1 + z/3 (1 + z/4))
   const MatrixXd held = one + product(z, one + product(z, one + z / 4) / 3) / 2;
   return {one + product(z, held), product(dt * held, reach)};
 }
 
-/// u . cost u is the least cost from u: no control at first, then the best at each of the times 1 ... decisions - 1.
+/// u . cost u is the least cost from u: without control at first, then with optimal control at times 1 ... decisions -
+/// 1.
 MatrixXd least_cost(const Plant& p) {
   const MatrixXd one = MatrixXd::Identity(cells, cells), few = MatrixXd::Identity(actuators, actuators);
   MatrixXd cost = one;
@@ -78,7 +78,7 @@ TEST_F(ControlExample, LinearPlantReachesTheRegulator) {
   const Json loss = json("optimize plant.dpde regulate --iterations 16 --out .")["loss"];
   ASSERT_GT(loss.size(), 10U);
   EXPECT_NEAR(loss.front().get<double>() / cost_without_control(p), 1,
-              1e-10);  // gains begin with 0: it is the same plant
+              1e-10);  // gains start from 0: the plant is the same
   EXPECT_GT(loss.back().get<double>(), least.trace());
   EXPECT_LT(loss.back().get<double>(), 1.001 * least.trace());
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control fields of the command: files of all intervals, searches and runs that go on, and the memory that check
-// foretells.
+// Control fields of the command: files of all intervals, resumed searches and runs, and the memory predicted by check.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -88,7 +87,7 @@ TEST_F(ControlFields, ALongerRunGoesOnToTheSameEnd) {
   EXPECT_EQ(dpde("run spill.dpde s --json --resume --out half --set end=1").codes(), std::vector<std::string>{"E0914"});
 }
 
-/// A field for each interval, and for its gradient one more.
+/// One field per interval, and one more for its gradient.
 TEST_F(ControlFields, TheirMemoryIsForetold) {
   const auto memory = [&](const std::string& every, const char* key) {
     write("m.dpde", std::string(text).replace(std::string(text).find("every 0.3"), 9, "every " + every));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user of curved coordinates is told: what is conserved, what a pole does to the step, and where nothing is
-// mirrored.
+// Messages about curvilinear coordinates: conservation, effect of a pole on the step, and points that are not mirrored.
 #include <fmt/format.h>
 
 #include "command_support.h"
@@ -38,7 +37,7 @@ TEST_F(CurvedCoordinates, CheckNamesThePole) {
     EXPECT_NE(outcome.out.find(said), std::string::npos) << said << "\n" << outcome.out;
 }
 
-/// Runs below and above the limit agree with what is said of it.
+/// Runs below and above the limit agree with the reported limit.
 TEST_F(CurvedCoordinates, TheLimitAtAPoleIsThatOfRuns) {
   write("globe.dpde", globe_text);
   const double limit = dpde("check globe.dpde s --json").json()["stability"]["max_step"].get<double>();
@@ -96,7 +95,7 @@ scene smooth : filtered {
 }
 )";
 
-/// There the boundary says 0, whatever flows over the pole.
+/// There the boundary sets 0, whatever flows over the pole.
 TEST_F(CurvedCoordinates, ErrorsLeaveFacesOnPolesOut) {
   write("wind.dpde", wind_text);
   const Json error = dpde("run wind.dpde over_poles --json").json()["error"];
@@ -104,7 +103,7 @@ TEST_F(CurvedCoordinates, ErrorsLeaveFacesOnPolesOut) {
   EXPECT_EQ(error["u.y"]["l2"].get<double>(), 0) << error;
 }
 
-/// A filter is named where waves set the limit that have none.
+/// A filter is suggested if the limit comes from waves without one.
 TEST_F(CurvedCoordinates, ALimitOfWavesHasTheirRemedy) {
   write("wind.dpde", wind_text);
   const std::string text = dpde("run wind.dpde water").err;

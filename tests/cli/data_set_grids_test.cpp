@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets that keep their runs on several grids.
+// Data sets that store their runs on several grids.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -23,7 +23,7 @@ scene waves : burgers {
 
 class DataSetGrids : public Command {};
 
-/// A file a grid, to the byte what data sets of one grid each have, but for the text of the block.
+/// One file per grid, byte-identical to data sets with a single grid, except for the text of the block.
 TEST_F(DataSetGrids, AreFilesOfTheSameRuns) {
   const std::string runs = "dataset d : waves { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; ";
   write("both.dpde", grid_scene + runs + "coarsen 4 in \"a.nc\"; coarsen 2 in \"b.nc\"; coarsen 1 in \"c.nc\" }\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each function and operator 40 deep, in every place that formulas have: work that doubles with each level never ends.
+// Each function and operator nested 40 deep, everywhere formulas are allowed: work that doubles per level would never
+// end.
 #include <fmt/format.h>
 
 #include <functional>
@@ -69,8 +70,8 @@ std::string nested(const Kind& kind, const std::string& of) {
   return text;
 }
 
-/// A right side, a start, a coefficient, a value of a side, of a mask and of an event, a speed, an observable and a
-/// loss. What has no derivative stands in no loss and no right side of a gradient.
+/// A right-hand side, an initial state, a coefficient, values of a side, a mask and an event, a speed, an observable
+/// and a loss. Non-differentiable functions are left out of losses and of right-hand sides with a gradient.
 std::string scene_of(const Kind& kind) {
   const auto of = [&](const std::string& what) { return nested(kind, what); };
   const bool has_derivative = kind.name != "floor" && kind.name != "sign" && of("u").find("1, 0") == std::string::npos;
@@ -103,7 +104,7 @@ task t : s {{ unknown k; unknown initial u from 0.3; minimise mean(u^2){} }}
                      has_derivative ? " + mean(" + of("u") + ")" : "");
 }
 
-/// A chain of lets, each made of the one before, and the same in a kernel, where lets stay.
+/// A chain of lets, each using the one before, and the same in a kernel, where lets are kept.
 std::string lets_of(const std::string& next) {
   std::string lets = "let a0 = u\n";
   for (int level = 1; level <= levels; ++level)
@@ -143,7 +144,7 @@ task t : s { unknown initial u from 0.3; minimise mean(u^2) at t = 0.2 }
   }
 }
 
-/// Texts that say more than can be compiled are refused at once.
+/// Texts that expand to more than can be compiled are refused immediately.
 TEST_F(DeepNesting, SquaresOfSquaresAreRefused) {
   const std::string deep = "f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(f(";
   for (const std::string of : {"u", "k"}) {

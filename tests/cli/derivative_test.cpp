@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives through the command where programs are less simple than a model's step.
+// Derivatives through the command for programs more complex than a model's step.
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -12,8 +12,8 @@ namespace {
 
 class DerivativeCommand : public Command {};
 
-/// A result that the step itself reads (p_next), one periodic and one bounded axis, an odd number of steps: the seed's
-/// buffer of one gradient is the result's of the next, and nothing of it may be left over.
+/// A result that the step itself reads (p_next), one periodic and one bounded axis, an odd number of steps. The seed's
+/// buffer of one gradient is the result's of the next; nothing of it may remain.
 TEST_F(DerivativeCommand, GradientIsTheSameEachTime) {
   write("symplectic.dpde", R"(
 kernel kp(p: field, v: field halo 1, out p_next: field, dt, hx, hy: param) {
@@ -94,8 +94,8 @@ std::string implicit_with(int passes) {
   return text.replace(text.find("PASSES"), 6, std::to_string(passes));
 }
 
-/// Passes of a repeat: certified derivatives of first and second order, the same numbers from either back end and from
-/// the text that is emitted, and no more code for more passes.
+/// Passes of a repeat: certified derivatives of first and second order, equal for both back ends and for the emitted
+/// text; code size does not grow with the number of passes.
 TEST_F(DerivativeCommand, OfARepeatedKernelIsCertified) {
   write("few.dpde", implicit_with(4));
   write("many.dpde", implicit_with(40));
@@ -121,7 +121,7 @@ TEST_F(DerivativeCommand, OfARepeatedKernelIsCertified) {
   EXPECT_NE(content(path("many.dpde")).find("  repeat 40 {\n    fill w periodic\n"), std::string::npos);
 }
 
-/// One kernel under two boundaries has two adjoints.
+/// One kernel with two boundaries has two adjoints.
 TEST_F(DerivativeCommand, ProgramsThatShareAKernelHaveDerivativesOfTheirOwn) {
   write("two.dpde", R"(
 kernel k(u: field halo 1, out v: field) { v = 2*u[+1]*u + 3*u[-1] }
@@ -160,7 +160,7 @@ task t : s { unknown m from 2
   EXPECT_NEAR(gradient.json()["gradient"]["m"]["value"].get<double>(), expected, 1e-14);
 }
 
-/// A damped wave beside a field of first order, the velocity among the unknowns.
+/// A damped wave together with a field of first order; the velocity is one of the unknowns.
 TEST_F(DerivativeCommand, SecondTimeDerivativesAreCertified) {
   write("wave.dpde", R"(
 model wave { field u, w; param c, g; dt(dt(u)) = c^2*lap(u) - g*lap(dt(u))*u - w*dt(u)^2; dt(w) = lap(w) - u*dt(u) }
@@ -192,7 +192,7 @@ task t : s {
   EXPECT_NE(formatted.out.find("initial dt(u) = cos(2*pi*x)"), std::string::npos);
 }
 
-/// Schemes with a memory: the first step is another one, and the velocity of leapfrog is that of half a step back.
+/// Multistep schemes: the first step differs, and leapfrog's velocity is that of half a step before.
 TEST_F(DerivativeCommand, SchemesThatRememberAreCertified) {
   write("wave.dpde", R"(
 model wave { field u, w; param c, g; dt(dt(u)) = c^2*lap(u)*u - g*dt(u)*w + t; dt(w) = lap(w)*u - w }
@@ -223,7 +223,7 @@ task t : s {
   EXPECT_NE(dpde("emit wave.dpde s --stage stencil").out.find("swap w_old, w_old_next"), std::string::npos);
 }
 
-/// Departure points that depend on the state, cubic along one axis and along two.
+/// Departure points that depend on the state, cubic along one and two axes.
 TEST_F(DerivativeCommand, CubicSemiLagrangianIsCertified) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   write("carry.dpde", R"(
@@ -251,7 +251,7 @@ scene two : plane {
   }
 }
 
-/// Along one, two and three axes, at walls that depend on an unknown too; velocities that are sought.
+/// Along one, two and three axes, at walls that also depend on an unknown; with unknown velocities.
 TEST_F(DerivativeCommand, TransportAlongTheFlowIsCertifiedAtWalls) {
   write("carry.dpde", R"(
 model line { field u; param c, A; dt(u) = -advect(c + 0.3*u, u) }
@@ -301,7 +301,7 @@ task wall : one { unknown A; minimise mean((u - 0.2)^2) over time }
   }
 }
 
-/// Every difference and time scheme of the language, with walls, certified down to grids of one cell.
+/// Every difference and time scheme of the language, with walls, certified also on grids of one cell.
 TEST_F(DerivativeCommand, EveryDifferenceAndTimeSchemeIsCertified) {
   write("burgers.dpde", R"(
 model burgers { field u, v; param nu; dt(u) = -advect((u, v), u) + nu*lap(u); dt(v) = -u*dx(v) + nu*lap(v) - v*u }
@@ -374,7 +374,7 @@ TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
   EXPECT_EQ(dpde("verify w.dpde s").status, 0) << "of a scene: by what has a derivative";
 }
 
-/// The passes of a repeat fill v, w, w_2, ...: a person wrote v, once.
+/// The passes of a repeat fill v, w, w_2, ...; the file contains v once.
 TEST_F(DerivativeCommand, AnUnknownInAFillOfARepeatIsToldOnce) {
   write("r.dpde",
         "kernel jacobi(v: field, f: field, out w: field) {\n  w = (v[+1] + v[-1] + f)/2\n}\nprogram p {\n  repeat 8 {\n"
@@ -390,8 +390,8 @@ TEST_F(DerivativeCommand, AnUnknownInAFillOfARepeatIsToldOnce) {
   EXPECT_EQ(said["message"], "a boundary value of field v depends on an unknown");
 }
 
-/// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself
-/// differences and samples vanish. So they do where the walls hold unknowns, the derivatives by which are exact.
+/// Data that are a state of another run have that state's values beyond walls: compared with a twin of the scene,
+/// differences and samples vanish. This also holds if the walls contain unknowns, for which derivatives are exact.
 TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
   write("twin.dpde",
         "model d { field u; param k, a; dt(u) = k*lap(u) }\n"
@@ -411,7 +411,7 @@ TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
   EXPECT_EQ(proven.status, 0) << proven.out << proven.err;
 }
 
-/// A program fills the halo of a coefficient with values, the loss mirrors it: each finds its own, forward and
+/// A program fills a coefficient's ghost cells with values, the loss mirrors it: each uses its own, forward and
 /// backward.
 TEST_F(DerivativeCommand, ProgramsThatFillACoefficientDifferentlyDoNotSpoilOneAnother) {
   write(
@@ -431,7 +431,7 @@ TEST_F(DerivativeCommand, ProgramsThatFillACoefficientDifferentlyDoNotSpoilOneAn
   }
 }
 
-/// The bounds of maccormack jump beside the point: the derivative there is right all the same, and the jump is told.
+/// The bounds of maccormack jump next to the point: the derivative there is still right, and the jump is reported.
 TEST_F(DerivativeCommand, JumpsOfBoundsAreToldBesideTheCertificate) {
   const Outcome outcome = dpde("verify " DPDE_SOURCE_DIR "/dsl-examples/smoke/smoke.dpde left");
   EXPECT_EQ(outcome.status, 0) << outcome.out;

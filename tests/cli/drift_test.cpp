@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums that steps conserve, over a run.
+// Drift of conserved sums over a run.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ const std::string viscous_shock =
     "  grid x = 0 .. 1, cells 64, periodic\n  nu = 0.01\n  initial u = 1 + sin(2*pi*x)\n  observe mass = integral(u)\n"
     "  time 0 .. 1, step 1/1024\n}\n";
 
-/// The integral is 1 at all times, but for rounding: a unit of it a step at most.
+/// The integral is always 1 up to rounding: at most one unit per step.
 TEST_F(Drift, OfWhatIsConservedIsRounding) {
   write("s.dpde", viscous_shock);
   const Outcome run = dpde("run s.dpde --json");
@@ -34,8 +34,8 @@ TEST_F(Drift, OfWhatIsConservedIsRounding) {
   EXPECT_NE(dpde("run s.dpde").out.find("drift a unit of time: integral(u) "), std::string::npos);
 }
 
-/// Central differences keep the energy of what they carry, and RK4 takes from the wave of 8 cells in each step
-/// 1 - |g|^2 = y^6/72 - y^8/576, y = step*sin(pi/4).
+/// Central differences conserve the energy in advection. RK4 takes from the wave of 8 cells in each step 1 - |g|^2 =
+/// y^6/72 - y^8/576, y = step*sin(pi/4).
 TEST_F(Drift, OfAnEnergyIsWhatStepsInTimeLose) {
   const auto text = [](const std::string& advect) {
     return "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = " + advect +
@@ -58,8 +58,8 @@ TEST_F(Drift, OfAnEnergyIsWhatStepsInTimeLose) {
   EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_but_for_steps"], Json::array());
 }
 
-/// A source that is on for a while, at any time of the run: the sum is not conserved, and not called so. What is on
-/// before the run, behind it or at no place changes nothing.
+/// A source that acts for some time during the run: the sum is not reported as conserved. A source that acts only
+/// before or after the run, or at no point, changes nothing.
 TEST_F(Drift, OfSourcesThatAreOnForAWhileIsNone) {
   struct Source {
     std::string rate;
@@ -90,7 +90,7 @@ TEST_F(Drift, OfSourcesThatAreOnForAWhileIsNone) {
   }
 }
 
-/// The other component of a vector says how large rounding is.
+/// The other component of a vector gives the scale of rounding.
 TEST_F(Drift, OfAComponentThatIsZeroIsRounding) {
   write("s.dpde",
         "model m { vector u; dt(u) = 0.001*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 16, periodic\n"
@@ -99,7 +99,7 @@ TEST_F(Drift, OfAComponentThatIsZeroIsRounding) {
   EXPECT_TRUE(dpde("run s.dpde --json").codes().empty());
 }
 
-/// Random states on few cells blow up in the scene's step: what is not kept is not said to be.
+/// Random states on few cells blow up with the scene's step: the sum is not reported as conserved.
 TEST_F(Drift, OfWhatBlowsUpFromRandomStates) {
   write("s.dpde",
         "model m { field n, w; solve lap(p) = w for p; dt(n) = p - n - bracket(p, n); dt(w) = p - n - bracket(p, w) }\n"
@@ -111,7 +111,7 @@ TEST_F(Drift, OfWhatBlowsUpFromRandomStates) {
   EXPECT_EQ(check["conserved_but_for_steps"], Json::array());
 }
 
-/// Energy of a flow by its stream function, an observable: steps in time lose it.
+/// Energy of a flow by its stream function, as an observable: time stepping loses it.
 TEST_F(Drift, OfObservablesThatStepsLose) {
   write("s.dpde",
         "model m { field w; solve lap(p) = w for p; dt(w) = -bracket(p, w) }\n"
@@ -123,7 +123,7 @@ TEST_F(Drift, OfObservablesThatStepsLose) {
   EXPECT_EQ(check["conserved_but_for_steps"], (Json{"energy", "integral(w^2)"}));
 }
 
-/// Nothing is conserved: nothing is said.
+/// Nothing is conserved: no message.
 TEST_F(Drift, OfNothingIsNotTold) {
   write("s.dpde",
         "model m { field u; dt(u) = lap(u) - u }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n"
@@ -133,7 +133,7 @@ TEST_F(Drift, OfNothingIsNotTold) {
   EXPECT_EQ(run.out.find("drift"), std::string::npos) << run.out;
 }
 
-/// From 5 up to 11.25 the field v comes to where a source begins; where it begins no step knows of it.
+/// From 5 to 11.25 the field v reaches the threshold of a source, which no step sees at the beginning.
 TEST_F(Drift, OfSourcesThatStatesSwitchOnIsNone) {
   struct Source {
     std::string rate;
@@ -169,7 +169,7 @@ TEST_F(Drift, OfSourcesThatStatesSwitchOnIsNone) {
   }
 }
 
-/// Two states have to meet, which none of the states that are tried do.
+/// The source needs two states together, which none of the sampled states has.
 TEST_F(Drift, BeyondRoundingIsAWarning) {
   write("s.dpde",
         "model m { field u, v, w; dt(u) = lap(u) + if(abs(v - 3.7129*w) < 0.2 and abs(w - 2.4817) < 0.0005, 1, 0)\n"
@@ -182,7 +182,7 @@ TEST_F(Drift, BeyondRoundingIsAWarning) {
   EXPECT_NEAR(run.json()["drift"]["integral(u)"]["per_time"].get<double>(), 4.0 / 512 * 8, 1e-9);
 }
 
-/// The mass of a sine is 0: what rounding makes of it is compared with that of |u|.
+/// The mass of a sine is 0: its rounding is compared with the mass of |u|.
 TEST_F(Drift, OfASumThatIsNothingIsComparedWithWhatItAddsUp) {
   write("s.dpde",
         "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = central(2); time = rk4; real = f32 }\n"
@@ -195,7 +195,7 @@ TEST_F(Drift, OfASumThatIsNothingIsComparedWithWhatItAddsUp) {
   EXPECT_LT(drift["relative"].get<double>(), 1e-5) << "of 2/pi";
 }
 
-/// A run that goes on from a checkpoint measures from there.
+/// A run continued from a checkpoint measures from there.
 TEST_F(Drift, GoesOnWithARun) {
   write("s.dpde", viscous_shock);
   ASSERT_EQ(dpde("run s.dpde --out o --checkpoint-every 100 --quiet").status, 0);
@@ -203,7 +203,7 @@ TEST_F(Drift, GoesOnWithARun) {
   EXPECT_EQ(again.status, 0) << again.err;
 }
 
-/// Walls that give values all around: what comes in at x.low stays in, but for what x.high lets out.
+/// Walls with values on all sides: inflow at x.low stays inside, except for the outflow at x.high.
 TEST_F(Drift, OfAConstraintThatCannotBeTrueIsAWarning) {
   const auto text = [](const std::string& right) {
     return "model flow { vector u on faces; field p; param nu; dt(u) = -grad(p) + nu*lap(u); 0 = div(u) gives p }\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What editors, shells and man run: lsp, fmt -, completion, man, --version.
+// Commands for editors, shells and man: lsp, fmt -, completion, man, --version.
 #include <fmt/format.h>
 
 #include "command_support.h"
@@ -25,7 +25,7 @@ class EditorCommands : public Command {
   static std::string closing() {
     return framed(request(9, "shutdown", nullptr)) + framed({{"jsonrpc", "2.0"}, {"method", "exit"}});
   }
-  /// The messages that came back.
+  /// The messages of the answer.
   static std::vector<Json> unframed(const std::string& out) {
     std::vector<Json> messages;
     for (std::size_t at = 0; at < out.size();) {

@@ -27,7 +27,7 @@ TEST_F(EmitCommand, StencilTextIsAFileThatRunsToTheSameResult) {
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
-/// A stage is read back, or the command says that it is not.
+/// A stage reads back, or the command reports that it does not.
 TEST_F(EmitCommand, WhatIsNotReadBackIsToldSo) {
   write("rod.dpde", rod_text);
   const std::string told = "dpde reads ast, stencil, tangent and adjoint back";
@@ -41,13 +41,13 @@ TEST_F(EmitCommand, WhatIsNotReadBackIsToldSo) {
   }
 }
 
-/// Blocks of a text without its comments, and without the empty lines at the end that they leave.
+/// Blocks of a text without comments, and without the trailing empty lines that these leave.
 std::string without_comments(const std::string& text) {
   std::string kept = std::regex_replace(text, std::regex("#[^\n]*\n"), "");
   return kept.erase(kept.find_last_not_of('\n') + 1);
 }
 
-/// Each task and scene of a file: programs of starts, losses and tests too, of steps and of adjoints.
+/// Each task and scene of a file, including programs of initial states, losses and tests, of steps and of adjoints.
 class EmitsExample : public EmitCommand, public ::testing::WithParamInterface<fs::path> {};
 
 TEST_P(EmitsExample, ReadsBackAsItWas) {
@@ -67,7 +67,7 @@ TEST_P(EmitsExample, ReadsBackAsItWas) {
   }
 }
 
-/// By day every second one.
+/// By day every second file.
 std::vector<fs::path> files_that_are_emitted() {
   const std::vector<fs::path> files = example_files();
   std::vector<fs::path> some;
@@ -123,7 +123,7 @@ scene s : m {
   EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
 }
 
-/// What a .npy file holds.
+/// Contents of a .npy file.
 struct Array {
   explicit Array(const fs::path& path) : bytes(content(path)) {}
   bool operator==(const Array&) const = default;
@@ -150,11 +150,12 @@ std::vector<double> numbers_of(const Json& observables) {
   return numbers;
 }
 
-/// Runs a scene and what is emitted of it, three steps: states and observables are the same bits. In the text of a task
-/// what it seeks are parameters, and in the scene numbers, of which terms may be left out: the same but for rounding.
+/// Runs a scene and its emitted text for three steps: states and observables are bit-identical. In the text of a task,
+/// its unknowns are parameters; in a scene they are numbers, with which terms may be dropped: then equal up to
+/// rounding.
 class EmittedScene : public EmitCommand {
  protected:
-  /// The scene of the text, where it has one.
+  /// The scene in the text, if it has one.
   void expect_same(const std::string& file, const std::string& scene, const std::string& text) {
     const double rounding = text.find("\n# task ") == std::string::npos ? 0 : 1e-13;
     const auto expect_equal = [&](const auto& got, const auto& wanted, const std::string& what) {
@@ -232,7 +233,7 @@ scene s : m with q { grid x = 0 .. 2, cells 5; time 0 .. 3, step 0.1, until stea
   EXPECT_NE(content(path("step.dpde")).find("accuracy 0.001 on u"), std::string::npos);
 }
 
-/// Each scene of the examples that its text can say; all of them at night.
+/// Each scene of the examples that the text can express; all of them at night.
 class RunsExample : public EmittedScene, public ::testing::WithParamInterface<fs::path> {};
 
 TEST_P(RunsExample, AsEmitted) {
@@ -247,7 +248,7 @@ TEST_P(RunsExample, AsEmitted) {
   }
 }
 
-/// By day a few.
+/// A few by day.
 std::vector<fs::path> files_that_run() {
   std::vector<fs::path> files = example_files();
   if (is_thorough()) return files;
@@ -266,7 +267,7 @@ TEST_F(EmitCommand, SettingsAreInTheText) {
   EXPECT_NE(text.find("  k = 1\n"), std::string::npos) << text;
 }
 
-/// And the rest of the text reads back without it.
+/// The rest of the text reads back without it.
 TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
   const auto changed = [](std::string text, const std::string& a, const std::string& b) {
     return text.replace(text.find(a), a.size(), b);

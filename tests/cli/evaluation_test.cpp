@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training has to show for itself: several trials, plain schemes beside it, statistics, rates of growth.
+// Evaluation of a training: several trials, comparison with plain schemes, statistics, growth rates.
 #include <algorithm>
 #include <cmath>
 
@@ -33,7 +33,7 @@ std::string network(int seed) {
          "; conv 4, 5; tanh; conv out, 5, gain = 0.01 }\n";
 }
 
-/// A correction of the coarse grid, with `options` of the training and `tests`.
+/// A correction for the coarse grid, with `options` of the training and `tests`.
 std::string correcting(
     const std::string& options,
     const std::string& tests = "test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps",
@@ -130,7 +130,7 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   const std::string text = correcting("seed 3, epochs 6, trials 3, noise 0.01, schedule halve(20)");
   const Outcome whole = learn(text, "--out whole");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
-  // Ended within the second trial, by force.
+  // Killed during the second trial.
   shell(
       "$DPDE optimize t.dpde learn --out o --checkpoint-every 2 --json & run=$!; for i in $(seq 6000); do [ $(grep -ao "
       "dpdetrn o/learn.training | wc -l) -ge 2 ] && break; sleep 0.002; done; kill -9 $run; wait $run");
@@ -145,7 +145,7 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   }
   EXPECT_EQ(rest.json()["test"], whole.json()["test"]);
   EXPECT_EQ(content(path("o/corrector.safetensors")), content(path("whole/corrector.safetensors")));
-  // More epochs and more trials are wanted later.
+  // Later with more epochs and more trials.
   ASSERT_EQ(learn(correcting("seed 3, epochs 3, trials 2, noise 0.01, schedule halve(20)"), "--out more").status, 0);
   const Outcome more = learn(text, "--out more --resume");
   ASSERT_EQ(more.status, 0) << more.out << more.err;
@@ -172,8 +172,7 @@ TEST_F(Evaluation, WhatTrialsCannotBe) {
       << other.err;
 }
 
-// ---- plain schemes beside
-// --------------------------------------------------------------------------------------------
+// ---- comparison with plain schemes ----------------------------------------------------------------------------------
 
 const std::string finer = R"(
 scene middle : burgers with plain {
@@ -211,7 +210,7 @@ TEST_F(Beside, ScenesAreComparedAtEqualErrorAndCost) {
       beside("coarse, middle on trajectories(\"unseen_32.nc\"), fine on trajectories(\"unseen_64.nc\")", "--out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json test = outcome.json()["test"]["err"], all = test["beside"];
-  // The error of the coarse grid, as the test of a task without a network.
+  // The error of the coarse grid, from a test of a task without a network.
   write("p.dpde", burgers +
                       "task nothing : coarse { data r = trajectories(\"unseen.nc\", u); unknown nu from 0.3; minimise "
                       "mean((u - r)^2) over 1 steps; using adam(rate = 1e-300), epochs 1; " +
@@ -284,10 +283,9 @@ TEST_F(Beside, WhatCannotStandThere) {
   EXPECT_NE(other.err.find("scene heated, beside a test"), std::string::npos) << other.err;
 }
 
-// ---- statistics and rates of growth
-// ----------------------------------------------------------------------------------
+// ---- statistics and growth rates ------------------------------------------------------------------------------------
 
-/// Found in one update that changes nothing: what is tested are the values that it begins with.
+/// Learned in one update that changes nothing: the tests see the initial values.
 std::string untrained(const std::string& unknown, const std::string& steps, const std::string& tests) {
   return "task t : tried { data r = trajectories(\"truth.nc\", u); " + unknown + "; minimise mean((u - r)^2) over " +
          steps + " steps; using adam(rate = 1e-300), epochs 1; " + tests + " }\n";
@@ -328,7 +326,7 @@ TEST_F(Statistics, AreMeansAndDeviationsOverTime) {
                               "statistic level = mean(u) on trajectories(\"truth.nc\") for 16 steps beside grown"),
             "--out o");
   const Json level = json["statistic"]["level"];
-  const double mean_start = 1.5 * 1.5;  // u = a*(1 + x), a = 1, 2: 1.5 and 3 in the mean over the cells
+  const double mean_start = 1.5 * 1.5;  // u = a*(1 + x), a = 1, 2: mean over the cells 1.5 and 3
   const auto check = [&](const Json& one, double factor) {
     const auto [mean, deviation] = mean_and_deviation(mean_start, factor);
     EXPECT_NEAR(one["mean"].get<double>(), mean, 1e-13 * mean);
@@ -391,7 +389,7 @@ dataset truths : truth { frames every 1; file "truth.nc" }
   const Json rate = found(text + untrained("unknown nu from 0.1", "16",
                                            "growth rate on trajectories(\"truth.nc\") for 64 steps"))["growth"]["rate"];
   const double eigenvalue =
-      -0.1 * 4 * 25 * std::pow(std::sin(M_PI / 10), 2);  // sin(pi*x) at the centres, image cells of the other sign
+      -0.1 * 4 * 25 * std::pow(std::sin(M_PI / 10), 2);  // sin(pi*x) at the centres, ghost cells of the opposite sign
   EXPECT_NEAR(rate["mean"].get<double>(), 16 * std::log(1 + eigenvalue / 16), 2e-3);
 }
 
@@ -453,10 +451,9 @@ TEST_F(Statistics, WhatTheyCannotSay) {
   refused("growth e on trajectories(\"none.nc\") for 4 steps", "E0901", "none.nc");
 }
 
-// ---- conservation in data sets
-// ---------------------------------------------------------------------------------------
+// ---- conservation in data sets --------------------------------------------------------------------------------------
 
-/// u gains 1/4 in a unit of time everywhere, v is carried round, w is 0.
+/// u grows by 1/4 per unit time everywhere, v is advected, w is 0.
 TEST_F(Statistics, DataSetsTellHowIntegralsDrift) {
   write("t.dpde", R"(
 model m { field u; field v; field w; param c; param a; dt(u) = c; dt(v) = -dx(v); dt(w) = 0*u }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files as other programs want them: names that are words, times with units, compression, values at centres, a
-// description for ParaView, gradients with their certificates.
+// Files for other programs: names, times with units, compression, values at centres, a description for ParaView,
+// gradients with their certificates.
 #include <cmath>
 #include <filesystem>
 
@@ -29,7 +29,7 @@ TEST_F(FilesForOthers, NamesAreWordsAndTimeHasAUnit) {
   EXPECT_EQ(file.text("u_x", "long_name"), "field u.x");
   EXPECT_EQ(file.text("time", "standard_name"), "time");
   EXPECT_EQ(file.text("time", "units"), "") << "nothing is told: not a pure number";
-  // At the centres: the mean of the faces, the one on the low wall being the boundary's.
+  // At the centres: the mean of the faces; on the low wall the boundary's value.
   EXPECT_EQ(file.dimensions("u_x_centre"), (std::vector<std::string>{"time", "x"}));
   const std::vector<double> faces = file.values("u_x"), centres = file.values("u_x_centre");
   for (std::size_t i = 0; i < 8; ++i)
@@ -59,7 +59,7 @@ TEST_F(FilesForOthers, UnitsThatTheModelTells) {
             std::string::npos);
 }
 
-/// In files and pictures; the dimensions stay x and y.
+/// In files and pictures; the dimensions are still x and y.
 TEST_F(FilesForOthers, AxesAreCalledAsTheirCoordinatesHaveThem) {
   write("earth.dpde",
         "model heat { field u; dt(u) = lap(u) }\nscene earth : heat {\n  coordinates sphere(1)\n"
@@ -137,7 +137,7 @@ TEST_F(FilesForOthers, AGradientHasItsCertificateBesideIt) {
   const std::optional<Json> certificate = parse_json(file.text("", "dpde_certificate"));
   ASSERT_TRUE(certificate.has_value());
   EXPECT_LT(certificate->at("dot_product").get<double>(), 1e-11);
-  // The solution is a wave times a factor a step, f^8 in the end: d mean(u^2)/du_i = 2*f^16*u_i/16.
+  // The solution is a wave times a factor f per step, f^8 at the end: d mean(u^2)/du_i = 2*f^16*u_i/16.
   const double h = 2 * std::acos(-1.0) / 16, f = 1 - 4 * 0.3 / 8 / (h * h) * std::pow(std::sin(h / 2), 2);
   const std::vector<double> gradient = file.values("gradient_u"), x = file.values("x");
   for (std::size_t i = 0; i < 16; ++i)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says beyond one scene: models alone, data files that check looks at, scenes that make data; and Ctrl-C
-// early on.
+// Files with more than one scene: models alone, data files read by check, scenes that make data; and an early Ctrl-C.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -89,7 +88,7 @@ TEST_F(NotANumber, HasNoSign) {
 
 using EarlyCtrlC = Command;
 
-/// The signal comes before, while and after the C++ compiler runs: no folder may stay behind.
+/// The signal arrives before, during and after the C++ compiler: no folder may remain.
 TEST_F(EarlyCtrlC, LeavesNoTemporaryFolders) {
   write("rod.dpde", rod_text);
   fs::create_directories(path("tmp"));
@@ -100,7 +99,7 @@ TEST_F(EarlyCtrlC, LeavesNoTemporaryFolders) {
   }
 }
 
-/// A sum that takes long to compile, and a signal in the middle of it: the first one ends the command, in order.
+/// A sum that takes long to compile, and a signal in the middle: the first one ends the command regularly.
 TEST_F(EarlyCtrlC, IsHeardWhileCompiling) {
   std::string sum = "k*lap(u)";
   for (int i = 1; i <= 900; ++i)
@@ -110,7 +109,7 @@ TEST_F(EarlyCtrlC, IsHeardWhileCompiling) {
   std::vector<Outcome> all;
   for (const std::string verb : {"check", "verify", "gradient", "optimize", "emit --stage adjoint"}) {
     Outcome stopped = interrupted(verb + " sum.dpde find", "0.05");
-    for (const char* later : {"0.2", "0.8"}) {  // on a busy machine the first signal comes before main() does
+    for (const char* later : {"0.2", "0.8"}) {  // on a busy machine the first signal arrives before main()
       if (stopped.err.empty()) stopped = interrupted(verb + " sum.dpde find", later);
     }
     all.push_back(stopped);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets that are made and searches that are over: --resume says so and does nothing again. And files that would be
-// in their way, or say what cannot be.
+// Finished data sets and searches: --resume reports this and repeats nothing. Also files that conflict with them or are
+// inconsistent.
 #include "command_support.h"
 
 namespace dpde::testing {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets of formulas, as a user has them: frames of curl(u) and what a task compares with them.
+// Data sets of formulas as users have them: frames of curl(u), and their comparison in tasks.
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +30,7 @@ class FormulaFrames : public Command {
     EXPECT_TRUE(made.json()["residuals"].contains("u.x"));
     EXPECT_FALSE(made.json()["residuals"].contains("omega"));
   }
-  /// Each datum with what it is compared in: a loss, and a test of its own.
+  /// Each datum with its counterpart: a loss, and a separate test.
   Outcome learn(const std::vector<std::pair<std::string, std::string>>& compared) const {
     std::string text = flow + "task t : fine {\n  unknown nu from 0.02 in 0 .. 1; using lbfgs(), epochs 40\n";
     for (std::size_t i = 0; i < compared.size(); ++i) {
@@ -43,7 +43,7 @@ class FormulaFrames : public Command {
   }
 };
 
-/// Each misfit to frames of a formula is 0 at the viscosity of the data, wherever the formula lies.
+/// The misfit to frames of a formula is 0 at the viscosity of the data, for every placement of the formula.
 TEST_F(FormulaFrames, LossesAndTestsAreCompared) {
   const Outcome learnt =
       learn({{"data w on nodes = trajectories(\"d.nc\", omega)", "(curl(u) - w)^2"},
@@ -70,8 +70,8 @@ TEST_F(FormulaFrames, WhatLiesElsewhereIsSaid) {
   EXPECT_NE(half.out.find("of a vector the components"), std::string::npos) << half.out;
 }
 
-/// A derivative by Fourier series lies where its field does: it was taken for one on the faces, half a cell off, and
-/// interpolation between cells of what is made of waves ended in an internal error.
+/// A Fourier derivative has the placement of its field. It was taken as one on faces, half a cell off, and
+/// interpolating such expressions between cells was an internal error.
 TEST_F(FormulaFrames, OfWavesLieAtTheCentres) {
   const std::string waves =
       "model m { field c; dt(c) = 0*lap(c) }\nscheme f { dx = spectral; lap = spectral; time = rk4 }\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives are checked at the places of the scene: what is wrong in a part of one per cent, or in
-// one cell, is refused.
+// Given adjoints are checked at the scene's positions: an error in one per cent of the domain, or in one cell, is
+// refused.
 #include <regex>
 
 #include "command_support.h"
@@ -11,7 +11,7 @@ namespace {
 
 class GivenPlaces : public Command {
  protected:
-  /// The code of the error with which a gradient ends, "" where it does not.
+  /// The code of the error that ends a gradient, or "".
   std::string code_of(const std::string& text) {
     write("given.dpde", text);
     const Outcome outcome = dpde("gradient given.dpde t --no-certify --force --json");
@@ -51,8 +51,8 @@ std::string line(const std::string& factor, int cells, const std::string& low = 
                         {"HIGH", high}});
 }
 
-/// In one per cent of the axis, in the first and in the last cell, in one in the middle; in few and very many cells, on
-/// small and large axes.
+/// Errors in one per cent of the axis, in the first, the last or a middle cell; with few and very many cells, on small
+/// and large axes.
 TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
   std::vector<int> sizes{1, 3, 128, 50000};
   if (is_thorough()) sizes.insert(sizes.end(), {2, 3000});
@@ -77,8 +77,8 @@ TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
   EXPECT_EQ(code_of(line("if(x < -0.99e-6, 1.5, 1)", 200, "-1e-6", "1e-6")), "E0606");
 }
 
-/// Formulas of the place, right with walls: x + hx is the place of the neighbour. Round a periodic axis that is another
-/// one, but for what is the same there.
+/// Correct formulas of the position, with walls: x + hx is the neighbour's position. Across a periodic boundary it is
+/// not, unless the formula is periodic.
 TEST_F(GivenPlaces, RightOnesPass) {
   const auto formula = [](const std::string& speed, const std::string& next, const std::string& sides) {
     return put(one_axis, {{"SPEED", speed},

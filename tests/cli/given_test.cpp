@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives, from the model to the gradient: the numbers are those without them, a wrong one stops
+// Given adjoints, from the model to the gradient: the numbers equal those of derived adjoints, and a wrong one stops
 // the command.
 #include <cmath>
 #include <regex>
@@ -23,7 +23,7 @@ class GivenAdjointCommand : public Command {
     return content(fs::path(DPDE_SOURCE_DIR) / "tests/golden/given_adjoint/in.dpde");
   }
 
-  /// Loss and gradients: of fields norm and largest value.
+  /// Loss and gradients: for fields norm and largest value.
   std::vector<double> numbers(const std::string& file, const std::string& more) {
     const Outcome outcome = dpde("gradient " + file + " --json " + more);
     EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
@@ -36,7 +36,7 @@ class GivenAdjointCommand : public Command {
   }
 };
 
-/// Grids of 1, 2, 3 cells too, on one and two axes, with walls and without.
+/// Also on grids of 1, 2, 3 cells, on one and two axes, with and without walls.
 TEST_F(GivenAdjointCommand, GradientsAreThoseThatAreDerived) {
   const std::string periodic =
       replaced(replaced(operator_text(), "cells 8", "cells 8, periodic"), "  boundary [^\n]*\n", "");
@@ -82,7 +82,7 @@ TEST_F(GivenAdjointCommand, AWrongOneStopsWhateverMakesAGradient) {
   EXPECT_EQ(dpde("run wrong.dpde s").status, 0) << "no gradient, no adjoint";
 }
 
-/// Of fields of two equations, of what another application gives, of expressions, and displaced by a derivative.
+/// Of fields of two equations, of results of another application, of expressions, and displaced by a derivative.
 TEST_F(GivenAdjointCommand, TwiceInOneStepAndInDerivatives) {
   const std::string text = R"(
 operator upwind(u, c) order 1 = c*(u - u[-1, 0])
@@ -130,7 +130,7 @@ task t : s {
   }
 }
 
-/// The lines of an adjoint may know the spacing where the operator does not.
+/// The lines of an adjoint may use the spacing, even if the operator does not.
 TEST_F(GivenAdjointCommand, ReadsTheSpacingOfTheGrid) {
   const std::string text = R"(
 operator rise(u) order 1 = (1 + u)*(u - u[-1])
@@ -153,7 +153,7 @@ task t : s { unknown initial u; minimise mean(u^2) }
   EXPECT_EQ(dpde("gradient twice.dpde t").status, 2);
 }
 
-/// Passes of a repeat can make two inputs of a kernel one field: its adjoint is the sum of both.
+/// Passes of a repeat can turn two inputs of a kernel into one field: its adjoint is the sum of both.
 TEST_F(GivenAdjointCommand, OfInputsThatARepeatMakesOne) {
   const std::string text = R"(
 kernel mul(u: field, w: field halo 1, out v: field) {
@@ -215,7 +215,7 @@ TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
       not_here);
 }
 
-/// What is written for a field would be dropped where the argument is a number, and the derived one certified.
+/// A line for a field would be ignored if the argument is a number, and the derived adjoint certified.
 TEST_F(GivenAdjointCommand, OfNumbersIsWrittenAsASum) {
   const auto outcome = [&](const std::string& lines, const std::string& argument, const std::string& unknown = "k") {
     write("n.dpde", "operator f(u, k) order 0 = k*u^2\n" + lines +

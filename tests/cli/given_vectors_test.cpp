@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints given to operators of vectors and of fields on faces and nodes: gradients are those that are derived, wrong
-// ones stop the command.
+// Given adjoints of operators of vectors and of fields on faces and nodes: gradients equal the derived ones, wrong ones
+// stop the command.
 #include <algorithm>
 #include <cmath>
 #include <regex>
@@ -43,7 +43,7 @@ task t : s {
 }
 )";
 
-/// Of centres and faces; with the transposes that the staggered differences have.
+/// With centres and faces, and the transposes of staggered differences.
 const std::string water = R"(
 operator slope(p) order 0 = grad(p)
   adjoint p_bar = -div(slope_bar)
@@ -112,7 +112,7 @@ class GivenVectorCommand : public Command {
     return replaced(replaced(text, "  boundary [^\n]*\n", ""), "cells (.)", "cells $1, periodic");
   }
 
-  /// Loss and gradients: of fields norm and largest value.
+  /// Loss and gradients: for fields norm and largest value.
   std::vector<double> numbers(const std::string& file, const std::string& more) {
     const Outcome outcome = dpde("gradient " + file + " --json --no-certify " + more);
     EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
@@ -158,7 +158,7 @@ TEST_F(GivenVectorCommand, GradientsOfStaggeredFieldsAreThoseThatAreDerived) {
   expect_derived_gradients(periodic(water), 9, {"", "--set cells=1"});
 }
 
-/// Each line by itself: the others are then derived.
+/// Each line separately: the others are then derived.
 TEST_F(GivenVectorCommand, AWrongOneStopsWhateverMakesAGradient) {
   const std::pair<std::string, std::string> mistakes[] = {
       {"1 - a\\*\\(u.x\\[0, \\+1\\]", "1 + a*(u.x[0, +1]"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Golden files: `dpde emit` of each case must print what is stored. tools/bless rewrites them.
+// Golden files: `dpde emit` of each case must print the stored text. tools/bless rewrites them.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients of chaotic runs: growth of the adjoint beside that of a perturbation, and what is left of the digits.
+// Gradients of chaotic runs: growth of the adjoint compared with that of a perturbation, and remaining digits.
 #include <cmath>
 
 #include "command_support.h"
@@ -30,7 +30,7 @@ TEST_F(GradientGrowth, OfLorenzIsItsLyapunovExponent) {
   EXPECT_NEAR(growth["perturbation_rate_at_half_step"].get<double>(), 0.906, 0.0906) << growth;
 }
 
-/// At t = 40 the gradient is -2.6e8 or any other number; within the window that is advised it keeps three digits.
+/// At t = 40 the gradient is -2.6e8 or any other number; within the suggested time span it has three correct digits.
 TEST_F(GradientGrowth, BeyondRoundingIsToldWithTheWindowThatWouldDo) {
   write("s.dpde", lorenz("40"));
   const Outcome gradient = dpde("gradient s.dpde t --json");
@@ -49,8 +49,8 @@ TEST_F(GradientGrowth, BeyondRoundingIsToldWithTheWindowThatWouldDo) {
   EXPECT_EQ(quiet.json()["growth"]["lost"], false);
 }
 
-/// A state at rest that is not stable is left much faster than the attractor is walked on (E. N. Lorenz 1996, F = 8, 40
-/// cells): the window is that of the rates that are met, not of their mean.
+/// An unstable state at rest is left much faster than perturbations grow on the attractor (E. N. Lorenz 1996, F = 8, 40
+/// cells): the time span follows the actual growth rates, not their mean.
 TEST_F(GradientGrowth, WindowsFollowTheCourseOfTheRates) {
   write("s.dpde",
         "operator carried(u) order 0 = (u[+1] - u[-2])*u[-1]\n"
@@ -71,7 +71,7 @@ TEST_F(GradientGrowth, WindowsFollowTheCourseOfTheRates) {
   EXPECT_LT(std::abs(beside / at_8 - 1), 1e-3);
 }
 
-/// From (1, 1, 1) the states keep six digits to t = 40, and the gradient three at most: one rounding of rho changes it
+/// From (1, 1, 1) states keep six digits until t = 40, but the gradient at most three: one rounding of rho changes it
 /// by 0.2 %.
 TEST_F(GradientGrowth, LosesItsDigitsBeforeTheStatesDo) {
   std::string text = lorenz("40", "1/200");
@@ -86,7 +86,7 @@ TEST_F(GradientGrowth, LosesItsDigitsBeforeTheStatesDo) {
   EXPECT_LT(growth["safe_window"].get<double>(), 40);
 }
 
-/// exp(0.9*900) is no number: not NaN without a word, and not a formula's fault.
+/// exp(0.9*900) overflows: neither a silent NaN nor reported as an error of a formula.
 TEST_F(GradientGrowth, BeyondAllNumbersIsTold) {
   write("s.dpde", lorenz("900"));
   for (const std::string verb : {"gradient s.dpde t --json", "optimize s.dpde t --json"}) {
@@ -97,7 +97,7 @@ TEST_F(GradientGrowth, BeyondAllNumbersIsTold) {
   }
 }
 
-/// What the equations let grow like the state itself costs no digit: u grows by exp(40), and so does its adjoint.
+/// Growth that the state shares costs no digit: u grows by exp(40), and so does its adjoint.
 TEST_F(GradientGrowth, OfAStateThatGrowsLikewiseIsNoLoss) {
   write("s.dpde",
         "model m { field u; param r; dt(u) = r*u }\nscheme k { time = rk4 }\nscene s : m with k {\n"
@@ -111,7 +111,7 @@ TEST_F(GradientGrowth, OfAStateThatGrowsLikewiseIsNoLoss) {
   EXPECT_EQ(growth["lost"], false) << growth;
 }
 
-/// Diffusion lets nothing grow, and no run is made beside.
+/// With diffusion nothing grows, and no additional run is made.
 TEST_F(GradientGrowth, OfDiffusionIsNone) {
   write("s.dpde",
         "model m { field u; param k; dt(u) = k*lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n"

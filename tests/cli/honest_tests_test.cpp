@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in the way of a task's tests is told by every verb that asks for them: a source that is wrong, settings
-// and weights that are not taken, files that would be overwritten, runs that end, Ctrl-C.
+// Problems with a task's tests are reported by every command that uses them: a wrong source, settings and weights that
+// are not used, files that would be overwritten, runs that end, Ctrl-C.
 #include "command_support.h"
 #include "learning_scenes.h"
 
@@ -68,7 +68,7 @@ TEST_F(HonestTests, NoFileIsWrittenOverAnother) {
   EXPECT_EQ(codes_of("check s.dpde both"), Codes{"E0303"});
 }
 
-/// Settings that no run takes, weights that nobody has trained, files of weights that are not used.
+/// Settings that no run uses, weights without training, unused weight files.
 TEST_F(HonestTests, WhatIsNotTakenIsTold) {
   make_data(honest_test("err"));
   ASSERT_EQ(dpde("optimize t.dpde learn --out o --beside-named-only").status, 0);
@@ -107,7 +107,7 @@ TEST_F(HonestTests, DamageOfWhatDataHaveCostIsToldByEveryVerb) {
   EXPECT_EQ(codes_of("test t.dpde learn --from o"), Codes{});
 }
 
-/// With or without trajectories, behind a training or not.
+/// With or without trajectories, after a training or not.
 TEST_F(HonestTests, WithoutAFiniteNumberTheyHaveFailed) {
   make_data(honest_test("err") + "  statistic energy = mean(u^2) on trajectories(\"unseen.nc\") for 8 steps\n");
   const Outcome burst = dpde("test t.dpde learn --set nu=1e60 --json");

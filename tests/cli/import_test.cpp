@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// import: blocks of other files, and messages that name the right one.
+// import: blocks of other files, and messages with the right file name.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -27,7 +27,7 @@ TEST_F(Import, RunsLikeOneFile) {
         "function hill(x, w) = exp(-(x/w)^2)\nmodel heat {\n  field u\n  param D\n  dt(u) = D*lap(u)\n}\n" + scene);
   const Outcome several = dpde("run bar.dpde --json --out a"), one = dpde("run one.dpde --json --out b");
   ASSERT_EQ(several.status, 0) << several.err;
-  EXPECT_EQ(several.json()["scene"], "bar");  // not one that was imported
+  EXPECT_EQ(several.json()["scene"], "bar");  // not an imported one
   EXPECT_EQ(several.json()["observables"], one.json()["observables"]);
   EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
   EXPECT_EQ(dpde("run bar.dpde other --force --json").json()["scene"], "other");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of runs that leave all bounds: which field, and that the step is too large.
+// Messages about runs that blow up: the field, and that the step is too large.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -22,7 +22,7 @@ TEST_F(Instability, WhatGrowsBecauseItIsDrivenIsNoMistake) {
   EXPECT_EQ(dpde("run unstable.dpde s --force --json").codes(), std::vector<std::string>{"W0801"});
 }
 
-/// Rolls (Swift and Hohenberg 1977) that are 2.5 cells apart, and 10.
+/// Rolls (Swift and Hohenberg 1977) of 2.5 cells, and of 10.
 TEST_F(Instability, ChessboardsAreSaid) {
   write("rolls.dpde", R"(
 model rolls { field u; dt(u) = 0.5*u - u - 2*lap(u) - lap(lap(u)) - u^3 }
@@ -38,7 +38,7 @@ scene s : rolls with c {
             std::vector<std::string>{});
 }
 
-/// Flow without viscosity spreads over all waves that the grid has; with some it is held.
+/// Inviscid flow fills all waves of the grid; with some viscosity it is resolved.
 TEST_F(Instability, TurbulenceThatItsGridDoesNotHoldIsSaid) {
   write("flow.dpde", R"(
 model flow { field w; param nu = 0; solve lap(psi) = w for psi; dt(w) = -bracket(psi, w) + nu*lap(w) }
@@ -60,7 +60,7 @@ TEST_F(Instability, ObservablesThatAreNoNumbersAreSaid) {
   EXPECT_EQ(dpde("run log.dpde s --json").codes(), std::vector<std::string>{"W0818"});
 }
 
-/// u sees c^3, which overflows before c does.
+/// u reads c^3, which overflows before c does.
 TEST_F(Instability, ABlowUpNamesTheFieldThatBlowsUp) {
   write("pair.dpde", R"(
 model pair { field u, c; dt(u) = c^3 - u; dt(c) = 300*lap(c) - c }
@@ -78,7 +78,7 @@ scene s : pair with e {
   EXPECT_EQ(hint.find("c has grown from 1.01 to "), 0u) << hint;
 }
 
-/// The start is the same everywhere, and so stays; its gradient does not.
+/// The initial state is uniform and stays so; its gradient does not.
 TEST_F(Instability, AGradientThatOverflowsBlamesTheStep) {
   write("steep.dpde", rod("0.5", "", "1") + "task t : s { unknown initial u; minimise mean(cos(8*x)*(u - 2)^2) }\n");
   const std::string text = content(path("steep.dpde"));
@@ -94,7 +94,7 @@ TEST_F(Instability, AGradientThatOverflowsBlamesTheStep) {
   EXPECT_NE(dpde("gradient root.dpde t").err.find("begin elsewhere"), std::string::npos);
 }
 
-/// Squares of 1e-200 are 0.
+/// Squares of 1e-200 underflow to 0.
 TEST_F(Instability, NormsOfSmallGradientsAreNot0) {
   write("small.dpde",
         "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 1\n  "
@@ -104,8 +104,8 @@ TEST_F(Instability, NormsOfSmallGradientsAreNot0) {
   EXPECT_NEAR(double(u["norm"]) / double(u["max"]), 2, 1e-12) << u;
 }
 
-/// The weights of weno follow the solution: the run leaves all bounds below the limit of those that are frozen. Squares
-/// of its values overflow at 1e154, where it stands still.
+/// The weights of weno follow the solution: the run blows up below the limit for frozen weights. Squares of its values
+/// overflow at 1e154, where growth stops.
 TEST_F(Instability, WeightsThatFollowTheSolutionAreNamed) {
   write("s.dpde",
         "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = weno(3); time = ssp_rk3 }\n"
@@ -120,7 +120,7 @@ TEST_F(Instability, WeightsThatFollowTheSolutionAreNamed) {
             std::string::npos);
 }
 
-/// The front of sin(pi*x) is steepest at t = 1/pi; 64 cells do not hold it at nu = 0.001, however short the steps.
+/// The front of sin(pi*x) is steepest at t = 1/pi; 64 cells do not resolve it at nu = 0.001, however short the steps.
 TEST_F(Instability, RunsThatAreLostAtOneTimeAreNoMatterOfTheStep) {
   write("front.dpde", R"(
 model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives without what a jump adds: by each verb, with --force and without it, in text and in JSON. Nothing is
-// called certified there without a word about the jump.
+// Derivatives that lack the effect of a jump: with each command, with and without --force, in text and JSON. Nothing is
+// certified without mentioning the jump.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ struct JumpCase {
   std::string rate, from;
   bool jumps;
   bool acts;      // in the run
-  bool is_found;  // by the certificate, beside the point
+  bool is_found;  // by the certificate, next to the point
   bool is_watched = true;
 };
 const std::vector<JumpCase> jump_cases = {{"if(u > 0.5, 1, 0.2)", "", true, true, true},
@@ -38,7 +38,7 @@ TEST_F(JumpsLeftOut, AreToldByEachVerb) {
     if (!is_tried(i, 2)) continue;
     write("j.dpde", decay_that_jumps(c.rate, c.from));
     for (const std::string verb : {"gradient", "optimize", "verify"}) {
-      const bool certifies = verb == "verify";  // without --force too
+      const bool certifies = verb == "verify";  // also without --force
       for (const bool is_forced : {false, true}) {
         const std::string command = verb + " j.dpde t" + (is_forced ? " --force" : "");
         const std::string what = command + ": " + c.rate;
@@ -63,7 +63,7 @@ TEST_F(JumpsLeftOut, AreToldByEachVerb) {
   }
 }
 
-/// The right slope is -0.2 from the jump on: what is left out is most of the gradient.
+/// After the jump the right slope is -0.2: the missing part is most of the gradient.
 TEST_F(JumpsLeftOut, AreOfTheSizeOfTheGradient) {
   const auto text = [](const std::string& k) {
     return "model m { field u; param k = " + k + "; dt(u) = -k*if(u > 0.5, 1, 0.2) }\n" +
@@ -79,13 +79,13 @@ struct SignCase {
   std::string rate, k;
   bool is_lost;
 };
-/// p falls from 1 by k.
+/// p decreases from 1 by k.
 const std::vector<SignCase> sign_cases = {{"atan(1/p)", "1.3", true},
                                           {"atan(1/(1 + p))", "1.3", false},
                                           {"turned(2*p)", "1.3", true},
                                           {"atan(1/p)", "0.7", false}};
 
-/// What is divided by loses the sign that a formula is written for.
+/// A divisor loses the sign for which a formula is written.
 TEST_F(JumpsLeftOut, OfSignsThatAreLostAreToldByEachVerb) {
   for (std::size_t i = 0; i < sign_cases.size(); ++i) {
     const SignCase& c = sign_cases[i];
@@ -110,7 +110,7 @@ TEST_F(JumpsLeftOut, OfSignsThatAreLostAreToldByEachVerb) {
   }
 }
 
-/// p turns once within each step: where steps end it is 1.1.
+/// p reverses within each step: at the ends of steps it is 1.1.
 TEST_F(JumpsLeftOut, WithinSubcyclesAreRefused) {
   const auto expect_codes = [&](const std::string& formula, const std::string& k, bool is_lost) {
     write("s.dpde", "model m { field p, r, q; param k = " + k +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The example of Kolmogorov flow on a quarter of its cells: data by a spectral solver, seen as means over faces, are
-// right for the staggered grid; each network is certified at a frame of them and lasts longer than its base.
+// The Kolmogorov flow example on a quarter of its cells: data from a spectral solver, averaged over faces, fit the
+// staggered grid; each network is certified at one of their frames and stays accurate longer than its base scheme.
 #include "command_support.h"
 #include "support/setting.h"
 
@@ -44,7 +44,7 @@ TEST_F(KolmogorovFlow, NetworksLastLongerThanTheirBase) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Json lasts = outcome.json()["correlation"]["vorticity"], beside = lasts["beside"];
     EXPECT_GT(lasts["time"]["mean"].get<double>(), 1.05 * lasts["start"]["time"]["mean"].get<double>());
-    // After 1/8, where a shift of half a cell would leave less.
+    // After 1/8; a shift of half a cell would give a lower correlation.
     for (const char* fine : {"plain_128", "spectral_128", "rotational_128"})
       EXPECT_GT(beside[fine]["course"][0].get<double>(), 0.99) << fine;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples that learn networks, or small versions of them: what they show, not that they run.
+// The examples that train networks, or small versions of them: their results, not only that they run.
 #include <cmath>
 #include <numeric>
 
@@ -19,7 +19,7 @@ class LearningExamples : public Command {
   }
 };
 
-/// y^2 = x: examples of both roots are averaged to neither; the equation gives one of the roots at all points.
+/// y^2 = x: data of both roots are averaged to neither; the equation gives one of the roots at all points.
 TEST_F(LearningExamples, TwoSolutions) {
   fs::copy(fs::path(DPDE_SOURCE_DIR) / "dsl-examples/two_solutions/two_solutions.dpde", path("t.dpde"));
   const Json examples = found("t.dpde", "examples"), equation = found("t.dpde", "equation");
@@ -38,7 +38,7 @@ TEST_F(LearningExamples, TwoSolutions) {
   EXPECT_LT(std::abs(mean), 0.1);
 }
 
-/// A quarter of the example's data, windows and tests: the learned weights are better than the limiter on the same
+/// A quarter of the example's data, samples and tests: the learned weights are better than the limiter on the same
 /// grid.
 TEST_F(LearningExamples, LearnedFlux) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
@@ -61,8 +61,8 @@ TEST_F(LearningExamples, LearnedFlux) {
   EXPECT_LT(learned, 0.3 * found("t.dpde", "plain_first")["test"]["error"]["mean"].get<double>());
 }
 
-/// The example on a quarter of the cells, with fewer filters and fields: 98 % of the squared divergence goes, and what
-/// is left is div(u) - lap(p).
+/// The example on a quarter of the cells, with fewer filters and fields: 98 % of the squared divergence is removed, and
+/// the remainder is div(u) - lap(p).
 TEST_F(LearningExamples, HelmholtzHodge) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/helmholtz_hodge/helmholtz_hodge.dpde");
   const std::vector<std::pair<std::string, std::string>> smaller = {
@@ -92,7 +92,7 @@ TEST_F(LearningExamples, HelmholtzHodge) {
   EXPECT_LT(squares, 0.03 * before);
 }
 
-/// The goal is reached with two thirds of the force that made it.
+/// The goal is reached with two thirds of the force that generated it.
 TEST_F(LearningExamples, LeastForceOfBurgers) {
   const Json result = found(DPDE_SOURCE_DIR "/dsl-examples/burgers_control/burgers_control.dpde", "steer");
   EXPECT_LT(result["test"]["miss"].get<double>(), 2e-5);
@@ -103,8 +103,8 @@ TEST_F(LearningExamples, LeastForceOfBurgers) {
   EXPECT_LT(sought, 0.68 * made);
 }
 
-/// By 8 values on 22 x 8 cells: the search ends where no step lowers the loss, long before its 300 iterations, and what
-/// it finds is half the drag, the same flow through, and nothing that goes back.
+/// With 8 values on 22 x 8 cells: the search ends when no step lowers the loss, long before its 300 iterations. The
+/// result has half the drag, the same flow rate, and no backflow.
 TEST_F(LearningExamples, LeastPullAtACylinder) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/incompressible_flow";
@@ -124,7 +124,7 @@ TEST_F(LearningExamples, LeastPullAtACylinder) {
   EXPECT_GT(flow["slowest"].get<double>(), -2e-3);
 }
 
-/// A run of data, windows of 5 units and three iterations in place of four runs, 20 units and six.
+/// One run of data, samples of 5 units and three iterations instead of four runs, 20 units and six.
 TEST_F(LearningExamples, ANetworkHoldsTheFlux) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/plasma";
@@ -144,8 +144,8 @@ TEST_F(LearningExamples, ANetworkHoldsTheFlux) {
   EXPECT_LT(loss.back().get<double>(), 0.6 * loss.front().get<double>());
 }
 
-/// Two parameters of 25 and 1e-6 of the scene of three models, from a day on a quarter of its cells along each axis;
-/// and what was found runs on as the truth does, with the mass, the water and the dust that it began with.
+/// Two parameters of 25 and 1e-6 of the scene with three models, from one day on a quarter of its cells along each
+/// axis. With the result the run continues like the truth and conserves mass, water and dust.
 TEST_F(LearningExamples, TwoParametersOfTheWeather) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/coupled";
@@ -165,8 +165,8 @@ TEST_F(LearningExamples, TwoParametersOfTheWeather) {
     EXPECT_LT(std::abs(result["statistic"][kept]["mean_difference"].get<double>()), 1e-13) << kept;
 }
 
-/// Two runs on 64 x 64 cells, a closure on 16 x 16: the loss of means falls by a quarter, and a run of 30 windows from
-/// small waves neither blows up nor dies.
+/// Two runs on 64 x 64 cells, a closure on 16 x 16: the loss of averages falls by a quarter, and a run of 30 samples
+/// from small waves neither blows up nor decays.
 TEST_F(LearningExamples, AClosureKeepsTheEnergy) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/weather";
@@ -186,9 +186,8 @@ TEST_F(LearningExamples, AClosureKeepsTheEnergy) {
   }
 }
 
-/// On 40 x 24 cells, a run in place of three, windows of 24 units: the network and the law by hand take shedding's part
-/// of the power away at a Reynolds number that they have not seen, for longer than a window; a direct search is no
-/// worse.
+/// On 40 x 24 cells, one run instead of three, samples of 24 units: the network and the hand-written law remove the
+/// power from vortex shedding at a new Reynolds number, for longer than a sample; a direct search is no worse.
 TEST_F(LearningExamples, ACylinderThatTurnsShedsNoVortices) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   write("t.dpde", rewritten(content(DPDE_SOURCE_DIR "/dsl-examples/incompressible_flow/turned.dpde"),
@@ -216,7 +215,8 @@ TEST_F(LearningExamples, ACylinderThatTurnsShedsNoVortices) {
   EXPECT_LT(found("t.dpde", "direct")["loss"].back().get<double>(), early);
 }
 
-/// One run on 64 x 64 cells, for a grid of 16 x 16 and windows of 6 units: numbers and network lower the loss of means.
+/// One run on 64 x 64 cells, for a grid of 16 x 16 and samples of 6 units: numbers and network lower the loss of
+/// averages.
 TEST_F(LearningExamples, MeansOfAFinerPlasma) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "dsl-examples/plasma";
@@ -233,7 +233,7 @@ TEST_F(LearningExamples, MeansOfAFinerPlasma) {
   }
 }
 
-/// A tenth of the scenes and epochs: unseen goals are missed by less than a third of what they are missed by untrained.
+/// A tenth of the scenes and epochs: for unseen goals the error is less than a third of that without training.
 TEST_F(LearningExamples, ControllerOfBurgers) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/burgers_control/controller.dpde");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small scenes that tests of trainings share: Burgers' equation on 16 cells, its data on 8, and no network.
+// Small scenes for tests of training: Burgers' equation on 16 cells, its data on 8, and no network.
 #pragma once
 
 #include <string>

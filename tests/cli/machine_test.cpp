@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens when the machine, the user's patience or the derivative gives out: codes, exit status, nothing
-// half-written.
+// Failures of the machine, interruptions by the user, and failing derivatives: codes, exit status, no partial files.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -25,7 +24,7 @@ TEST_F(Machine, TooLittleMemoryIsItsFault) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
 }
 
-/// Limits of processes do not hold for root; with stacks that fit no address space threads fail in the same way.
+/// Process limits do not apply to root; stacks larger than any address space make threads fail in the same way.
 TEST_F(Machine, AThreadThatCannotBeMadeIsTold) {
   if (is_sanitized) GTEST_SKIP() << "the sanitizers end a program whose threads cannot be made";
   write("rod.dpde", rod_text);
@@ -42,7 +41,7 @@ TEST_F(Machine, AThreadThatCannotBeMadeIsTold) {
   }
 }
 
-/// As `head` does: what has read enough is gone before the command writes. Text that fills the pipe, text that is
+/// As with `head`: the reader closes the pipe before the command has written everything. Text that fills the pipe, text
 /// written at the end, errors, files.
 TEST_F(Machine, AReaderThatIsGoneEndsNothing) {
   write("rod.dpde", rod_text);
@@ -97,7 +96,7 @@ TEST_F(Machine, InterruptedGradientHasNoNumber) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
 }
 
-/// The certificate was made of runs: that nothing was run would not be so. The data take another scene's 1e9 steps.
+/// The certificate needed runs, so "nothing was run" would be wrong. The data come from 1e9 steps of another scene.
 TEST_F(Machine, InterruptedPreparationSaysSo) {
   write("long.dpde", R"(
 model heat { field u; param k; dt(u) = k*lap(u) }
@@ -135,7 +134,7 @@ task t : s { unknown initial u
   EXPECT_FALSE(refused.json()["passed"].get<bool>());
 }
 
-/// A kink beside the point: only the largest steps cross it, and the gradient is exact.
+/// A kink next to the point: only the largest steps cross it, and the gradient is exact.
 TEST_F(Machine, AKinkBesideThePointIsCertified) {
   write("kink.dpde", R"(
 model kink { field u; dt(u) = abs(u - 0.5) }

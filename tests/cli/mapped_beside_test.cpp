@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests beside a scene of other states, through a map. Diffusion commutes with curl on a periodic grid, to the last
-// digits: what either scene says of the same quantity is the same, and is known from the task's own scene.
+// Tests that compare with a scene of other states, through a state map. Diffusion commutes with curl on a periodic grid
+// to the last digits: both scenes give the same value of a quantity, known from the task's own scene.
 #include <map>
 
 #include "command_support.h"
@@ -11,7 +11,7 @@ namespace {
 const std::string box =
     "grid x = 0 .. 1, cells 8, periodic; grid y = 0 .. 1, cells 8, periodic; time 0 .. 1/4, step 1/64; ";
 
-/// Velocities on faces and the stream function at nodes, each with the vorticity at nodes, and all at centres.
+/// Velocities on faces and the stream function at nodes, each with vorticity at nodes; and all fields at centres.
 const std::string models =
     "model flow { vector u on faces; field c; param nu, k = 1; dt(u) = k*nu*lap(u); dt(c) = k*nu*lap(c) }\n"
     "model vortex { field omega on nodes; param nu, k = 1; dt(omega) = k*nu*lap(omega) }\n"
@@ -37,7 +37,7 @@ const std::string models =
     "scene nodes_16 = nodes { cells 16, 16 }\n"
     "scene faces_again = faces { }\n";
 
-/// Data of twice the viscosity, another one in each run, so that there is an error.
+/// Data with twice the viscosity, different in each run, so that there is an error.
 std::string data_of(const std::string& scene, const std::string& more = "") {
   return "scene " + scene + "_true = " + scene + " { k = 2 }\ndataset d : " + scene +
          "_true { runs 2; vary nu in 0.01, 0.03; frames " + more + "every 1/16; file \"" + scene + ".nc\" }\n";
@@ -61,7 +61,7 @@ class MappedBeside : public Command {
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
     return outcome.json();
   }
-  /// That scene `beside` says of test `name` what the task's own scene says.
+  /// Checks that scene `beside` gives the same result of test `name` as the task's own scene.
   static void expect_alike(const Json& json, const std::string& name, const std::string& beside) {
     const Json test = json["test"][name], other = test["beside"][beside];
     ASSERT_GT(test["mean"].get<double>(), 1e-3) << name << test;
@@ -136,7 +136,7 @@ TEST_F(MappedBeside, FieldsAtCentres) {
   expect_alike(json, "e", "plain");
 }
 
-/// On a grid and from a file of its own the map is made there: as the task's own model on that grid says.
+/// With a separate grid and file the map is evaluated there: equal to the task's own model on that grid.
 TEST_F(MappedBeside, OnAFileOfItsOwn) {
   make("faces");
   make("faces_16");
@@ -152,7 +152,7 @@ TEST_F(MappedBeside, OnAFileOfItsOwn) {
     EXPECT_NEAR(beside["nodes_16"]["runs"][run].get<double>(), beside["faces_16"]["runs"][run].get<double>(), 1e-11);
 }
 
-/// What a map cannot make is said where it stands, by `check` too.
+/// Errors in a map are reported at their position, also by `check`.
 TEST_F(MappedBeside, MistakesAreSaidWhereTheyStand) {
   make("faces", "of u ");
   struct Case {
@@ -188,7 +188,7 @@ TEST_F(MappedBeside, MistakesAreSaidWhereTheyStand) {
   }
 }
 
-/// The task's scene begins with a solve on many cells: too many for the interpreter, which solves densely.
+/// The task's scene begins with a solve on many cells: too many for the interpreter's dense solver.
 TEST_F(MappedBeside, ChecksWhatBeginsWithASolve) {
   const std::string fluid =
       models +

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certificates of flows past obstacles: on the narrow grids beside the scene's own an obstacle may close the channel,
-// so that the pressure is not known there, or nothing moves. What is right on the scene's grid is certified all the
-// same, and nothing is called wrong for the rounding that is left.
+// Certificates of flows past obstacles. On the narrow test grids an obstacle may close the channel, so that the
+// pressure is undetermined there or nothing moves. A gradient that is right on the scene's grid is certified
+// nevertheless, and rounding errors are not reported as wrong.
 #include "command_support.h"
 #include "support/setting.h"
 
@@ -22,7 +22,7 @@ const Channel channels[] = {
 const std::string obstacles[] = {
     "(x - 50)^2 + (y - 50)^2 < 100",
     "min((x - 30)^2 + (y - 60)^2, (x - 70)^2 + (y - 140)^2) < 200",
-    "max(abs(y - 100) - 2, x - 97) < 0",  // a wall that few rows see
+    "max(abs(y - 100) - 2, x - 97) < 0",  // a wall that few rows contain
     "max(abs(x - 50) - 2, y - 197) < 0",  // likewise, along y
     "min((x - 50)^2 + (y - 100)^2, (x - 50)^2 + (y - 30)^2) < 9",
     "(x - 50)^2/9 + (y - 100)^2/9000 < 1",
@@ -47,7 +47,7 @@ std::string obstacle_text(const Channel& channel, const std::string& solid, cons
 
 class NarrowGrids : public Command {};
 
-/// Three by day, 168 at night.
+/// Three cases by day, 168 at night.
 TEST_F(NarrowGrids, ThatAnObstacleClosesMakeNoGradientWrong) {
   std::size_t number = 0;
   for (const Channel& channel : channels) {

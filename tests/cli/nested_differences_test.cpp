@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a step whose inner differences are stored is what is said of its equations.
+// Reports on a step with stored inner differences are those on its equations.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -7,7 +7,7 @@ namespace {
 
 using NestedDifferences = Command;
 
-/// The rates of growth are those of the same commands before values were stored.
+/// The growth rates equal those from before values were stored.
 TEST_F(NestedDifferences, AreJudgedByTheirEquations) {
   write("t.dpde",
         "model m { field u; dt(u) = -0.1*dx(u^2*dy(u*dx(u))) }\nscheme q { time = euler; dx = central(6) }\n"

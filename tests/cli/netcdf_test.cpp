@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// NetCDF out of runs and into scenes and tasks; pictures of stored runs. Files are checked with the C library alone.
+// NetCDF output of runs and input of scenes and tasks; pictures of stored runs. Files are checked with the C library
+// only.
 #include <cmath>
 #include <numbers>
 
@@ -116,7 +117,7 @@ TEST_F(Netcdf, AnInterruptedRunKeepsItsLastState) {
       by_ctrl_c);
   const NetcdfFile file(path("o/rod.nc").string());
   const std::size_t states =
-      file.values("time").size();  // the first one alone when the signal came before the first step
+      file.values("time").size();  // only the first time if the signal came before the first step
   EXPECT_TRUE(states == 1 || states == 2) << states;
   EXPECT_EQ(file.values("u").size(), 16 * states);
 }
@@ -176,7 +177,7 @@ TEST_F(Netcdf, RefusesWhatDoesNotFit) {
   must_refuse("load(\"text.nc\")", "E0907", "text.nc is no NetCDF file");
 }
 
-/// Ours, and as CF writes them.
+/// Own spellings, and those of CF.
 TEST_F(Netcdf, ComparesUnits) {
   const auto rod = [](const std::string& unit) {
     return "model heat { field T in " + unit +

@@ -15,7 +15,7 @@ class NetworkExamples : public Command {
   }
 };
 
-/// The law that made the data is k(u) = 0.01 + 0.05 u^2: it is found from how a profile decays.
+/// The data were made with the law k(u) = 0.01 + 0.05 u^2: it is recovered from the decay of a profile.
 TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
   write("law.dpde", example("closure/law.dpde"));
   const Json cost = dpde("check law.dpde guess --json").json()["networks"]["law"];
@@ -29,8 +29,8 @@ TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
   EXPECT_LT(look.json()["error"]["k"]["l2"].get<double>(), 3e-4);
 }
 
-/// What solves begin with, on a smaller grid and after a shorter training: iterations and seconds of each are told, and
-/// old solutions save more of them than the guess that was trained.
+/// Start values of solves, on a smaller grid and after a shorter training: iterations and seconds of each are reported,
+/// and old solutions save more iterations than the trained guess.
 TEST_F(NetworkExamples, GuessesOfSolvesAreCompared) {
   if (!is_thorough()) return;
   std::string text = example("first_guess/first_guess.dpde");
@@ -66,8 +66,8 @@ TEST_F(NetworkExamples, GuessesOfSolvesAreCompared) {
   EXPECT_LT(cycles, pointed);
 }
 
-/// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and
-/// the finer grid half as fine.
+/// A coarse grid compared with averages of runs on a finer one, for new waves; shorter than the example, and with a
+/// finer grid half as fine.
 TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
   if (!is_thorough()) GTEST_SKIP() << "at night: by day the wake has one";
   std::string text = example("forced_burgers/forced_burgers.dpde");
@@ -100,9 +100,9 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
             std::abs(energy["start"]["mean_difference"].get<double>()))
       << "linear interpolation takes energy away";
   EXPECT_NEAR(rate["beside"]["plain"]["mean"].get<double>(), rate["start"]["mean"].get<double>(), 1e-4);
-  if (!testing::is_thorough()) return;  // each of the chart's methods takes two seconds to be judged
-  // The chart of the same training: beside the schemes that the task names seven more, on the grid of the network; the
-  // other one is that of the data. Which of them has a version in single precision hangs on what they take.
+  if (!testing::is_thorough()) return;  // judging each of the chart's methods takes two seconds
+  // The chart of the same training: in addition to the task's schemes seven more, on the network's grid; another one is
+  // on that of the data. Their times decide which ones have a version in single precision.
   const Json chart = dpde("chart f.dpde through --out out --json --samples 1 --sample-seconds 0").json(),
              points = chart["points"];
   EXPECT_EQ(std::ranges::count_if(points,
@@ -127,7 +127,7 @@ task make : trained { learn n; learn other; minimise mean(u^2); using lbfgs, ite
 scene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; time 0 .. 1, step 0.1; after step: u += n(u); n = load("w.safetensors") }
 )";
 
-/// Half a run with some weights and half with others would be neither.
+/// A run half with one set of weights and half with another would be meaningless.
 TEST_F(NetworkExamples, ARunDoesNotGoOnWithOtherWeights) {
   write("c.dpde", corrected);
   ASSERT_EQ(dpde("optimize c.dpde make --out o --json").status, 0);
@@ -151,7 +151,7 @@ TEST_F(NetworkExamples, ANetworkInADroppedTermHasNoGradient) {
   EXPECT_EQ(outcome.json()["gradient"]["other"]["norm"], 0);
 }
 
-/// Nothing to learn and nothing to set, but it runs.
+/// It has nothing to learn or to set, but it runs.
 TEST_F(NetworkExamples, ANetworkMayHaveNoWeights) {
   write("p.dpde",
         "network n(u) { mean_pool 2; upsample 2; relu }\nmodel m { field u; dt(u) = n(u) - u }\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory that `dpde check` says beforehand against the peak that the system measures of the process. All examples:
+// The memory predicted by `dpde check` against the peak of the process measured by the system. All examples:
 // tools/check_memory.
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -44,13 +44,13 @@ class PeakMemory : public Command {
   }
   fs::path folder() const { return path("."); }
 
-  /// What a process takes without fields is that of the same command on a few cells.
+  /// Memory without fields is estimated from the same command on a few cells.
   void expect_within_a_tenth(const std::string& verb, const std::string& name, const std::string& key) {
     const double predicted = dpde("check heat.dpde " + name + " --json --set cells=2048").json()[key];
     EXPECT_GT(predicted, 2.0 * 8 * 2048 * 2048) << "two time levels at least";
     expect_within_a_tenth(predicted, {verb, "heat.dpde", name, "--quiet"}, 2048);
   }
-  /// `least`: of what is predicted, where compression may leave less.
+  /// `least`: smallest fraction of the prediction; compression may need less.
   void expect_within_a_tenth(double predicted, const std::vector<std::string>& words, int cells, double least = 0.9) {
     const auto command = [&](int count) {
       std::vector<std::string> all = words;
@@ -61,7 +61,7 @@ class PeakMemory : public Command {
     EXPECT_TRUE(measured >= least * predicted && measured <= 1.1 * predicted)
         << fmt::format("{}: {:.0f} of {:.0f} MiB", words[0], measured / 0x1p20, predicted / 0x1p20);
   }
-  /// With the files of --out, of which nothing is known beforehand but how large they are where nothing compresses.
+  /// With the files of --out, whose predicted size is that without compression.
   void expect_of_outputs(int cells) {
     const auto said = dpde(fmt::format("check heat.dpde s --json --set cells={}", cells)).json();
     const double predicted = said["memory_bytes"].get<double>() + said["output_memory_bytes"].get<double>();
@@ -91,7 +91,7 @@ TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
   expect_within_a_tenth("gradient", "t", "gradient_peak_bytes");
 }
 
-/// A gradient first looks whether a choice switches: in states, and in a step of its own where stages read it.
+/// A gradient first checks for switches: in states, and in a separate step if stages read them.
 TEST_F(PeakMemory, OfRunsThatWatchSwitchesIsPredicted) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   for (const std::string time : {"euler", "rk4"}) {
@@ -104,7 +104,8 @@ TEST_F(PeakMemory, OfRunsThatWatchSwitchesIsPredicted) {
   }
 }
 
-/// Curves and maps hold no more than pictures show; on one axis the places are as many numbers as the states.
+/// Curves and maps need memory only for the pixels of pictures; on one axis positions are as many numbers as the
+/// states.
 TEST_F(PeakMemory, OfOutputsIsPredicted) {
   if (!is_thorough()) GTEST_SKIP() << "at night: eleven seconds";
   write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
@@ -125,7 +126,7 @@ TEST_F(PeakMemory, OfOutputsIsSaidToBeTheSameHoweverManyStatesThereAre) {
   EXPECT_EQ(said("1"), said("64"));
 }
 
-/// States go to a file as they come, and come back one by one: of these each is what is compressed at once.
+/// States are written to a file one by one and read back one by one: each needs memory for compressing one block.
 TEST_F(PeakMemory, OfARunThatWritesManyStatesIsThatOfOneThatWritesTwo) {
   write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
   const auto of = [&](const std::string& every) {

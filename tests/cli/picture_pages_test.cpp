@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How pictures are laid out: panels in two columns, one scale for what is compared, colours that differ, planes through
-// the middle of three axes, films; by the scripts that gnuplot is given.
+// Layout of pictures: panels in two columns, a common scale for comparisons, distinct colours, planes through the
+// middle of three axes, films; tested on the scripts for gnuplot.
 #include <filesystem>
 #include <set>
 
@@ -152,7 +152,7 @@ TEST_F(PicturePages, FilmsAreOneFile) {
       lines_with(scripts_of("plot o/s.nc --film --range each --slice z=0.5 --out p"), "set cbrange");
   ASSERT_EQ(own.size(), 5u);
   EXPECT_NE(own[0], own[4]);
-  if (shell("command -v gnuplot").status != 0) return;  // what a real one makes
+  if (shell("command -v gnuplot").status != 0) return;  // output of a real gnuplot
   const Outcome film = dpde("plot o/s.nc --film --json --out q");
   EXPECT_EQ(film.json()["files"], Json({"q/s_u.gif"})) << film.err;
   EXPECT_TRUE(content(path("q/s_u.gif")).starts_with("GIF89a"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of large fields: what gnuplot is given, taken from a gnuplot of the test's own that keeps the script.
+// Pictures of large fields: input of gnuplot, captured by a fake gnuplot of the test that stores the script.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Pictures = Command;
 
-/// The numbers of the first map of a script, a vector a row.
+/// The numbers of the first map of a script, row by row.
 std::vector<std::vector<double>> map_in(const std::string& script) {
   std::istringstream lines(script.substr(script.find("$p0 << EOD\n") + 11));
   std::vector<std::vector<double>> rows;
@@ -23,8 +23,8 @@ std::vector<std::vector<double>> map_in(const std::string& script) {
   return rows;
 }
 
-/// Twice as many cells as pixels along both axes: each pixel is the mean of four, and the colours are those of the
-/// cells.
+/// Twice as many cells as pixels along both axes: each pixel is the mean of four cells, and the colour range is that of
+/// the cells.
 TEST_F(Pictures, NoMoreValuesThanPixels) {
   constexpr int nx = 1280, ny = 880;
   std::vector<double> values;
@@ -51,7 +51,8 @@ TEST_F(Pictures, NoMoreValuesThanPixels) {
   EXPECT_NE(script.find("set cbrange [0:10069]"), std::string::npos) << script.substr(script.size() - 800);
 }
 
-/// Of a million values on a line those are drawn that show: a spike of one cell up, one down, one that is not finite.
+/// From a million values on a line those that are visible are drawn: one-cell spikes upwards, downwards, and a
+/// non-finite one.
 TEST_F(Pictures, SpikesOfLongLinesShow) {
   std::vector<double> values(1000000);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(1e-5 * double(i));

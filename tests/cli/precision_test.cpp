@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `real = f32` from the command line: files, checkpoints, costs, certificates, mistakes.
+// `real = f32` from the command line: files, checkpoints, costs, certificates, errors.
 #include <algorithm>
 #include <cmath>
 
@@ -92,7 +92,7 @@ TEST_F(PrecisionCommand, OptimisesAndBuilds) {
 
 TEST_F(PrecisionCommand, OverflowsLikeAnyOtherBlowUp) {
   std::string text = rod_text;
-  text.replace(text.find("k*lap(u)"), 8, "79*u + k*lap(u)");  // times 10.9 each step
+  text.replace(text.find("k*lap(u)"), 8, "79*u + k*lap(u)");  // times 10.9 in each step
   write("rod.dpde", text);
   const std::string run = "run rod.dpde rod --json --set end=8 --set real=";
   EXPECT_EQ(dpde(run + "f64").status, 0);
@@ -107,7 +107,7 @@ TEST_F(PrecisionCommand, OtherPrecisionsAreMistakes) {
   EXPECT_NE(run.err.find("choose one of: f64, f32"), std::string::npos) << run.err;
 }
 
-/// u is about `size`, w_1, w_2, ... are what the formulas make of it.
+/// u is about `size`, w_1, w_2, ... are the formulas of it.
 std::string formulas_of(const std::string& size, const std::string& c, const std::vector<std::string>& formulas) {
   std::string fields, equations, observed, initial;
   for (std::size_t i = 0; i < formulas.size(); ++i) {
@@ -124,13 +124,14 @@ std::string formulas_of(const std::string& size, const std::string& c, const std
          size + "*(1 + x)" + initial + observed + "\n  time 0 .. 1, step 1 }\n";
 }
 
-/// A number beyond the floats either makes of fields what it makes in double precision, or is refused where it stands.
+/// A number beyond the range of floats either gives the same fields as in double precision or is refused at its
+/// position.
 TEST_F(PrecisionCommand, NumbersBeyondFloatsAreMetOrRefused) {
   const std::vector<std::pair<std::string, std::string>> numbers = {
       {"1e-60", "1e30"},
       {"1e-42", "1e20"},
       {"1e39", "1e-20"},
-      {"1e60", "1e-30"}};  // with a u that makes floats of them
+      {"1e60", "1e-30"}};  // with a u that brings them into range
   for (const auto& [number, size] : numbers) {
     for (const std::string c : {"c", "k"}) {
       write("factors.dpde", formulas_of(size, number,
@@ -158,7 +159,7 @@ TEST_F(PrecisionCommand, NumbersBeyondFloatsAreMetOrRefused) {
       write("sums.dpde", formulas_of(size, number, sums));
       const Outcome refused = dpde("run sums.dpde --json");
       EXPECT_EQ(refused.status, 2) << number;
-      // a let is told once, where its number stands
+      // a let is reported once, where its number is
       EXPECT_EQ(std::ranges::count(refused.codes(), "E0103"), c == "c" ? std::ssize(sums) : 1) << number << refused.err;
       EXPECT_NE(refused.err.find("write real = f64"), std::string::npos) << refused.err;
     }
@@ -167,7 +168,7 @@ TEST_F(PrecisionCommand, NumbersBeyondFloatsAreMetOrRefused) {
   EXPECT_EQ(dpde("run far.dpde --json").codes(), std::vector<std::string>{"E0103"}) << "it makes 0 of every float";
 }
 
-/// A field of about `size` makes floats of the number, as a divisor.
+/// A field of about `size`, as a divisor, brings the number into range.
 TEST_F(PrecisionCommand, NumbersBeyondFloatsAreDividedByFields) {
   for (const auto& [number, size] :
        std::vector<std::pair<std::string, std::string>>{{"1e-50", "1e-30"}, {"1e-70", "1e-37"}, {"1e50", "1e30"}}) {
@@ -186,7 +187,7 @@ TEST_F(PrecisionCommand, NumbersBeyondFloatsAreDividedByFields) {
   }
 }
 
-/// What is one number at all points is computed in double precision.
+/// Uniform values are computed in double precision.
 TEST_F(PrecisionCommand, NumbersBesideSumsAreDoubles) {
   const std::string head =
       "model m { field u; dt(u) = lap(u) }\nscheme q { real = f32 }\nscene s : m with q {\n"
@@ -211,7 +212,7 @@ TEST_F(PrecisionCommand, NumbersBesideSumsAreDoubles) {
   EXPECT_EQ(dpde("gradient s.dpde t --json").codes(), std::vector<std::string>{"E0103"}) << "c starts from there";
 }
 
-/// Derivatives multiply numbers that stand apart in the formula.
+/// Derivatives multiply numbers that are separate in the formula.
 TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
   for (const std::string loss : {"mean((u/1e20 - 1)^2)", "mean((u/c - 1)^2)"}) {
     write("s.dpde",
@@ -227,7 +228,7 @@ TEST_F(PrecisionCommand, NumbersOfDerivativesAreMet) {
   }
 }
 
-/// Squares of divisors, and products of two, that are no floats while all that a person wrote is one.
+/// Squares of divisors, and products of two, beyond the range of floats, though all numbers in the text are within.
 TEST_F(PrecisionCommand, DivisorsOfDerivativesAreMet) {
   const std::vector<std::string> losses = {
       "mean((c/u - 1)^2)",   "mean((c*u^(-1) - 1)^2)",  "mean((u/(c + u) - 1)^2)", "mean((v/(u + c))^2)",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde check: what it says before a run against what the run then takes.
+// dpde check: predictions before a run against the resources of the run.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ class PredictionCommand : public Command {
   }
 };
 
-/// Buffers lie at distances of whole pages and a little: up to 4 per cent of fields of this size.
+/// Buffers are whole pages and a little apart: up to 4 per cent of fields of this size.
 TEST_F(PredictionCommand, PredictsTheStatesOfAGradient) {
   write("all.dpde", scene("-u*dx(u)", "time 0 .. 1/2048, step 1/32768", ""));
   write("early.dpde", scene("-u*dx(u)", "time 0 .. 1/2048, step 1/32768", " at t = 1/4096"));
@@ -43,7 +43,7 @@ TEST_F(PredictionCommand, PredictsTheStatesOfAGradient) {
   EXPECT_NE(dpde("check none.dpde t").out.find("for a gradient that stores none"), std::string::npos);
 }
 
-/// The plan of check is that of the run, in blocks of steps and without, under budgets of memory and in a file.
+/// The plan of check is that of the run, with and without blocks of steps, for memory budgets and in a file.
 TEST_F(PredictionCommand, PredictsWhatBlockedGradientsStore) {
   const auto text = [](int nx, int ny, const std::string& sides, const std::string& rate, int steps,
                        const std::string& losses) {
@@ -89,7 +89,7 @@ TEST_F(PredictionCommand, PredictsWhatBlockedGradientsStore) {
   EXPECT_NE(dpde("check blocks.dpde t --memory much --json").status, 0);
 }
 
-/// What networks compute on the way is kept too, as far as memory goes.
+/// Intermediate values of networks are stored too, as far as memory allows.
 TEST_F(PredictionCommand, PredictsWhatIsKeptOfNetworks) {
   write("net.dpde",
         "network law(u) { conv 8, 3; tanh; conv out, 3 }\nmodel m { field u; param nu; dt(u) = nu*lap(u) + law(u) }\n"
@@ -113,7 +113,7 @@ TEST_F(PredictionCommand, PredictsWhatIsKeptOfNetworks) {
   EXPECT_NE(dpde("check net.dpde t").out.find(" of what networks and solves find"), std::string::npos);
 }
 
-/// 16384 cells, speed 1, steps of 1/2048 at a Courant number of 0.5: 16 parts each.
+/// 16384 cells, speed 1, steps of 1/2048 at a Courant number of 0.5: 16 substeps each.
 TEST_F(PredictionCommand, PredictsTheStatesBetweenThePartsOfSteps) {
   write("parts.dpde", scene("-u*dx(u)", "time 0 .. 1/512, step 1/2048, courant 0.5, speed 1", ""));
   const Outcome outcome = dpde("check parts.dpde t --json");
@@ -126,7 +126,7 @@ TEST_F(PredictionCommand, PredictsTheStatesBetweenThePartsOfSteps) {
             std::string::npos);
 }
 
-/// The kernel of a boundary value has a name that only the compiler knows.
+/// The kernel of a boundary value has an internal name of the compiler.
 TEST_F(PredictionCommand, SaysOnceAndAtItsPlaceWhatHasNoDerivative) {
   write("wall.dpde",
         "model m { field u; param a; dt(u) = lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  boundary u: x.low "

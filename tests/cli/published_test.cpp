@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The published Burgers reconstruction and the inversion of waves, through the command.
+// The published Burgers reconstruction and the wave inversion, through the command.
 #include <algorithm>
 
 #include "command_support.h"
@@ -28,7 +28,7 @@ TEST_F(Published, ReconstructionHasTheLossesAndTheErrorOfTheNotebook) {
   EXPECT_NEAR(result["test"]["mae"].get<double>(), 0.0638156, 1e-6);
 }
 
-/// Rows A9, A11: the book's loss is the sum over three places of the inflow. Its path is chaotic from the fifth
+/// Rows A9, A11: the book's loss is the sum over three positions of the inflow. Its path is chaotic from the fifth
 /// iteration on.
 TEST_F(Published, SmokeIsMovedWithTheLossesOfTheNotebook) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
@@ -47,7 +47,7 @@ TEST_F(Published, SmokeIsMovedWithTheLossesOfTheNotebook) {
   if (testing::is_thorough()) EXPECT_LT(losses[79], 175);
 }
 
-/// What a mask takes of a flow is the momentum that flows through a ring around it, another sum of other cells.
+/// The force of a mask on a flow equals the momentum flux through a ring around it, a different sum over other cells.
 TEST_F(Published, ForceOnACylinderIsWhatFlowsToIt) {
   const Outcome outcome = dpde("run " DPDE_SOURCE_DIR
                                "/dsl-examples/incompressible_flow/flow.dpde cylinder --set "
@@ -61,7 +61,8 @@ TEST_F(Published, ForceOnACylinderIsWhatFlowsToIt) {
 
 class Inversion : public Command {};
 
-/// The inversion lowers its misfit ten-thousandfold and puts the fastest ground where the anomaly is, near (0.9, 0.5).
+/// The inversion lowers its misfit by a factor of ten thousand and finds the fastest ground at the anomaly, near (0.9,
+/// 0.5).
 TEST_F(Inversion, TheWavesFindTheAnomaly) {
   const Outcome outcome = dpde("optimize " DPDE_SOURCE_DIR "/dsl-examples/wave/inversion.dpde image --out out --json");
   ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that are stopped, killed and resumed end bit for bit where the others end; checkpoints of other runs are
-// refused.
+// Stopped, killed and resumed runs end bit-identically to uninterrupted ones; checkpoints of other runs are refused.
 #include "command_support.h"
 
 namespace dpde::testing {
 namespace {
 
-/// The explicit time in the equation shows when a resumed run does not know what time it is.
+/// The explicit time in the equation reveals a resumed run with a wrong time.
 constexpr const char* tide_text = R"(model tide {
   field u, v
   param k
@@ -67,7 +66,7 @@ TEST_F(Restart, ALongerRunGoesOnToTheSameEnd) {
   }
 }
 
-/// du/dt = u^2 from 1 is 1/(1 - t): what was recorded and saved ends before that.
+/// du/dt = u^2 from 1 is 1/(1 - t): stored and saved states end before t = 1.
 TEST_F(Restart, ARunThatBlowsUpLeavesFiniteStates) {
   write("blow.dpde",
         "model m { field u; dt(u) = u*u }\nscene blow : m { grid x = 0 .. 1, cells 8, periodic\n"
@@ -90,7 +89,7 @@ TEST_F(Restart, ARunThatBlowsUpLeavesFiniteStates) {
   EXPECT_EQ(content(path("out/observables.csv")), table);
 }
 
-/// At the end of a short run a control has its last interval; behind it the longer run has another one.
+/// At the end of a short run a control is in its last interval; the longer run continues with another one.
 TEST_F(Restart, ObservablesOfControlsAtTheJoinAreThoseOfTheLongerRun) {
   write("g.dpde",
         "model m { field u; control G; dt(u) = -u }\nscene s : m {\n  initial u = 1\n  G = 1 + t every 0.5\n"
@@ -101,7 +100,7 @@ TEST_F(Restart, ObservablesOfControlsAtTheJoinAreThoseOfTheLongerRun) {
   EXPECT_EQ(content(path("part/observables.csv")), content(path("whole/observables.csv")));
 }
 
-/// The controller goes on with the length and the error that it had.
+/// The step controller continues with its previous length and error.
 TEST_F(Restart, UnderATolerancePartsGoOnAsTheyWere) {
   std::string text = tide_text;
   text.replace(text.find("step 1/64"), 9, "step 1/4, tolerance 1e-5");
@@ -122,8 +121,8 @@ TEST_F(Restart, UnderATolerancePartsGoOnAsTheyWere) {
   EXPECT_EQ(other.codes(), std::vector<std::string>{"E0914"}) << other.err;
 }
 
-/// What solves begin with is in the checkpoint: of a constraint the pressure, else a state of its own. Without it the
-/// solution is another one within the tolerance.
+/// Start values of solves are in the checkpoint: for a constraint the pressure, else a separate state. Without it the
+/// solution would differ within the tolerance.
 TEST_F(Restart, SolvesBeginAsTheyWouldHave) {
   write("flow.dpde", R"(model eddies {
   field w
@@ -212,7 +211,7 @@ TEST_F(Restart, WithoutACheckpointItStartsAtTheBeginning) {
   EXPECT_EQ(first.status, 0);
   EXPECT_EQ(first.json()["resumed_steps"], 0);
   expect_same_end("new");
-  const Outcome again = run("--resume --out new");  // nothing is left to do
+  const Outcome again = run("--resume --out new");  // nothing remains to be done
   EXPECT_EQ(again.status, 0);
   EXPECT_EQ(again.json()["resumed_steps"], 640);
   expect_same_end("new");
@@ -252,7 +251,7 @@ TEST_F(Restart, RefusesDamagedCheckpoints) {
   EXPECT_EQ(run("--resume --out half").codes(), std::vector<std::string>{"E0907"});
 }
 
-/// Frames are appended: 33 of u and v, 24 x 5 numbers each. The checkpoint keeps times and observables of them.
+/// Frames are appended: 33 of u and v, 24 x 5 numbers each. The checkpoint has their times and observables.
 TEST_F(Restart, FramesAreWrittenOnce) {
   ASSERT_EQ(run("--set end=5 --checkpoint-every 1 --every 10 --out every").status, 0);
   EXPECT_EQ(fs::file_size(path("every/bay.frames")), 33 * 2 * 24 * 5 * sizeof(double));
@@ -270,8 +269,7 @@ TEST_F(Restart, FramesBehindACheckpointAreWrittenOver) {
   EXPECT_EQ(content(path("whole/v.npy")), content(path("half/v.npy")));
 }
 
-/// A run that begins anew leaves the frames that the checkpoint of the run before means, until it has a checkpoint of
-/// its own.
+/// A restarted run keeps the frames of the previous run's checkpoint until it has its own checkpoint.
 TEST_F(Restart, FramesOfTheRunBeforeStayUntilThereIsACheckpoint) {
   ASSERT_EQ(run("--out whole").status, 0);
   run_half("half");

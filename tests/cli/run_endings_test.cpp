@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// However a run ends, each file that it writes is whole and holds the states recorded up to there, nothing half-written
-// stays in its folder, and what goes on from there ends in the bytes of a run that was not stopped.
+// However a run ends, each of its files is complete and has the states recorded so far, no partial file remains in its
+// folder, and a resumed run ends byte-identically to an uninterrupted one.
 #include <algorithm>
 #include <functional>
 
@@ -44,7 +44,7 @@ std::size_t count(const std::string& text, const std::string& word) {
 
 struct Format {
   std::string file;
-  std::function<std::size_t(const std::string& path)> states;  // that it holds
+  std::function<std::size_t(const std::string& path)> states;  // number of states in the file
 };
 
 const std::vector<Format> formats{
@@ -61,7 +61,7 @@ class RunEndings : public Command {
   static std::string words(const std::string& options) {
     return "run basin.dpde --json --every " + std::to_string(every) + " " + options;
   }
-  /// That those files are there and no others, but for pictures and checkpoints.
+  /// Checks that exactly those files exist, apart from pictures and checkpoints.
   void expect_whole(const std::string& folder, std::size_t states) const {
     for (const Format& format : formats) {
       ASSERT_TRUE(fs::exists(path(folder + "/" + format.file))) << folder << ": " << format.file;

@@ -135,7 +135,7 @@ TEST_F(RunCommand, StopsAtCtrlCAndWritesWhatThereIs) {
   }
 }
 
-/// A terminal that is closed, and what ends services: saved, and ended by the signal.
+/// A closed terminal, and the signal that ends services: saved, and ended by the signal.
 TEST_F(RunCommand, SavesAtOtherSignalsToo) {
   write("rod.dpde", rod_text);
   for (const auto& [signal, status] : {std::pair{"HUP", 129}, {"TERM", 143}}) {
@@ -149,7 +149,7 @@ TEST_F(RunCommand, SavesAtOtherSignalsToo) {
   }
 }
 
-/// nohup, and the background jobs of scripts.
+/// nohup, and background jobs of scripts.
 TEST_F(RunCommand, LeavesSignalsThatAreIgnored) {
   write("rod.dpde", rod_text);
   for (const std::string signal : {"INT", "HUP"}) {
@@ -164,7 +164,7 @@ TEST_F(RunCommand, LeavesSignalsThatAreIgnored) {
   }
 }
 
-/// A loop of a shell ends where a program of it ends by Ctrl-C. The group of the loop gets the signal, as from a
+/// A shell loop ends if one of its programs ends by Ctrl-C. The signal goes to the loop's process group, as from a
 /// terminal.
 TEST_F(RunCommand, CtrlCEndsTheLoopOfAShell) {
   write("rod.dpde", rod_text);
@@ -186,13 +186,13 @@ TEST_F(RunCommand, RefusesAStartThatIsNotFinite) {
   EXPECT_EQ(run.codes(), std::vector<std::string>{"E0805"});
 }
 
-/// The same numbers but for roundings, whatever a processor has; where it has less than is asked for, what it has.
+/// Equal numbers up to rounding for each instruction set; a processor without the requested set uses what it has.
 TEST_F(RunCommand, CodeForFewerInstructions) {
   write("rod.dpde", rod_text);
   std::vector<double> first;
   for (const std::string isa : {"portable", "avx2", "avx512"}) {
     for (const std::string backend : {"jit", "cpp"}) {
-      if (backend == "cpp" && isa != "portable") continue;  // a compiler runs for each
+      if (backend == "cpp" && isa != "portable") continue;  // each runs a compiler
       const std::string out = "o" + isa + backend;
       ASSERT_EQ(
           shell("DPDE_ISA=" + isa + " $DPDE run rod.dpde rod --quiet --backend " + backend + " --out " + out).status,
@@ -209,7 +209,7 @@ TEST_F(RunCommand, CodeForFewerInstructions) {
   EXPECT_NE(unknown.err.find("set it to portable, avx2 or avx512"), std::string::npos) << unknown.err;
 }
 
-/// u.npy is of the last scene; that of another keeps its values under its scene's name.
+/// u.npy belongs to the last scene; that of another is stored under its scene's name.
 TEST_F(RunCommand, ScenesShareAFolder) {
   write("two.dpde", R"(model m { field u; dt(u) = 0*u }
 scene one : m { grid x = 0 .. 1, cells 4, periodic; initial u = 1; observe size = mean(u); time 0 .. 1, step 0.5 }
@@ -229,7 +229,7 @@ scene two : m { grid x = 0 .. 1, cells 4, periodic; initial u = 2; observe size 
   EXPECT_EQ(first_of("u.npy"), 1);
 }
 
-/// Nor is anything lost where two models have scenes of one name; one model is one, however it is called.
+/// Nothing is lost if two models have scenes of the same name; the same model under another name is one model.
 TEST_F(RunCommand, ScenesOfOneNameShareAFolder) {
   const auto model_of = [](const std::string& value) {
     return "model m { field u; dt(u) = 0*u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = " + value +
@@ -265,7 +265,7 @@ TEST_F(CheckCommand, CountsBytesOrdersAndMemory) {
   EXPECT_TRUE(json["diagnostics"].empty());
 }
 
-/// What the adjoint recomputes of the first stage is less than that stage.
+/// The adjoint recomputes less of the first stage than the stage itself.
 TEST_F(CheckCommand, KnowsAdjointsThatRecomputePartsOfStages) {
   write("two.dpde",
         "model m { field u, w; dt(u) = u^2; dt(w) = lap(w) }\nscheme e { time = rk2 }\nscene j : m with e {\n"
@@ -284,8 +284,8 @@ TEST_F(CheckCommand, SaysWhatAZeroCoefficientDrops) {
   EXPECT_EQ(check.json()["dropped"].size(), 1u) << check.out;
 }
 
-/// By hand: the step reads u and writes u_next, in full it reads w too. Of what is sought the adjoint is a number times
-/// the seed; in full it reads u and w and writes w_bar, and needs u of each step.
+/// Computed by hand: the step reads u and writes u_next; in full it reads w too. The adjoint of the unknown is a number
+/// times the seed; in full it reads u and w and writes w_bar, and needs u of each step.
 TEST_F(CheckCommand, SaysWhatIsSaved) {
   const std::string text =
       "model m { field u; coefficient w; param c; dt(u) = -2*u + c*w*u }\n"
@@ -335,7 +335,7 @@ scene plate : heat { grid x = 0 .. 1, cells 8, periodic; grid y = 0 .. 1, cells 
     EXPECT_EQ(dpde("run plate.dpde --set cells=" + wrong).status, 2) << wrong;
 }
 
-/// Of one cell: a number has a sign.
+/// On one cell: signs of numbers are reported.
 TEST_F(RunCommand, NumbersHaveTheirSign) {
   write("d.dpde", R"(model d { field u; dt(u) = -u }
 scene s : d { initial u = 1; time 0 .. 1, step 0.1 }
@@ -385,8 +385,8 @@ TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
   EXPECT_EQ(modest.codes(), std::vector<std::string>{"W0501"});
 }
 
-/// As measured: equations that act on one another with steps of their own are of order 1 (slow ones see the fast where
-/// the step begins).
+/// As measured: coupled equations with different substeps are of order 1 (slow ones use the fast state at the beginning
+/// of the step).
 TEST_F(CheckCommand, OrderInTimeCountsStepsOfTheirOwn) {
   const auto order = [&](const std::string& rate_of_a, const std::string& rate_of_b, const std::string& parts) {
     write("two.dpde", "model m { field a, b; dt(a) = " + rate_of_a + "; dt(b) = " + rate_of_b +

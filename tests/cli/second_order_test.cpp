@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What verify says of second derivatives, and newton_cg on an inverse problem.
+// Reports of verify on second derivatives, and newton_cg on an inverse problem.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -39,7 +39,7 @@ TEST_F(SecondOrderCommand, IsCertified) {
   EXPECT_LE(kinks.json()["hessian"]["max_relative_error"], 1e-10);
 }
 
-/// The halves at both ends are switches by t, which nothing unknown moves.
+/// The halves at both ends are switches by t, which no unknown moves.
 TEST_F(SecondOrderCommand, IsCertifiedOverTime) {
   const auto verified = [&](const std::string& rate, const std::string& over) {
     write("s.dpde",
@@ -84,7 +84,7 @@ task recover : s {
          optimiser + "\n}\n";
 }
 
-/// The data are met exactly at the solution, so both matrices serve; L-BFGS is far from it after many more iterations.
+/// The solution fits the data exactly, so both matrices work; L-BFGS is far from it after many more iterations.
 TEST_F(SecondOrderCommand, NewtonNeedsFewIterations) {
   write("lbfgs.dpde", recovery("lbfgs(), iterations 60"));
   const Outcome first = dpde("optimize lbfgs.dpde --json");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What outputs ask for beside states: names of the model and fields that are solved for, held against what can be
-// computed by hand from the states in the same file.
+// Output fields other than states: names of the model and solutions, compared with values computed by hand from the
+// states in the same file.
 #include <cmath>
 #include <numbers>
 
@@ -59,7 +59,7 @@ TEST_F(Shown, LetsLieWhereTheirFormulasDo) {
   EXPECT_EQ(file.dimensions("g_x"), (std::vector<std::string>{"time", "y", "x_faces"}));
   ASSERT_EQ(file.values("time").size(), 3u);
   ASSERT_EQ(file.values("heavy").size(), std::size_t{2 * columns * rows});
-  for (int k = 0; k < 3; ++k) {  // cells are of length 1
+  for (int k = 0; k < 3; ++k) {  // cells have length 1
     const Plane ux{file.values("u_x"), k}, uy{file.values("u_y"), k}, c{file.values("c"), k};
     const Plane w{file.values("w"), k}, gx{file.values("g_x"), k}, gy{file.values("g_y"), k};
     for (int y = 0; y < rows; ++y) {
@@ -88,7 +88,7 @@ scene s : gravity with plain {
 }
 )";
 
-/// phi = sin(pi*x)*exp(-t) by a difference of second order, whose factor is known.
+/// phi = sin(pi*x)*exp(-t) by a difference of second order with a known factor.
 TEST_F(Shown, WhatIsSolvedForIsThatOfTheState) {
   write("s.dpde", poisson);
   ASSERT_EQ(dpde("run s.dpde --quiet --out o").status, 0);
@@ -102,7 +102,7 @@ TEST_F(Shown, WhatIsSolvedForIsThatOfTheState) {
   }
 }
 
-/// A run that was stopped and goes on has the same file.
+/// A stopped and resumed run writes the same file.
 TEST_F(Shown, RestartsGoOnWithThem) {
   write("s.dpde", poisson);
   ASSERT_EQ(dpde("run s.dpde --quiet --out whole").status, 0);
@@ -119,7 +119,7 @@ TEST_F(Shown, ConditionsAndParametersAreNone) {
   EXPECT_EQ(dpde("check s.dpde s --json").codes(), (std::vector<std::string>{"E0313", "E0313", "E0303"}));
 }
 
-/// No field is on faces: values at the centres, and nothing else of the scene changes by an output of it.
+/// Without fields on faces: values at the centres; an output changes nothing else of the scene.
 TEST_F(Shown, OutputsChangeNothingElse) {
   const auto text = [](const std::string& output) {
     return "model m { field u; let d = dx(u); let g = grad(u); let q = max(u); let r = dx(u - mean(u, x))\n"
@@ -140,7 +140,7 @@ TEST_F(Shown, OutputsChangeNothingElse) {
   const std::vector<double> r = file.values("r");
   double most = 0;
   for (std::size_t i = 80; i < 160; ++i) most = std::max(most, u[i]);
-  for (std::size_t i = 80; i < 160; ++i) {  // the last state, cells 1/16 long
+  for (std::size_t i = 80; i < 160; ++i) {  // the last state, cells of length 1/16
     const std::size_t row = i / 16 * 16;
     const double slope = (u[row + (i + 1) % 16] - u[row + (i + 15) % 16]) * 8;
     EXPECT_NEAR(d[i], slope, 1e-13);
@@ -150,7 +150,7 @@ TEST_F(Shown, OutputsChangeNothingElse) {
   }
 }
 
-/// On the sphere, with poles: what the example names is written.
+/// On the sphere, with poles: the fields named in the example are written.
 TEST_F(Shown, OfTheFilteredSphere) {
   write("s.dpde", "import \"" DPDE_SOURCE_DIR
                   "/dsl-examples/sphere/filtered.dpde\"\n"
@@ -162,7 +162,7 @@ TEST_F(Shown, OfTheFilteredSphere) {
   EXPECT_EQ(file.values("flux_x").size(), 2u * 16 * 8);
 }
 
-/// Of a control the interval at the end of a shorter run is another one than where the run goes on.
+/// For a control, the interval at the end of a shorter run differs from the one where the run continues.
 TEST_F(Shown, AreRenewedWhereARunGoesOn) {
   write("s.dpde", R"(
 model m { field u; control F; let pushed = u + F; dt(u) = F }
@@ -191,7 +191,7 @@ scene s : m {
   time 0 .. 0.001 in s, step 0.001
   output g.y
 })");
-  EXPECT_EQ(dpde("check s.dpde s --json").codes().size(), 1u);  // of `broken` alone
+  EXPECT_EQ(dpde("check s.dpde s --json").codes().size(), 1u);  // only of `broken`
   std::string text = swirl;
   text.replace(text.find("output heavy"), 12, "output heavy, is_slow");
   text.replace(text.find("let is_fast = u.x > 1"), 21, "let is_slow = u.x + nothing");
@@ -199,7 +199,7 @@ scene s : m {
   EXPECT_EQ(dpde("check t.dpde s --json").codes(), std::vector<std::string>{"E0301"});
 }
 
-/// A field that is looked at only through a let is no field that nobody needs.
+/// A field used only through a let counts as used.
 TEST_F(Shown, AreReasonsForFields) {
   const auto unused = [&](const std::string& output) {
     write("s.dpde",

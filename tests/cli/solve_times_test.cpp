@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Iterations and seconds of solves are told wherever solves are: what a guess saves is read there, and not believed.
+// Iterations and seconds are reported for all solves: the savings of a guess are measured, not assumed.
 #include <set>
 
 #include "command_support.h"
@@ -9,7 +9,7 @@ namespace {
 
 class SolveTimes : public Command {};
 
-/// `base` begins with 0, `warm` with the last solution.
+/// `base` starts from 0, `warm` from the last solution.
 const std::string vortices =
     "model m { field w; param k; solve lap(psi) - psi = -w for psi; dt(w) = k*psi }\n"
     "scheme c { time = euler; solve = cg(1e-8); preconditioner = none; guess = none }\n"
@@ -49,7 +49,7 @@ TEST_F(SolveTimes, AreToldOfRunsGradientsAndTests) {
 
   const Outcome gradient = dpde("gradient s.dpde g --json");
   ASSERT_EQ(gradient.status, 0) << gradient.err;
-  std::set<std::string> fields;  // of the losses too, there and back
+  std::set<std::string> fields;  // also those of the losses, forward and backward
   for (const Json& solve : gradient.json()["solves"]) {
     EXPECT_GT(told(solve).seconds, 0) << solve;
     fields.insert(solve["field"].get<std::string>());

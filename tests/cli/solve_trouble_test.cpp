@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with a solve or an open end is said, in words that help.
+// Messages about failing solves or open ends, with useful hints.
 #include <regex>
 
 #include "command_support.h"
@@ -10,7 +10,7 @@ namespace {
 
 using SolveTrouble = Command;
 
-/// Flow between walls with an end on the right through which it leaves.
+/// Flow between walls with an open end on the right.
 std::string open_channel(const std::string& inflow, const std::string& more) {
   return "model flow {\n  vector u on faces\n  field p\n  param nu\n  mask solid\n"
          "  dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n  0 = div(u) gives p\n  u = 0 inside solid\n}\n"
@@ -65,7 +65,7 @@ TEST_F(SolveTrouble, RoomsThatObstaclesCutOffAreNamed) {
       << solve_of(ring);
 }
 
-/// A disc of a million in cells a hundred times as long as they are high: cycles by colours alone come no nearer.
+/// A disc of coefficient 1e6 in cells with aspect ratio 100: cycles with coloured relaxation alone do not converge.
 std::string jump(const std::string& solve) {
   return "model m {\n  field u\n  coefficient k\n  param a\n  solve div(k*grad(psi)) = u for psi\n  dt(u) = a*psi\n}\n"
          "scheme c { time = euler; solve = " +
@@ -90,12 +90,12 @@ TEST_F(SolveTrouble, CyclesThatComeNoNearerAreToldWhatDoes) {
   EXPECT_EQ(by_cg.status, 0) << by_cg.err;
   const Outcome few = dpde("run s.dpde --set 'solve=cg(1e-6, 12)'");
   EXPECT_NE(few.err.find("are enough: solve = cg(1e-06, "), std::string::npos) << few.err;
-  const Outcome check = dpde("check s.dpde s --json");  // as the run will say it
+  const Outcome check = dpde("check s.dpde s --json");  // the same message as from the run
   EXPECT_EQ(check.status, run.status);
   EXPECT_EQ(check.codes().back(), "E0814") << check.err;
 }
 
-/// The mean of psi is held by c alone. Coefficients change in each step: doubles go on in the same solver.
+/// Only c determines the mean of psi. Coefficients change in each step: the same solver continues in doubles.
 TEST_F(SolveTrouble, WhatIsSolvedInDoublesAfterAllIsSaidSo) {
   write("s.dpde",
         "model m { field u, k; param c; solve div(k*grad(psi)) - c*psi = -(u + 1) for psi\n"
@@ -113,7 +113,7 @@ TEST_F(SolveTrouble, WhatIsSolvedInDoublesAfterAllIsSaidSo) {
   }
 }
 
-/// Equations of the text, in the step or in what is observed alone, and stages of implicit schemes, linear or not.
+/// Equations of the text, in the step or only in observables, and stages of implicit schemes, linear or not.
 TEST_F(SolveTrouble, ChecksSayWhatTheFirstStepOfTheRunSays) {
   struct Row {
     std::string model, scheme, code, shown = "";
@@ -168,7 +168,7 @@ TEST_F(SolveTrouble, GradientsOfLooseSolvesSayWhoMeasuresThem) {
   EXPECT_EQ(tight.out.find("leave an error"), std::string::npos) << tight.out;
 }
 
-/// Plain iterations to a loose tolerance leave differences between tangent and adjoint that are no bug of dpde.
+/// Plain iterations with a loose tolerance give a difference between tangent and adjoint that is not an error of dpde.
 TEST_F(SolveTrouble, LooseSolvesAreCertifiedByTightOnes) {
   write("s.dpde",
         "model m { field w; param e = 1; solve lap(psi) - e*psi = -w for psi; dt(w) = 0.2*psi - 0.1*w }\n"
@@ -185,7 +185,7 @@ TEST_F(SolveTrouble, LooseSolvesAreCertifiedByTightOnes) {
   EXPECT_NE(verify.out.find("the certificate is of solves to 1e-12"), std::string::npos) << verify.out;
 }
 
-/// Solves that `warn` stops early are no bug of dpde: certificates say what was left, and so does verify.
+/// Solves stopped early with `warn` are not an error of dpde: certificates and verify report the residuals.
 TEST_F(SolveTrouble, SolvesThatWereStoppedEarlyAreNotBlamed) {
   write("s.dpde",
         "model m { field w; coefficient k; param e = 1\n"
@@ -208,7 +208,7 @@ TEST_F(SolveTrouble, SolvesThatWereStoppedEarlyAreNotBlamed) {
   EXPECT_NE(verify.err.find("solves were stopped early, as warn says"), std::string::npos) << verify.err;
 }
 
-/// Methods that advice names, "take cg, gmres or direct" and "solve = cg(1e-09, 30)".
+/// Methods named in hints: "take cg, gmres or direct" and "solve = cg(1e-09, 30)".
 std::vector<std::string> advised(const std::string& text) {
   std::vector<std::string> found;
   static const std::regex with_numbers("solve = (\\w+\\([^)]*\\))"), by_name("take ([a-z, ]+)"), method("[a-z]+");
@@ -222,7 +222,7 @@ std::vector<std::string> advised(const std::string& text) {
   return found;
 }
 
-/// A solve that warns advises what solves this very system: each of it is taken at its word.
+/// A warning's suggestions solve this very system: each of them is tried.
 TEST_F(SolveTrouble, WhatAWarningAdvisesSolvesTheSystem) {
   const auto text = [](const std::string& operation, const std::string& solve) {
     return "model m { field w; solve " + operation + " = -w for psi; dt(w) = 0.2*psi }\nscheme few { solve = " + solve +
@@ -247,7 +247,7 @@ TEST_F(SolveTrouble, WhatAWarningAdvisesSolvesTheSystem) {
   }
 }
 
-/// On the narrow grids of verify the obstacle may close the channel. Nothing is left of the operator of p there.
+/// On the narrow grids of verify the obstacle may close the channel. The operator of p vanishes there.
 TEST_F(SolveTrouble, VerifyTakesChannelsThatAnObstacleCloses) {
   write("s.dpde",
         "model wake { vector u on faces; field p; mask solid; param nu = 0.05\n"
@@ -263,7 +263,7 @@ TEST_F(SolveTrouble, VerifyTakesChannelsThatAnObstacleCloses) {
   EXPECT_EQ(verify.out.find("NOT certified"), std::string::npos) << verify.out;
 }
 
-/// From u = 0 the way there has nothing to solve for; on the way back two steps of cg come nowhere near.
+/// From u = 0 the forward solve is trivial; for the adjoint solve two iterations of cg are far from enough.
 TEST_F(SolveTrouble, TransposedSolvesThatMissAreTold) {
   write("s.dpde",
         "model m { field u; coefficient w; param a; solve lap(psi) = u for psi; dt(u) = a*psi }\n"
@@ -277,9 +277,9 @@ TEST_F(SolveTrouble, TransposedSolvesThatMissAreTold) {
   EXPECT_NE(gradient.err.find("the adjoint of psi"), std::string::npos) << gradient.err;
 }
 
-/// Between slopes lap(psi) - b*dx(psi) takes constants to 0 and is not symmetric: what it does not reach depends on b,
-/// and the derivative of least squares has a term more. Where it is symmetric, or reaches the right side, there is
-/// none.
+/// Between walls with slopes lap(psi) - b*dx(psi) maps constants to 0 and is unsymmetric: its range depends on b, so
+/// the derivative of the least-squares solution has an additional term. There is none if it is symmetric, or if the
+/// right-hand side is in the range.
 TEST_F(SolveTrouble, LeastSquaresHaveNoGradient) {
   const auto text = [](const std::string& b, const std::string& u) {
     return "model m { field u; param b\n  solve lap(psi) - b*dx(psi) = u for psi\n  dt(u) = psi }\nscene s : m {\n"
@@ -298,14 +298,14 @@ TEST_F(SolveTrouble, LeastSquaresHaveNoGradient) {
   }
   write("s.dpde", text("0", "x"));
   EXPECT_EQ(dpde("gradient s.dpde t --no-certify").status, 0);
-  std::string of_loss = text("3", "x");  // solved for in the loss alone
+  std::string of_loss = text("3", "x");  // solved in the loss only
   of_loss.replace(of_loss.find("dt(u) = psi"), 11, "dt(u) = 0");
   write("s.dpde", of_loss);
   EXPECT_NE(dpde("gradient s.dpde t --no-certify").err.find("least squares"), std::string::npos);
 }
 
-/// lap(psi) - k*psi is singular for k = 0 alone: of a right side with a mean psi grows like 1/k there. Those that have
-/// none are solved as beside it, and by the right side psi has a derivative.
+/// lap(psi) - k*psi is singular only for k = 0: for a right-hand side with a mean psi grows like 1/k there. Right-hand
+/// sides without a mean are solved as for other k, and psi has a derivative by the right-hand side.
 TEST_F(SolveTrouble, WhereAnOperatorIsSingularForOneValueThereIsNoDerivativeByIt) {
   const auto text = [](const std::string& equation, const std::string& right, const std::string& unknown) {
     return "model m { field u; param k; coefficient f\n  solve " + equation +
@@ -336,7 +336,7 @@ TEST_F(SolveTrouble, WhereAnOperatorIsSingularForOneValueThereIsNoDerivativeByIt
   }
 }
 
-/// A system that is singular on the few cells of a check, by a conductivity of two signs, and not on the scene's.
+/// A system that is singular on the few cells of a check, due to a conductivity of both signs, but not on the scene's.
 TEST_F(SolveTrouble, OfAFewCellsIsNotTheScenes) {
   write("s.dpde",
         "model m { field u; coefficient k; solve div(k*grad(psi)) = u for psi; dt(u) = psi - u }\nscene s : m {\n"
@@ -348,7 +348,7 @@ TEST_F(SolveTrouble, OfAFewCellsIsNotTheScenes) {
   EXPECT_NEAR(run.json()["observables"]["size"].get<double>(), other.json()["observables"]["size"].get<double>(), 1e-9);
 }
 
-/// What `run` warns of, gradients and searches do too.
+/// Gradients and searches give the same warnings as `run`.
 TEST_F(SolveTrouble, GradientsWarnOfMissedConstraintsAndBackFlow) {
   const auto text = [](const std::string& sides) {
     return "model m { vector u on faces; field p; param nu; dt(u) = -advect(u, u) - grad(p) + nu*lap(u)\n"
@@ -372,7 +372,7 @@ TEST_F(SolveTrouble, GradientsWarnOfMissedConstraintsAndBackFlow) {
   }
 }
 
-/// A state that is far from rest has the gradient of one at rest: by how much the loss would change tells.
+/// At a state far from rest the gradient would be that of a steady state: the change of the loss reveals this.
 TEST_F(SolveTrouble, RunsUntilSteadyThatStopEarlyAreTold) {
   const auto loss_at = [&](const std::string& steady, std::vector<std::string>* codes, double* change) {
     write("s.dpde",
@@ -395,8 +395,8 @@ TEST_F(SolveTrouble, RunsUntilSteadyThatStopEarlyAreTold) {
   EXPECT_NE(dpde("verify s.dpde t").err.find("W0814"), std::string::npos);
 }
 
-/// Of each unknown by itself, whatever units states have, in single precision, where the loss alone is told, for any
-/// step; not where a gradient is 0 but for rounding.
+/// For each unknown separately, independent of the units of states, in single precision, if only the loss is reported,
+/// for any step; not if a gradient is 0 up to rounding.
 TEST_F(SolveTrouble, GradientsOfStatesThatMoveAreTold) {
   const auto codes_of = [&](const std::string& model, const std::string& scene, const std::string& task,
                             const std::string& settings = "") {
@@ -433,8 +433,8 @@ TEST_F(SolveTrouble, GradientsOfStatesThatMoveAreTold) {
   EXPECT_EQ(codes_of(flat, walls, "unknown k; minimise mean((u - 0.1)^2)"), std::vector<std::string>());
 }
 
-/// Where the step is as long as is just stable, the shortest wave hardly changes from step to step and is far from
-/// rest, unseen by the loss: its derivative by k is not small.
+/// With the longest stable step the shortest wave hardly changes per step although it is far from rest, which the loss
+/// does not see: its derivative by k is not small.
 TEST_F(SolveTrouble, GradientsOfWavesThatHardlyMoveAreTold) {
   const auto gradient_at = [&](const std::string& k, const std::string& command, std::vector<std::string>* codes) {
     write("s.dpde",
@@ -450,7 +450,7 @@ TEST_F(SolveTrouble, GradientsOfWavesThatHardlyMoveAreTold) {
   std::vector<std::string> codes;
   EXPECT_NEAR(gradient_at("0.271", "gradient", &codes), -0.05398, 1e-4);
   EXPECT_TRUE(codes.empty());
-  EXPECT_GT(gradient_at("0.27168", "gradient", &codes), 1);  // at rest it is -0.054
+  EXPECT_GT(gradient_at("0.27168", "gradient", &codes), 1);  // in the steady state it is -0.054
   EXPECT_EQ(codes, std::vector<std::string>{"W0820"});
   gradient_at("0.27168", "optimize", &codes);
   EXPECT_NE(std::ranges::find(codes, "W0820"), codes.end());

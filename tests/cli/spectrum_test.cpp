@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spectra and correlations of roll-outs, when a training is earned, and residuals of data sets: against what the
-// schemes do exactly.
+// Spectra and correlations of roll-outs, break-even of a training, and residuals of data sets: against exact results of
+// the schemes.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Found in one update that changes nothing: what is tested are the values that it begins with.
+/// Learned in one update that changes nothing: the tests see the initial values.
 std::string untrained_with_spectra(const std::string& unknown, const std::string& steps, const std::string& tests,
                                    const std::string& field = "u") {
   return "task t : tried { data r = trajectories(\"truth.nc\", " + field + "); " + unknown + "; minimise mean((" +
@@ -27,8 +27,7 @@ class Spectra : public Command {
   }
 };
 
-// ---- spectra
-// ---------------------------------------------------------------------------------------------------------
+// ---- spectra --------------------------------------------------------------------------------------------------------
 
 /// Every wave is an eigenvector of the differences.
 std::string heat(const std::string& name, const std::string& nu, int cells) {
@@ -46,7 +45,7 @@ double factor(double nu, int cells, int k) {
   return -nu * std::pow(2 * std::sin(M_PI * k / cells) * cells / (2 * M_PI), 2);
 }
 
-/// Mean over the frames at steps 4, 8, 12 and 16 of what a wave's energy is multiplied with.
+/// Mean over the frames at steps 4, 8, 12 and 16 of the factor of a wave's energy.
 double mean_decay(double rate) {
   double sum = 0;
   for (int step = 4; step <= 16; step += 4) sum += std::pow(1 + rate / 16, 2 * step) / 4;
@@ -55,7 +54,7 @@ double mean_decay(double rate) {
 
 class SpectraOfWaves : public Spectra, public ::testing::WithParamInterface<const char*> {};
 
-/// Places on faces only turn the waves.
+/// Placement on faces only shifts the phase of waves.
 INSTANTIATE_TEST_SUITE_P(Placements, SpectraOfWaves, ::testing::Values("vector u", "vector u on faces"));
 
 TEST_P(SpectraOfWaves, AreThoseOfTheScheme) {
@@ -147,10 +146,9 @@ TEST_F(Spectra, WhatTheyCannotBeOf) {
   refused("correlation e = v" + rest, "E0301", "v is not known here");
 }
 
-// ---- correlation
-// -----------------------------------------------------------------------------------------------------
+// ---- correlation ----------------------------------------------------------------------------------------------------
 
-/// A wave that goes round: u = sin(x - c*t). Two of them have the correlation of the cosine of what lies between them.
+/// A moving wave: u = sin(x - c*t). The correlation of two is the cosine of their phase difference.
 TEST_F(Spectra, CorrelationIsLostAsWavesDriftApart) {
   const auto scene = [](const std::string& name, const std::string& c) {
     return "scene " + name + " : wave with plain { grid x = 0 .. 2*pi, cells 12, periodic; c = " + c +
@@ -196,7 +194,7 @@ TEST_F(Spectra, CorrelationIsLostAsWavesDriftApart) {
       << words.out;
 }
 
-/// A run that blows up has lost it.
+/// A run that blows up has no correlation left.
 TEST_F(Spectra, NothingIsLeftOfWhatBlowsUp) {
   const std::string text =
       "model grown { field u; param c; dt(u) = c*u^3 }\nscheme plain { time = euler }\nscene truth : grown with plain "
@@ -215,8 +213,7 @@ TEST_F(Spectra, NothingIsLeftOfWhatBlowsUp) {
   EXPECT_EQ(json["spectrum"]["s"]["distance"]["mean"], 0.0);
 }
 
-// ---- what a training costs
-// -------------------------------------------------------------------------------------------
+// ---- cost of a training ---------------------------------------------------------------------------------------------
 
 const std::string burgers_spectrum_text = R"(
 model burgers { field u; param nu; param a; dt(u) = -u*dx(u) + nu*lap(u) }
@@ -253,7 +250,7 @@ TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
                 std::ceil((even["data_s"].get<double>() + even["training_s"].get<double>()) / saved));
     }
   }
-  // What it took is kept where it is taken up again, and no file of other data is believed.
+  // Its time is stored for a resumed training, and files of other data are rejected.
   const Json again =
       dpde("optimize t.dpde t --beside-named-only --out o --resume --json").json()["test"]["err"]["break_even"];
   EXPECT_EQ(again["training_s"], even["training_s"]);
@@ -325,11 +322,9 @@ TEST_F(Spectra, StatisticsOfNothingHaveNoPercentage) {
   EXPECT_TRUE(level["deviation_difference"].is_null());
 }
 
-// ---- residuals of data sets
-// ------------------------------------------------------------------------------------------
+// ---- residuals of data sets -----------------------------------------------------------------------------------------
 
-/// What is stored as it was is what the scene leads to, to the last bit: with events, controls and schemes that
-/// remember, too.
+/// Unmodified stored frames equal the scene's own steps, bit for bit: also with events, controls and multistep schemes.
 TEST_F(Spectra, FramesOfTheSceneItselfHaveNoResidual) {
   for (const auto& [time, events] :
        {std::pair<std::string, std::string>{"rk4", "every 1/4: v = 0.5*v; after step: u += 0.01*cos(x + t)"},
@@ -356,7 +351,7 @@ TEST_F(Spectra, FramesOfTheSceneItselfHaveNoResidual) {
   }
 }
 
-/// A sine is an eigenvector on both grids; its means are a sine.
+/// A sine is an eigenvector on both grids; its averages are a sine.
 TEST_F(Spectra, WhatCoarseningTakesAwayIsTheResidual) {
   write("t.dpde",
         "model heat { field u; param nu; param a; dt(u) = nu*lap(u) }\nscheme plain { time = euler }\n"
@@ -372,7 +367,7 @@ TEST_F(Spectra, WhatCoarseningTakesAwayIsTheResidual) {
   NetcdfFile file(path("truth.nc").string());
   const std::vector<double> found = file.values("u_relative_residual"), rates = file.values("u_residual");
   ASSERT_EQ(found.size(), 2U);
-  // Means over 4 of 32 cells: sin(4*d)/(4*sin(d)) of the sine, d half the angle between cells.
+  // Averages over 4 of 32 cells: the sine times sin(4*d)/(4*sin(d)), d half the angle between cells.
   const double d = 3 * M_PI / 32, mean = std::sin(4 * d) / (4 * std::sin(d));
   double squares = 0;
   for (int k = 0; k < 6; ++k) squares += std::pow(fine, 2 * (2 + k)) / 6 / 2;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user of staggered fields sees: places in files, files and finer scenes as data, walls that no unknown can
-// move.
+// Staggered fields for users: positions in files, files and finer scenes as data, walls that are no unknowns.
 #include <cmath>
 #include <numbers>
 
@@ -55,7 +54,7 @@ TEST_F(Staggered, FilesSayWhereValuesLie) {
   EXPECT_EQ(other.codes(), std::vector<std::string>{"E0907"}) << other.err;
 }
 
-/// The same faces of a grid three times as fine: the cells' values are means, the faces' are their own.
+/// The same faces on a grid three times as fine: cell values are averaged, face values are not.
 TEST_F(Staggered, DataOfAFinerSceneAreThoseOnTheSameFaces) {
   std::string fine = canal(24);
   fine = fine.substr(fine.find("scene canal"));
@@ -70,7 +69,7 @@ TEST_F(Staggered, DataOfAFinerSceneAreThoseOnTheSameFaces) {
   EXPECT_NEAR(first.json()["loss"].get<double>(), alone.json()["loss"].get<double>(), 1e-15);
 }
 
-/// What an optimiser would put on a wall is not read: the derivative there is 0, and the other ones are right.
+/// An unknown's value on a wall is not used: its derivative is 0, and the others are right.
 TEST_F(Staggered, WallsAreNoUnknowns) {
   write("task.dpde",
         canal(6, "task t : canal {\n  unknown initial u from 0.1*x\n  minimise mean(eta^2) + mean(u.x^4)\n}\n"));

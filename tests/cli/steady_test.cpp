@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs until steady, and what is said of the equations that a run solves.
+// Runs until steady, and messages about their equations.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -26,7 +26,7 @@ TEST_F(SteadyCommand, SaysWhenItWasSteadyOrThatItWasNot) {
   EXPECT_EQ(brief.json()["time"].get<double>(), 1);
 }
 
-/// From a checkpoint before, and from one that falls on the step where it is steady.
+/// From a checkpoint before the steady step, and from one at it.
 TEST_F(SteadyCommand, GoesOnToTheSameEnd) {
   write("s.dpde", warm_rod);
   const auto steps = dpde("run s.dpde line --json --out whole").json()["steps"].get<int>();
@@ -44,7 +44,7 @@ TEST_F(SteadyCommand, GoesOnToTheSameEnd) {
   }
 }
 
-/// u is 1/k times what does not know k.
+/// u is 1/k times a field independent of k.
 TEST_F(SteadyCommand, GivesItsGradient) {
   write("s.dpde", warm_rod);
   const Json of_task = dpde("gradient s.dpde t --json").json();
@@ -93,7 +93,7 @@ TEST_F(SteadyCommand, TooFewIterationsAreAnErrorOrAWarning) {
   EXPECT_NE(failed.err.find("solve for psi: after 1 iterations of cg"), std::string::npos) << failed.err;
 }
 
-/// The end is where the run gives up, no time that a step has to hit.
+/// The end is only the time to give up; no step has to hit it.
 TEST_F(SteadyCommand, TheEndNeedNotBeAWholeNumberOfSteps) {
   write("s.dpde", R"(model rest { field u; dt(u) = 1 - u }
 scene s : rest { grid x = 0 .. 1, cells 4, periodic; initial u = 0; time 0 .. 100.0037, step 0.1, until steady 1e-8 }

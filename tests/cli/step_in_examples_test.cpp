@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `check` says of the steps of examples, beside runs of them.
+// Results of `check` on the steps of examples, compared with runs of them.
 #include "command_support.h"
 #include "support/setting.h"
 
@@ -8,7 +8,7 @@ namespace {
 
 using StepInExamples = Command;
 
-/// Three models, parts of steps, means and walls: a step of 5760 s holds for two months, one of 6480 s does not.
+/// Three models, substeps, means and walls: a step of 5760 s is stable for two months, one of 6480 s is not.
 TEST_F(StepInExamples, ThatOfCoupledModelsIsSoonTold) {
   if (!is_thorough()) GTEST_SKIP() << "three verdicts of 15 s each; at night";
   const std::string year = DPDE_SOURCE_DIR "/dsl-examples/coupled/year.dpde year --json ";
@@ -23,8 +23,8 @@ TEST_F(StepInExamples, ThatOfCoupledModelsIsSoonTold) {
   EXPECT_EQ(above.codes(), std::vector<std::string>{"E0801"}) << above.err;
 }
 
-/// A filter that leaves waves no push lets those of a few cells grow where a wind leaves a pole. As strongly filtered
-/// as here they do on coarse grids, too.
+/// A filter that leaves some waves lets those of a few cells grow where a wind leaves a pole. With a filter as strong
+/// as here this happens on coarse grids, too.
 TEST_F(StepInExamples, WavesThatNoStepHoldsAreTold) {
   if (!is_thorough()) GTEST_SKIP() << "six runs, two minutes; at night";
   const std::string rotation = DPDE_SOURCE_DIR

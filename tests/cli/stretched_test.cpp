@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user of stretched axes sees: places in files and plots, files of other grids, means over cells, certificates.
+// Stretched axes for users: positions in files and plots, files of other grids, averages over cells, certificates.
 #include <cmath>
 #include <numbers>
 
@@ -82,8 +82,7 @@ TEST_F(Stretched, CheckpointsOfOtherMapsAreRefused) {
   EXPECT_EQ(dpde("run c.dpde --quiet --out o --resume --set end=0.1 --json").status, 0);
 }
 
-/// Means over the finer cells weigh them by their volume: of y^2 the coarse ones are exact to the fine rule of
-/// midpoints.
+/// Averages over the finer cells are weighted by volume: for y^2 the coarse values are exact to the fine midpoint rule.
 TEST_F(Stretched, DataOfAFinerSceneAreMeansByVolume) {
   const std::string task =
       "task t : channel {\n  data d = u from scene fine at t = 0\n  unknown initial u from 0\n  minimise mean((u - "
@@ -113,8 +112,8 @@ TEST_F(Stretched, DerivativesAreCertified) {
   }
 }
 
-/// The adjoint of the loss reads the metric beside the periodic axis, where the loss itself does not: it must leave
-/// beyond the walls what the adjoint of the step reads there.
+/// Only the adjoint of the loss reads the metric across the periodic axis, not the loss itself: it must not change the
+/// metric's ghost cells, which the adjoint of the step reads.
 TEST_F(Stretched, LossesLeaveTheMetricBeyondWallsAsItIs) {
   write("m.dpde",
         "model m { field p; coefficient g; dt(p) = 0.02*lap(p) + g }\n"

@@ -83,7 +83,7 @@ TEST_F(GradientCommand, SumsAndMeansOverTime) {
   }
 }
 
-/// The line says how: of any number, whatever it is made of.
+/// The line determines how states are counted, for any kind of number.
 TEST_F(GradientCommand, CountsStatesAsTheLineSays) {
   const double pi = std::numbers::pi;
   for (const auto& [loss, power, weight] :
@@ -103,7 +103,7 @@ TEST_F(GradientCommand, CountsStatesAsTheLineSays) {
   }
 }
 
-/// By the trapezoidal rule: exact for what is linear in t, and of order 2, wherever the run begins.
+/// Trapezoidal rule: exact for functions linear in t, and of order 2, wherever the run begins.
 TEST_F(GradientCommand, IntegratesOverTime) {
   const auto loss = [&](const std::string& rate, const std::string& time, const std::string& integrand) {
     write("line.dpde", "model m { field u; param k = 1; dt(u) = " + rate + " }\nscheme r { time = rk4 }\n" +
@@ -205,7 +205,7 @@ TEST_F(OptimizeCommand, ResumesToTheSameResult) {
   for (const std::string task : {"find", "start"}) {
     const Json whole = dpde("optimize rod.dpde " + task + " --json --iterations 9 --out whole" + task).json();
     ASSERT_EQ(dpde("optimize rod.dpde " + task + " --json --iterations 4 --out cut" + task).status, 0);
-    // A process killed while it wrote leaves half a record.
+    // A process killed while writing leaves half a record.
     const fs::path log = path("cut" + task + "/optimiser.log");
     fs::resize_file(log, fs::file_size(log) - 5);
     const Outcome resumed = dpde("optimize rod.dpde " + task + " --json --iterations 9 --resume --out cut" + task);
@@ -259,7 +259,7 @@ TEST_F(BenchCommand, SaysWhatBytesPredictOfTheAdjoint) {
       << bench.out;  // u, u_next_bar and u_bar over u and u_next
 }
 
-/// Without a name: of all tasks of the file.
+/// Without a name: all tasks of the file.
 TEST_F(VerifyCommand, CertifiesAllTasksOfAFile) {
   write("two.dpde",
         "model m { field u; param k = 1; dt(u) = -k*u }\n"
@@ -275,7 +275,7 @@ TEST_F(VerifyCommand, CertifiesAllTasksOfAFile) {
   EXPECT_EQ(dpde("verify two.dpde b --json").json()["passed"], true);
 }
 
-/// Of a scene without a grid, and of numbers beside one: whoever reads the file takes the same shapes.
+/// Data for a scene without a grid, and for numbers of a scene with one: both accept the same shapes.
 TEST_F(GradientCommand, DataOfNumbersMayHaveAnAxisOfOne) {
   write("d.dpde", R"(model d { field u; param k = 1; dt(u) = -k*u }
 scene s : d { initial u = 1; time 0 .. 2, step 0.1 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde test: what optimize says of a task's tests, without seeking anything.
+// dpde test: the report of optimize on a task's tests, without optimising anything.
 #include <algorithm>
 #include <array>
 #include <string_view>
@@ -29,7 +29,7 @@ const std::string tested_task = R"(task learn : coarse {
 }
 )";
 
-/// What a clock tells is another number each time, and what hangs on it.
+/// Removes measured times and everything that depends on them, as they differ each time.
 Json without_times(const Json& json) {
   if (!json.is_object()) return json;
   constexpr std::array<std::string_view, 4> timed{"cost_s", "equal_error", "equal_cost", "break_even"};

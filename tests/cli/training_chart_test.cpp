@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trained network on a chart: beside plain methods that nobody named, with what data and training cost.
+// A trained network on a chart, compared with automatically chosen plain methods, including the cost of data and
+// training.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -73,7 +74,7 @@ class TrainingChart : public Command {
   }
 };
 
-/// Which of the best methods have such versions hangs on what they take.
+/// Their times decide which of the best methods have such versions.
 bool is_cheaper(const Json& point) { return point["scene"].get<std::string>().find("real=f32") != std::string::npos; }
 
 TEST_F(TrainingChart, HasPlainMethodsThatNobodyNamed) {
@@ -86,7 +87,7 @@ TEST_F(TrainingChart, HasPlainMethodsThatNobodyNamed) {
   }
   EXPECT_EQ(methods.size(), 1U + 1 + 4) << "the network, the scene's own, differences of order 2 and 4 by ssp_rk3, rk4";
   EXPECT_EQ(point(chart, "hybrid")["network"], true);
-  // By another way: a task of the plain scene that learns nothing, with the method in its scheme.
+  // Alternative computation: a task of the plain scene without unknowns, with the method in its scheme.
   write("p.dpde", scenes +
                       "task nothing : coarse {\n  data r = trajectories(\"unseen.nc\", u)\n  unknown nu from 0.3\n"
                       "  minimise mean((u - r)^2) over 1 steps\n  using adam(rate = 1e-300), epochs 1\n"
@@ -106,9 +107,9 @@ TEST_F(TrainingChart, HasPlainMethodsThatNobodyNamed) {
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(table, '\n')), 1 + chart["points"].size());
 }
 
-/// A sine that the wind carries, in steps of 2 with 16 cells: five cells a step, which only the scheme that goes back
-/// along the wind survives. RK4 with central(4) is stable up to 2.828 h/1.372 = 0.81 (numerics.md, table 1.1): frames
-/// 2 apart take 3 steps at 0.9 of that, and 6 at half of it.
+/// A sine advected by the wind, in steps of 2 with 16 cells: five cells per step, for which only the semi-Lagrangian
+/// scheme is stable. RK4 with central(4) is stable up to 2.828 h/1.372 = 0.81 (numerics.md, table 1.1): frames 2 apart
+/// take 3 steps at 0.9 of that, and 6 at half of it.
 TEST_F(TrainingChart, GivesPlainMethodsStepsThatTheyBear) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const std::string grid = "{\n  grid x = 0 .. 2*pi, cells 16, periodic\n  c = 1; a = 1\n  initial u = a*sin(x)\n";
@@ -138,7 +139,7 @@ TEST_F(TrainingChart, GivesPlainMethodsStepsThatTheyBear) {
   EXPECT_LT(short_steps["error"].get<double>(), long_steps["error"].get<double>());
 }
 
-/// The scene that made the data comes to them but for rounding: that is no error, and nothing is compared with it.
+/// The scene that made the data reproduces them up to rounding: this is not an error, and nothing is compared with it.
 TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   write("g.dpde", learn(both + ", fine on trajectories(\"unseen_64.nc\")"));
@@ -165,7 +166,8 @@ TEST_F(TrainingChart, WhatMadeTheDataIsNoCompetitor) {
   EXPECT_EQ(trained.out.find("fine", ratios), std::string::npos) << trained.out;
 }
 
-/// Data and training over what a run saves; and never where a plain method has the error in less time.
+/// Break-even counts data and training against the savings per run; never, if a plain method reaches the error in less
+/// time.
 TEST_F(TrainingChart, CountsDataAndTraining) {
   const Json chart = dpde("chart f.dpde learn --out o --json --sample-seconds 0.01").json(),
              even = chart["test"]["err"]["break_even"];
@@ -194,7 +196,7 @@ TEST_F(TrainingChart, TakesTheTrainingThatIsThere) {
   EXPECT_EQ(point(chart, "hybrid")["error"], trained["test"]["err"]["mean"]);
 }
 
-/// Tests have the plain methods beside them too: what a reader asks stands with the result.
+/// Tests also include the plain methods, so that a reader finds the comparison with the result.
 TEST_F(TrainingChart, StandsWithTheResult) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   const Outcome outcome = dpde("optimize f.dpde learn --out o --json");
@@ -206,7 +208,7 @@ TEST_F(TrainingChart, StandsWithTheResult) {
   const Json& better = beside["middle by dx=central4 lap=central4 time=rk4"];
   EXPECT_EQ(better["named"], false);
   EXPECT_EQ(better["kind"], "central(4)");
-  bool has_single = false;  // of the best for their time
+  bool has_single = false;  // of the best ones for their time
   for (const auto& [scene, each] : beside.items()) has_single |= scene.find("real=f32") != std::string::npos;
   EXPECT_TRUE(has_single) << beside;
   // The ratio of errors, by run.
@@ -230,7 +232,7 @@ TEST_F(TrainingChart, StandsWithTheResult) {
   EXPECT_EQ(test["failures"]["blown_up"].size(), 0U);
 }
 
-/// One run and one seed tell no spread, and a test of what was learnt from says so.
+/// One run and one seed give no spread; a test on the training data says so.
 TEST_F(TrainingChart, SaysWhatATestIsOf) {
   std::string text = learn(" beside coarse");
   text.replace(text.find("runs 3; seed 7; vary a in 0.5 .. 1.5; frames every 1/16; coarsen 4"), 6, "runs 1");
@@ -249,7 +251,7 @@ TEST_F(TrainingChart, SaysWhatATestIsOf) {
   write("own.dpde", own);
   const Outcome known = dpde("optimize own.dpde learn --beside-named-only");
   EXPECT_NE(known.out.find("warning: train.nc is the file that was learnt from\n"), std::string::npos) << known.out;
-  // A later frame of a run that was learnt from, in a file of its own.
+  // A later frame of a training run, in a separate file.
   std::string later = learn(" beside coarse");
   later.insert(
       later.find("network"),
@@ -263,7 +265,7 @@ TEST_F(TrainingChart, SaysWhatATestIsOf) {
       << begun.out;
 }
 
-/// Other runs, numbers with a sign and runs that blow up are no pairs, and what is told of each is the numbers' own.
+/// Different runs, signed numbers and runs that blow up are not paired; each then gets its own figures.
 TEST_F(TrainingChart, ComparesWhatIsPaired) {
   std::string text = learn(both +
                            ", middle_again on trajectories(\"others_32.nc\")\n  test bias = mean(u - r) on "
@@ -298,7 +300,7 @@ TEST_F(TrainingChart, ComparesWhatIsPaired) {
       << table;
 }
 
-/// From rest all runs begin alike: with parameters that were not learnt they are others.
+/// From rest all runs begin alike: with new parameters they are different runs.
 TEST_F(TrainingChart, RunsFromRestAreNotThoseLearnt) {
   std::string text =
       "model pushed { field u; param k = 1; param f = 1; dt(u) = -k*u + f*sin(x) }\nscene rest : pushed {\n"
@@ -314,7 +316,7 @@ TEST_F(TrainingChart, RunsFromRestAreNotThoseLearnt) {
   EXPECT_EQ(conditions["known_runs"], Json::array({1}));
 }
 
-/// Where some runs blow up there is no mean error, and nothing to compare: these runs are told.
+/// If some runs blow up there is no mean error and no comparison: these runs are reported.
 TEST_F(TrainingChart, TellsRunsThatBlowUp) {
   std::string text = learn(both);
   text.replace(text.find("u += corrector(u)"), 4, "u += 0.02*u^3 +");
@@ -328,7 +330,7 @@ TEST_F(TrainingChart, TellsRunsThatBlowUp) {
   EXPECT_EQ(outcome.out.find("nan"), std::string::npos) << outcome.out;
 }
 
-/// A correlation's figure is a time: a larger one is better, and the plain scheme's stands over the network's.
+/// A correlation's figure is a time: larger is better, and the plain scheme's is above the network's.
 TEST_F(TrainingChart, ComparesTimesOfCorrelations) {
   std::string text = learn("");
   text.replace(text.rfind("  test err"), std::string::npos,
@@ -341,7 +343,7 @@ TEST_F(TrainingChart, ComparesTimesOfCorrelations) {
     ASSERT_TRUE(equal["beyond"].get<bool>()) << "both are cheaper than the network: " << c;
     EXPECT_NEAR(equal["time"].get<double>(), std::max(one("coarse"), one("middle")), 1e-9);
     EXPECT_NEAR(equal["ratio"].get<double>(), equal["time"].get<double>() / time_of(c), 1e-9);
-    double logs = 0;  // `middle` stays above to the end
+    double logs = 0;  // `middle` stays above until the end
     for (const Json& run : c["time"]["runs"]) logs += std::log(2 / run.get<double>()) / 3;
     EXPECT_NEAR(equal["paired"]["mean"].get<double>(), std::exp(logs), 1e-9 * std::exp(logs));
     EXPECT_LT(equal["paired"]["low"], equal["paired"]["mean"]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of solves x what learning does: data sets and windows of runs that have no solution. The table of other callers
-// is tests/hosts/solve_table_test.cpp.
+// Kinds of solves x parts of training: data sets and samples of runs without a solution. The table of other callers is
+// tests/hosts/solve_table_test.cpp.
 #include "command_support.h"
 #include "support/setting.h"
 
@@ -11,7 +11,7 @@ struct SolveFailure {
   std::string name, model, scheme, fields, said, code;
 };
 
-/// The factor exp(k) is no number from k = 710 on.
+/// The factor exp(k) overflows from k = 710 on.
 const std::vector<SolveFailure> solve_failures = {
     {"declared", "field u\n  solve psi - exp(k)*lap(psi) = u for psi\n  dt(u) = psi - u", "euler",
      "boundary psi: all = 0\n  boundary u: all = zero_gradient", "solve for psi: the operator is not finite", "E0814"},

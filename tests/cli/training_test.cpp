@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets and learning from them, as a user does: runs with varied parameters in one file, a parameter learnt from
-// mini-batches of windows, killed and taken up again.
+// Data sets and training on them, as for users: runs with varied parameters in one file, a parameter learned from
+// mini-batches of samples, killed and resumed.
 #include <algorithm>
 #include <cmath>
 
@@ -54,7 +54,7 @@ TEST_F(Training, FindsTheViscosityOfFourRuns) {
   const Json json = outcome.json();
   EXPECT_NEAR(json["unknowns"]["nu"]["value"].get<double>(), 0.05, 1e-4);
   EXPECT_EQ(json["unknowns"]["nu"]["start"], 0.2);
-  EXPECT_EQ(json["windows"], 45);  // three runs of 17 frames, windows of two more
+  EXPECT_EQ(json["windows"], 45);  // three runs of 17 frames, samples with two further frames
   EXPECT_EQ(json["iterations"], 20 * 12);
   EXPECT_EQ(json["loss"].size(), 240U);
   EXPECT_EQ(json["epochs"].size(), 20U);
@@ -143,7 +143,7 @@ TEST_F(Training, CurriculumAndCut) {
 }
 
 TEST_F(Training, EarlyStopKeepsTheBest) {
-  // A rate that throws the value about: the last is not the best.
+  // A rate so large that the value jumps: the last one is not the best.
   const Outcome outcome =
       learn("gradient_descent(rate = 3, momentum = 0.9), batch 4, epochs 60, validate 0.25, patience 4", "--json");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
@@ -174,7 +174,7 @@ TEST_F(Training, DivergenceIsNamedAndTheBestKept) {
   EXPECT_EQ(outcome.json()["unknowns"]["nu"]["value"], 0.2);
 }
 
-/// Its states and losses are finite, and no rate helps.
+/// States and losses are finite, and another rate does not help.
 TEST_F(Training, ALostSignIsNoDivergence) {
   write("t.dpde", R"(scene s : decay { grid x = -1 .. 1, cells 8, periodic; initial u = a*sin(pi*x)
 time 0 .. 1, step 1/20 } model decay { field u; param a; dt(u) = -a*u } model m { field u; param a; dt(u) = -a*atan(1/u)
@@ -275,7 +275,8 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   write("start.dpde", text("1", "random_field(seed = s, lowest = 1, highest = 3)"));
   ASSERT_EQ(dpde("run force.dpde d --out . --json").status, 0);
   EXPECT_EQ(dpde("optimize force.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
-  for (const std::string own : {"3", "4"}) {  // of the first run, of the last: the other is another scene all the same
+  for (const std::string own : {"3", "4"}) {  // of the first run, of the last: the other one still differs from the
+                                              // scene
     write("own.dpde", text("random_field(seed = s, lowest = 1, highest = 3)", "0", own));
     EXPECT_EQ(dpde("optimize own.dpde learn --json").codes(), std::vector<std::string>{"E0907"}) << own;
   }
@@ -395,7 +396,7 @@ TEST_F(Training, GoesOnWithTheSameFilesOnly) {
   EXPECT_GT(dpde("optimize p.dpde learn --out o --resume --json").json()["resumed_iterations"], 0);
 }
 
-/// What varies in the text of a scene may change its times or its grid: files have one of each.
+/// A varied parameter may change times or grid of the scene, but a file has one of each.
 TEST_F(Training, RunsOfADataSetHaveOneGridAndTimes) {
   const auto outcome_of = [&](const std::string& vary, const std::string& grid, const std::string& time) {
     write("k.dpde", "model m { field u; param k; param nu; dt(u) = nu*lap(u) }\nscene truth : m { grid x = " + grid +
@@ -428,7 +429,7 @@ TEST_F(Training, GradientAndVerify) {
   EXPECT_EQ(dpde("check t.dpde learn --json").status, 0);
 }
 
-/// What solves begin with is no state that anybody declared: it is in no report, and data without it will do.
+/// Start values of solves are not declared states: they are not reported, and data need not have them.
 TEST_F(Training, GuessesOfSolvesNeedNotBeInTheData) {
   const auto text = [](const std::string& solve) {
     return "model m { field u; param k; param a; solve lap(psi) - psi = u for psi; dt(u) = k*psi }\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unknown coefficient fields, and parameters that act through the formulas of coefficients.
+// Unknown coefficient fields, and parameters in formulas of coefficients.
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -70,7 +70,7 @@ task only : s { unknown kappa
   minimise mean(u^2) over time }
 )";
 
-/// Scaling all of kappa is scaling c: c dJ/dc = sum of kappa dJ/dkappa. dJ/dc was there before, by another way.
+/// Scaling kappa as a whole is scaling c: c dJ/dc = sum of kappa dJ/dkappa. dJ/dc is computed by another method.
 TEST_F(Unknowns, CoefficientAgreesWithAFactorOfIt) {
   write("heat.dpde", heat_text);
   const Outcome number = dpde("gradient heat.dpde number --json"),
@@ -115,7 +115,7 @@ task formula : s { unknown p
   }
 }
 
-/// kappa = c x: the parameter of a coefficient's formula, against differences of the loss.
+/// kappa = c x: the parameter in a coefficient's formula, against differences of the loss.
 TEST_F(Unknowns, ParameterOfACoefficientFormula) {
   write("source.dpde", R"(
 model heated { field u; coefficient q; param a; dt(u) = q }
@@ -165,7 +165,7 @@ task recover : s {
   EXPECT_EQ(array("o/kappa.npy").size(), 12u);
 }
 
-/// Data that k = 0.3 would explain best, with k held at 0.26 at most.
+/// The data fit k = 0.3 best, but k is bounded by 0.26.
 TEST_F(Unknowns, StayWithinTheirBounds) {
   for (const std::string optimiser : {"lbfgs()", "gradient_descent(rate = 0.5)", "newton_cg()"}) {
     std::string text = rod_text;
@@ -178,8 +178,7 @@ TEST_F(Unknowns, StayWithinTheirBounds) {
   }
 }
 
-/// mixed(a, -1, 0) is no condition from a = 8 on: searches that shorten their steps stay below, others are told why
-/// they end.
+/// mixed(a, -1, 0) is invalid from a = 8 on: searches that shorten their steps stay below, others end with a message.
 TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
   const std::string text =
       "model m { field u; param a; dt(u) = 0.01*lap(u) + 0*a }\nscene s : m {\n grid x = 0 .. 1, cells 4\n boundary u: "
@@ -200,7 +199,7 @@ TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
   EXPECT_LT(shortened.json()["unknowns"]["a"]["value"].get<double>(), 8) << shortened.err;
 }
 
-/// The same where both weights vanish: before anything is certified, or when the search comes there.
+/// The same if both weights vanish: before certification, or when the search gets there.
 TEST_F(Unknowns, AreNotSoughtWhereAConditionSaysNothing) {
   const auto text = [](const std::string& weight, const std::string& from, const std::string& optimiser) {
     return "model m { field u; param a; dt(u) = 0.01*lap(u) }\nscene s : m {\n grid x = 0 .. 1, cells 8\n boundary u: "
@@ -227,7 +226,7 @@ TEST_F(Unknowns, AreNotSoughtWhereAConditionSaysNothing) {
   refused("optimize bound.dpde t", "bound.dpde:4:28", " after 2 iterations");
 }
 
-/// A setting stands above what the file says, the start of an unknown too.
+/// A setting has precedence over the file, also for the initial value of an unknown.
 TEST_F(Unknowns, StartWhereTheyAreSet) {
   write("k.dpde",
         "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 0.1\n  "
@@ -241,7 +240,7 @@ TEST_F(Unknowns, StartWhereTheyAreSet) {
   EXPECT_EQ(dpde("gradient k.dpde q --set k=7").status, 2) << "beyond its bounds";
 }
 
-/// Places that leave the grid with time, or are outside where a task begins, are told before the run.
+/// Positions that leave the grid with time, or are outside at the start of a task, are reported before the run.
 TEST_F(Unknowns, PlacesAreOnTheGridAtAllTimesThatAreKnown) {
   const auto check = [&](const std::string& place, const std::string& grid, const std::string& task) {
     write("p.dpde", "model m { field u; param xs; dt(u) = inject(1, at = " + place +

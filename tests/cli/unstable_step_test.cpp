@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are too large are told before the first one, with the largest that works.
+// Unstable steps are reported before the first one, with the largest stable step.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ TEST_F(UnstableStep, IsRefusedWithTheLargestThatWorksAndTheTermThatLimitsIt) {
   EXPECT_EQ(dpde("run s.dpde s --json --force").codes(), std::vector<std::string>{"W0801"});
 }
 
-/// Growth that stays small to the end of a short run is told and no more.
+/// Growth that stays small until the end of a short run is only a warning.
 TEST_F(UnstableStep, OfAShortRunIsAWarning) {
   write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 3/500, step 1/500"));
   const Outcome run = dpde("run s.dpde s --json");
@@ -47,7 +47,7 @@ TEST_F(UnstableStep, OfAShortRunIsAWarning) {
   EXPECT_EQ(run.codes(), std::vector<std::string>{"W0802"}) << run.err;
 }
 
-/// |g| = |1 - 2*step/limit|, which four digits would call 1.
+/// g| = |1 - 2*step/limit|, which would be 1 with four digits.
 TEST_F(UnstableStep, OfHardlyMoreThanTheLimitTellsItsGrowth) {
   write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 3/511.9, step 1/511.9"));
   const Outcome run = dpde("run s.dpde s --json");
@@ -55,7 +55,7 @@ TEST_F(UnstableStep, OfHardlyMoreThanTheLimitTellsItsGrowth) {
   EXPECT_NE(run.err.find("by a factor of 1.00039"), std::string::npos) << run.err;
 }
 
-/// |g| = sqrt(1 + nu^2) at pi/2 for central(2) and Euler; RK2 grows by nu^4/8, a hundredfold in 594 steps at nu = 0.5.
+/// g| = sqrt(1 + nu^2) at pi/2 for central(2) and Euler; RK2 grows by nu^4/8, a hundredfold in 594 steps at nu = 0.5.
 TEST_F(UnstableStep, OfSchemesWithoutAStableOneIsTold) {
   const auto wind = [](const std::string& time, const std::string& end) {
     return "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = central(2); time = " + time +
@@ -76,7 +76,7 @@ TEST_F(UnstableStep, OfSchemesWithoutAStableOneIsTold) {
   EXPECT_EQ(dpde("run long.dpde --json").codes(), std::vector<std::string>{"E0809"});
 }
 
-/// The scene that makes the data is judged as the one of the task is.
+/// A scene that makes data is judged like that of the task.
 TEST_F(UnstableStep, OfASceneThatMakesDataIsRefused) {
   std::string text = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1, step 1/520");
   text.insert(text.find("task t"),
@@ -96,7 +96,7 @@ TEST_F(UnstableStep, OfASceneThatMakesDataIsRefused) {
   EXPECT_EQ(std::ranges::count(forced, "E0808"), 0);
 }
 
-/// 0.5*h^2/k is 1/51.2 at k = 0.1: of the runs of a data set those with a larger one are refused, by their number.
+/// 0.5*h^2/k is 1/51.2 at k = 0.1: the runs of a data set with larger k are refused, by their number.
 TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
   const std::string text =
       "model m { field u; param k; dt(u) = k*lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n"
@@ -112,7 +112,7 @@ TEST_F(UnstableStep, OfARunOfADataSetIsRefused) {
   EXPECT_TRUE(forced.codes().empty()) << forced.err;
 }
 
-/// What is learned from stable data may be learned by a step that is not.
+/// Data from a stable scheme can be used for training with an unstable one.
 TEST_F(UnstableStep, OfASceneThatLearnsIsRefused) {
   const auto text = [](const std::string& scheme, double step) {
     return "model m { field u; param k; param a; dt(u) = k*lap(u) }\nscheme c { time = " + scheme +
@@ -133,7 +133,7 @@ TEST_F(UnstableStep, OfASceneThatLearnsIsRefused) {
   EXPECT_EQ(std::ranges::count(forced, "E0808"), 0);
 }
 
-/// More diffusion makes the loss less: the optimiser goes to where 1/520 is above h^2/(4*k), that is k > 0.508.
+/// More diffusion lowers the loss: the optimiser reaches the region where 1/520 exceeds h^2/(4*k), k > 0.508.
 TEST_F(UnstableStep, OnTheWayOfAnOptimiserIsToldOnce) {
   std::string more = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1/52, step 1/520");
   more.replace(more.find("at t = 1"), 8, "at t = 1/52");
@@ -146,7 +146,7 @@ TEST_F(UnstableStep, OnTheWayOfAnOptimiserIsToldOnce) {
   EXPECT_TRUE(dpde("optimize bounded.dpde t --json").codes().empty());
 }
 
-/// Verdicts that take long are kept, but nobody comes to the unknowns of an iteration a second time.
+/// Slow verdicts are cached, but not for an optimiser's intermediate unknowns, which never recur.
 TEST_F(UnstableStep, WhatAnOptimiserPassesIsNotKept) {
   write("s.dpde", R"(model m {
   field u, v, w
@@ -179,7 +179,7 @@ task t : s { unknown k from 0.1; minimise mean(u^2) at t = 1/40; using lbfgs(), 
   EXPECT_LE(kept_after("3"), after_one + 1) << "the first verdict may have been too quick to be kept";
 }
 
-/// Squares above 1e154 are no numbers, but these values are.
+/// Squares of values above 1e154 overflow, but the values are finite.
 TEST_F(UnstableStep, ExactSolutionsMayBeLarge) {
   std::string text = plate("lap = central(2); time = rk4", "k*lap(u)", "0 .. 0.01, step 1/2000");
   text.insert(text.find("  time"), "  exact u = 1e200*exp(-2*pi^2*t)*sin(2*pi*x)\n");
@@ -220,8 +220,8 @@ TEST_F(UnstableStep, IsInTheVerdictOfCheck) {
   EXPECT_NEAR(found["growth_rate"].get<double>(), 0.1, 1e-3);
 }
 
-/// Diffusion keeps the integral between insulated walls and loses it through cold ones; squares it never keeps.
-/// Central differences in space keep the square of what is carried, the step of RK4 does not.
+/// Diffusion conserves the integral between insulated walls but not between cold ones; it never conserves squares.
+/// Central differences in space conserve the square in advection, the RK4 step does not.
 TEST_F(UnstableStep, ConservedSumsAreNamed) {
   const auto conserved = [&](const std::string& equation, const std::string& walls) {
     write("s.dpde", "model m { field u; dt(u) = " + equation + " }\nscheme c { advect = central(4); time = rk4 }\n" +
@@ -236,7 +236,7 @@ TEST_F(UnstableStep, ConservedSumsAreNamed) {
   EXPECT_EQ(conserved("1 - u", ", periodic"), Json::array());
 }
 
-/// The scene has k = 0.5 and bears a step of 1/512; where the task begins it bears a third of that.
+/// The scene has k = 0.5 and a stable step of 1/512; at the initial values of the task the limit is a third of that.
 TEST_F(UnstableStep, OfWhereATaskBeginsIsRefused) {
   std::string text = plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 1, step 1/512");
   text.replace(text.find("from 0.4"), 8, "from 1.5");
@@ -266,7 +266,8 @@ TEST_F(UnstableStep, OfWhereATaskBeginsIsRefused) {
   EXPECT_TRUE(points[1]["gradient_failure"].is_null()) << "0.3 times the limit at k = 0.01, 0.9 times that at 0.03";
 }
 
-/// u = 0 has no limit, and u = 1, to which the run goes, has one of 2.785/530: what the verdict has not seen is said.
+/// u = 0 has no limit, but u = 1, to which the run goes, has one of 2.785/530: the report names states that the verdict
+/// does not cover.
 TEST_F(UnstableStep, WhatStatesGrowToIsSaidToBeLeftOut) {
   const auto said = [&](const std::string& initial) {
     write("g.dpde",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What certificates say of unknowns whose derivative no test compares with anything, as text and as JSON, verb by verb.
+// Reports of certificates on unknowns whose derivative no test checks, as text and JSON, for each command.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -7,7 +7,7 @@ namespace {
 
 class UntestedCommand : public Command {
  protected:
-  /// A decay with the rate k, and c in what is added to it and in what is added to the loss.
+  /// A decay with rate k; c is in a source term and in a term of the loss.
   std::string decay(const std::string& name, const std::string& source, const std::string& loss,
                     const std::string& scheme = "") const {
     return write(name, "model m { field u; param k = 1.3; param c = 0.0333; dt(u) = -k*u" + source +
@@ -26,7 +26,7 @@ using Names = std::vector<std::string>;
 
 struct Row {
   const char *verb, *certificate;  // where the JSON has it
-  Names said;                      // in the text
+  Names said;                      // names in the text
 };
 
 const Row untested_rows[] = {
@@ -37,7 +37,7 @@ const Row untested_rows[] = {
     {"optimize --certify", "certificate", {"certified in part: ", "not checked: c: "}},
 };
 
-/// A ramp that is narrower than a step: c has a derivative, which is 0 at nearly every c.
+/// A ramp narrower than a step: c has a derivative, which is 0 at almost every c.
 TEST_F(UntestedCommand, IsNamedByEachVerb) {
   const std::string file = decay("ramp.dpde", " + min(1, max(0, 1e9*(t - c)))", "");
   for (const Row& row : untested_rows) {
@@ -57,7 +57,8 @@ TEST_F(UntestedCommand, IsNamedByEachVerb) {
   }
 }
 
-/// A derivative that is small beside the others is compared by itself: it is no 0. Losses are no help against rounding.
+/// A derivative that is small compared with the others is checked separately and counts as tested. Losses do not help
+/// against rounding.
 TEST_F(UntestedCommand, IsNoneThatIsOnlySmall) {
   for (const auto& [source, loss] : {std::pair{" + 1e-13*c*u", ""}, std::pair{"", " + 1e-12*(c - 5)^2"}}) {
     const std::string file = decay("small.dpde", source, loss);
@@ -79,7 +80,7 @@ TEST_F(UntestedCommand, IsNoneWhereAllIsTested) {
   EXPECT_EQ(dpde("gradient " + file + " --certify").out.find("in part"), std::string::npos);
 }
 
-/// From the cache too, and all of them where nothing was checked.
+/// Also from the cache; and all unknowns if nothing was checked.
 TEST_F(UntestedCommand, IsKept) {
   const std::string file = decay("ramp.dpde", " + min(1, max(0, 1e9*(t - c)))", "");
   EXPECT_EQ(dpde("gradient " + file + " --certify").status, 0);

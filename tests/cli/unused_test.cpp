@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene does not use is listed by `dpde check`, with reasons, as its programs have it.
+// `dpde check` lists unused parts of a scene, with reasons, as in its programs.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -7,7 +7,7 @@ namespace {
 
 class Unused : public Command {
  protected:
-  /// kind and name of all that `check` lists, in order; with `json` the rows themselves.
+  /// Kind and name of all items that `check` lists, in order; `json` gets the entries themselves.
   std::vector<std::string> parts(const std::string& text, const std::string& name, Json* json = nullptr) const {
     write("s.dpde", text);
     const Outcome check = dpde("check s.dpde " + name + " --json");
@@ -25,7 +25,7 @@ const std::string short_run = "  time 0 .. 1/64, step 1/512\n}\n";
 
 std::vector<std::string> nothing() { return {}; }
 
-/// c is carried by nothing that is observed; v is not observed itself, but u depends on it.
+/// c is advected, and no observable depends on it; v is not observed itself, but u depends on it.
 TEST_F(Unused, FieldsThatNothingObservedDependsOn) {
   const std::string model =
       "model m {\n  field u, v, c\n  dt(u) = lap(u) + v\n  dt(v) = lap(v) - u\n  dt(c) = lap(c) + u\n}\n";
@@ -39,7 +39,7 @@ TEST_F(Unused, FieldsThatNothingObservedDependsOn) {
   EXPECT_EQ(parts(model + scene + short_run, "s"), nothing()) << "without anything observed the states are the result";
 }
 
-/// The loss sees u alone and k is in u's equation alone: v gets no adjoint from the loss, w none that leads to k.
+/// The loss reads only u, and k is only in u's equation: v gets no adjoint from the loss, w none that leads to k.
 TEST_F(Unused, AdjointsThatAGradientDoesNotNeed) {
   const std::string text =
       "model m {\n  field u, v, w\n  coefficient q\n  param k\n  dt(w) = lap(w)\n  dt(u) = k*lap(u) + w\n"
@@ -60,7 +60,7 @@ TEST_F(Unused, HistoriesThatNoAdjointReads) {
   EXPECT_EQ(parts(text("lap(u) - u^3"), "t"), nothing());
 }
 
-/// A field that reacts and does not spread has no use for cells around it; along x alone, half of them.
+/// A field that reacts without diffusion needs no ghost cells; with diffusion along x only, half of them.
 TEST_F(Unused, HalosThatNothingReads) {
   const auto text = [](const std::string& rate) {
     return "model m { field u, v; dt(u) = lap(u) - v; dt(v) = " + rate + " }\nscene s : m {\n" + plane +
@@ -74,7 +74,7 @@ TEST_F(Unused, HalosThatNothingReads) {
   EXPECT_EQ(parts(text("u - dx(v) - dy(v)"), "s"), nothing());
 }
 
-/// Only what `dpde tune` has proven by runs is known, for this text.
+/// Reported only if `dpde tune` has verified it by runs, for this text.
 TEST_F(Unused, PrecisionIsKnownFromTune) {
   const std::string text =
       "model m { field u; dt(u) = -advect(1, u) }\nscheme k { advect = central(4); time = rk4 }\nscene s : m with k {\n"
@@ -121,7 +121,7 @@ TEST_F(IdleAxis, SaysHowMuchWorkItIs) {
   EXPECT_NE(check.out.find("a grid of y alone is 8 times less work"), std::string::npos) << check.out;
 }
 
-/// A condition that jumps is told once: as one that nothing reads, or as one whose jump a gradient lacks.
+/// A jumping condition is reported once: as unused, or because a gradient lacks the jump.
 TEST_F(Unused, ASideThatNothingReadsJumpsForNobody) {
   const auto text = [](const std::string& rate, const std::string& low, const std::string& v) {
     return "model m { field u; field v; param k; dt(u) = " + rate +

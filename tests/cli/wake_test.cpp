@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The wake of Um and others (2020) against the "no model" column of their table: row A16a of the acceptance table, here
-// of one Reynolds number and 50 of its 500 steps. tests/bench/wake.py does all of it.
+// for one Reynolds number and 50 of its 500 steps. tests/bench/wake.py does all.
 #include <fstream>
 
 #include "command_support.h"
@@ -16,7 +16,7 @@ struct Faces {
   std::vector<double> vx, vy;
 };
 
-/// A run's last states, without what lies beyond the faces.
+/// A run's last states, without values beyond the faces.
 Faces faces_of(const std::string& folder, int n) {
   const NpyArray x = read_npy(folder + "/vx.npy"), y = read_npy(folder + "/vy.npy");
   Faces result{n, {}, {}};
@@ -32,7 +32,7 @@ Faces faces_of(const std::string& folder, int n) {
   return result;
 }
 
-/// Every second face along the own axis, means of two across.
+/// Every second face along the component's axis, averages of two across it.
 Faces halved(const Faces& fine) {
   const int n = fine.n / 2;
   Faces result{n, {}, {}};
@@ -47,7 +47,7 @@ Faces halved(const Faces& fine) {
   return result;
 }
 
-/// In arrays with a ring of cells around, where nothing reads what lies beyond the faces.
+/// In arrays with a ring of additional cells; values beyond the faces are never read.
 void write_arrays(const Faces& faces, const std::string& folder) {
   const int n = faces.n;
   std::vector<double> vx(static_cast<std::size_t>((n + 2) * (2 * n + 2))), vy(vx.size());
@@ -68,7 +68,7 @@ void write_arrays(const Faces& faces, const std::string& folder) {
   write_npy(folder + "/vy.npy", shape, vy);
 }
 
-/// Over (2n+1) x (n+1) pairs, of which those without a face are 0 in both.
+/// Over (2n+1) x (n+1) pairs; pairs without a face are 0 in both.
 double difference(const Faces& a, const Faces& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.vx.size(); ++i) sum += std::abs(a.vx[i] - b.vx.at(i));
@@ -80,7 +80,7 @@ class Wake : public Command {
  protected:
   static constexpr const char* example = DPDE_SOURCE_DIR "/dsl-examples/wake/wake.dpde";
 
-  /// A scene of n cells that begins with what lies in `folder`.
+  /// A scene of n cells that starts from the files in `folder`.
   void add_scene(const std::string& name, int n, const std::string& folder) {
     const std::string inside = "(x*100/{n} - 50)^2 + (y*100/{n} - 50)^2 <= 100";
     std::string text = "\nscene " + name + " : wake_step {\n  grid x = -1 .. {n}+1, cells {n}+2\n" +
@@ -115,8 +115,8 @@ TEST_F(Wake, OnACoarseGridLosesWhatIsPublished) {
   }
 }
 
-/// The example's network of 954 weights on a quarter of its cells and a few of its frames: it is better than the plain
-/// scheme, and than that on twice the cells. Gradients are certified at a frame of the data.
+/// The example's network with 954 weights on a quarter of its cells and a few of its frames: it is better than the
+/// plain scheme, also on twice the cells. Gradients are certified at a frame of the data.
 TEST_F(Wake, ANetworkGivesBackWhatACoarseGridLoses) {
   if (!is_thorough()) GTEST_SKIP() << "at night";
   write("hybrid.dpde",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tasks that learn from windows are certified at frames of their data: the scenes here begin with 0 everywhere, where
-// no derivative says anything. By verify and by optimize, of each kind of unknown and of data.
+// Tasks that train on samples are certified at frames of their data: the scenes here start from 0 everywhere, where
+// derivatives carry no information. With verify and optimize, for each kind of unknown and of data.
 #include "command_support.h"
 #include "support/setting.h"
 
@@ -106,7 +106,7 @@ class WindowCertificate : public Command {
     write("data.dpde", still_scenes);
     ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json " + options).status, 0) << set;
   }
-  /// A third of the kinds, all where tests are thorough.
+  /// A third of the kinds; all if tests are thorough.
   std::vector<WindowKind> some_kinds() const {
     for (const char* set : {"train", "eddies", "curves"}) make(set);
     std::vector<WindowKind> some;
@@ -137,7 +137,7 @@ TEST_F(WindowCertificate, IsOfAFrameOfTheData) {
 
 TEST_F(WindowCertificate, OfTrainingsBegins) {
   for (const WindowKind& kind : some_kinds()) {
-    if (std::string(kind.name).find("f32") != std::string::npos) continue;  // rounding hides what quotients say
+    if (std::string(kind.name).find("f32") != std::string::npos) continue;  // rounding hides the quotients
     write("t.dpde", kind.text);
     const std::string options = std::string(kind.name) == "control" ? " --out o" : "";
     const Outcome text = dpde("optimize t.dpde t --certify" + options);
@@ -172,7 +172,7 @@ TEST_F(WindowCertificate, SaysInWordsWhereItIs) {
   EXPECT_NE(json["window"]["reason"].get<std::string>().find("none.nc"), std::string::npos) << json["window"];
 }
 
-/// Frames that are 0 as the scene is are passed over.
+/// Frames that are 0, like the scene, are skipped.
 TEST_F(WindowCertificate, IsOfTheFirstFrameThatSaysSomething) {
   write("data.dpde", still_scenes +
                          "scene late = grown { initial u = 0; at t = 1/8: u = 0.1 + x }\n"
@@ -185,7 +185,7 @@ TEST_F(WindowCertificate, IsOfTheFirstFrameThatSaysSomething) {
   EXPECT_EQ(json["untested"], Json::array());
 }
 
-/// What was certified of one file is not believed of another.
+/// The certificate for one file is not used for another.
 TEST_F(WindowCertificate, IsMadeAnewForOtherData) {
   write("t.dpde", window_kinds()[0].text);
   make("train");
@@ -201,7 +201,7 @@ TEST_F(WindowCertificate, OfATaskWithoutWindowsIsAsItWas) {
   EXPECT_NE(dpde("verify t.dpde t").out.find("task t: tangent against adjoint\n"), std::string::npos);
 }
 
-/// Without the file, data are made up: of two of them something is left.
+/// Without the file, random data are used; two such data differ.
 TEST_F(WindowCertificate, DataThatAreMadeUpDiffer) {
   write("t.dpde",
         still_scenes +

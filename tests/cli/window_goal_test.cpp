@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Windows that begin with frames which nothing is compared with, losses of the state they end with, goals of runs.
+// Samples that begin with frames without comparison, losses of their final state, targets of runs.
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +22,7 @@ class WindowGoals : public Command {
   static double start_of(int run, int cell) { return std::sin(0.7 * run + 0.8 * cell); }
   static double goal_of(int run, int cell) { return 0.5 + 0.1 * std::cos(run + 0.8 * cell); }
 
-  /// Frames four steps apart, of which the second one, where there is one, is the goal; and the goal of each run.
+  /// Frames four steps apart, the second of which, if any, is the target; and the target of each run.
   void write_runs(const std::string& name, int frames, const std::function<void(NetcdfContent&)>& change = {}) const {
     NetcdfContent content;
     content.dimensions = {{"run", runs}, {"time", frames}, {"x", cells}};
@@ -83,7 +83,7 @@ TEST_F(WindowGoals, AreWhatTheLastFrameIs) {
   EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
 }
 
-/// Of states alone the loss is that of all of them; with unread data of each step it always was.
+/// The loss of states alone is over all of them, as it is with unread data of each step.
 TEST_F(WindowGoals, NeedNoData) {
   write_runs("starts.nc", 2);
   const std::string loss = "; minimise (mean(u) - 0.7)^2, mean over 6 steps; minimise 1e-2*mean(u^2) after 6 steps",
@@ -98,7 +98,8 @@ TEST_F(WindowGoals, NeedNoData) {
   EXPECT_NEAR(verified["taylor"]["slope"].get<double>(), 2, 0.01);
 }
 
-/// A control of numbers or of fields, sought in each window, has the window's intervals, however long its scene is.
+/// A control, a number or a field, that is unknown in each sample has the sample's intervals, whatever the length of
+/// its scene.
 TEST_F(WindowGoals, ControlsAreThoseOfTheWindow) {
   write_runs("pairs.nc", 2);
   for (const std::string kind : {"control", "control field"}) {
@@ -122,7 +123,7 @@ task t : s {
   }
 }
 
-/// A data set keeps a single frame, the state that each run begins with.
+/// A data set with a single frame, the initial state of each run.
 TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
   const std::string begins = rod_with_window +
                              "scene starts : rod { grid x = 0 .. 1, cells 8, periodic; k = 0; initial u = noise(1)\n"
@@ -142,7 +143,7 @@ TEST_F(WindowGoals, BeginWithTheOnlyFrameOfADataSet) {
   EXPECT_NE(none.err.find("are none up to t = 0"), std::string::npos) << none.err;
 }
 
-/// A file that has nothing else.
+/// A file that contains nothing else.
 TEST_F(WindowGoals, MayBeOfAnotherFile) {
   write_runs("starts.nc", 1);
   write_runs("goals.nc", 1, [](NetcdfContent& content) {
@@ -188,8 +189,8 @@ TEST_F(WindowGoals, SayWhatDoesNotFit) {
   }
 }
 
-/// Windows begin with one file's frames and are compared with another's: dt(u) = b from u = 0 at each frame k, data
-/// 0.3 t, so that the best b is 0.3 times the mean of k + 1 over the windows. From frames of the data it is 0.3.
+/// Samples begin with frames of one file and are compared with another's: dt(u) = b from u = 0 at each frame k, data
+/// 0.3 t, so the best b is 0.3 times the mean of k + 1 over the samples. With frames of the data it is 0.3.
 TEST_F(WindowGoals, MayBeginWithFramesOfAnotherFile) {
   constexpr int frames = 5;
   const auto runs_of = [&](const std::string& name, double slope, int count, double begin = 0,

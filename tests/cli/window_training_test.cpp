@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learning from all windows at once by L-BFGS, controls found for each window, and where the time of an update goes.
+// Training on all samples in one pass with L-BFGS, controls found for each sample, and time per part of an update.
 #include <algorithm>
 #include <cmath>
 
@@ -53,7 +53,7 @@ class AllWindows : public Command {
     write("t.dpde", text);
     return dpde("optimize t.dpde learn --json " + arguments);
   }
-  /// Stopped behind the first epochs and taken up again it is the training whose weights lie in `whole`.
+  /// A training stopped after the first epochs and resumed equals the uninterrupted one with weights in `whole`.
   void expect_to_go_on(const std::string& text, const Json& whole, int first, const std::string& more = "") const {
     ASSERT_EQ(learn(text, "--out parts --epochs " + std::to_string(first) + more).status, 0);
     const Outcome rest = learn(text, "--out parts --resume" + more);
@@ -99,7 +99,7 @@ TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
   expect_to_go_on(text, whole.json(), 5);
 }
 
-/// Of a sum of squares that comes to 0 both Hessians are the same there: digits double with each iteration.
+/// For a sum of squares with minimum 0 both Hessians agree there: digits double with each iteration.
 TEST_F(AllWindows, NewtonsMethodFindsTheViscosity) {
   for (const std::string hessian : {"full", "gauss_newton"}) {
     const Outcome found = learn(viscosity("newton_cg(hessian = " + hessian + "), epochs 12"), "--out o");
@@ -114,8 +114,8 @@ TEST_F(AllWindows, NewtonsMethodFindsTheViscosity) {
   EXPECT_EQ(bounded["unknowns"]["nu"]["value"], 0.1);
 }
 
-/// Weights of a network: as many updates of L-BFGS leave more, and a training that is taken up again, with its trust
-/// region, gives the same bits, for any number of threads.
+/// Weights of a network: with as many updates L-BFGS leaves a larger loss. A resumed training, with its trust region,
+/// is bit-identical, for any number of threads.
 TEST_F(AllWindows, NewtonsMethodLearnsANetworkAndGoesOn) {
   const std::string text = network("newton_cg(hessian = gauss_newton), epochs 8, validate 0.25");
   const Outcome whole = learn(text, "--out whole --threads 1");
@@ -127,7 +127,7 @@ TEST_F(AllWindows, NewtonsMethodLearnsANetworkAndGoesOn) {
   EXPECT_EQ(other.codes(), std::vector<std::string>{"E0914"});
 }
 
-/// The same problem in numbers of size 1, and with one unknown of 1e-2 and one of 1e-6.
+/// The same problem with unknowns of size 1, and with one of 1e-2 and one of 1e-6.
 std::string two_sizes(bool scaled) {
   const std::string rates = scaled ? "param a = 2, b = 1; dt(u) = -a*u - u*v; dt(v) = 1 - b*v"
                                    : "param a = 0.02, b = 1e-6; dt(u) = -100*a*u - u*v; dt(v) = 1 - 1e6*b*v";
@@ -243,7 +243,7 @@ TEST_F(AllWindows, BenchTellsWhereTheTimeOfAnUpdateGoes) {
   }
 }
 
-// u decays, the scene does not know it: its corrections are what decay takes away.
+// u decays, which the scene does not model: its corrections are the decay.
 const std::string decaying = R"(
 model decay { field u; param k; dt(u) = -k*u }
 model rest { field u; dt(u) = 0 }
@@ -323,7 +323,7 @@ TEST_F(WindowControls, AreLearntWithoutTheSolver) {
   ASSERT_EQ(dpde("optimize t.dpde find --out o --json").status, 0);
   const Outcome learnt = dpde("optimize t.dpde learn --json");
   ASSERT_EQ(learnt.status, 0) << learnt.out << learnt.err;
-  // Two runs, k = 1 and 2: what a least-squares fit of one rate to both says.
+  // Two runs, k = 1 and 2: the least-squares fit of one rate to both.
   const std::vector<double> data = read("train.nc", "u");
   double products = 0, squares = 0;
   for (std::size_t run = 0; run < 2; ++run) {
@@ -358,7 +358,7 @@ TEST_F(WindowControls, WhatSuchATaskCannotSay) {
   refused(good, "--out o --epochs 3", "E0904", "using lbfgs(), iterations 60");
 }
 
-/// A search that takes a while.
+/// A search that takes some time.
 std::string slow() {
   std::string text = finding("mean((u - r)^2)", "4");
   return text.replace(text.rfind("lbfgs(), iterations 60"), 22, "adam(rate = 1e-3), iterations 60000");
@@ -406,7 +406,7 @@ TEST_F(WindowControls, OfAnotherSearchAreSoughtAgain) {
   EXPECT_EQ(other.json()["resumed_windows"], 0);
 }
 
-/// Runs of which k is above 1.5 blow up in their second step.
+/// Runs with k above 1.5 blow up in their second step.
 std::string bursting(const std::string& first) {
   std::string text = finding("mean((u - r)^2)", "5");
   const auto replace = [&](const std::string& what, const std::string& with) {
