@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data in formulas of losses and tests: where data come from, where they stand, on a grid and without one. A datum is
-// one number a state as an observable and, outside of reductions, as a file; a field of a scene is one on its grid,
-// which without a grid is one number too. Gradients are judged by differences, values by the same task with numbers.
+// Data in formulas of losses and tests, for each source and position of the data, with and without a grid. A datum is
+// one number per state if it is an observable or, outside of reductions, a file; a field of a scene is a field on its
+// grid, which without a grid is one number too. Gradients are compared with differences, values with the same task with
+// numbers.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -24,10 +25,10 @@ namespace fs = std::filesystem;
 enum class From { field, observable, file };
 constexpr From origins[] = {From::field, From::observable, From::file};
 
-/// What is minimised; N(u) is a number made of u.
+/// The formula to minimise; N(u) is a number computed from u.
 struct Formula {
   std::string minimised, tested;
-  bool is_reduced = false;  // the datum stands in a reduction alone
+  bool is_reduced = false;  // the datum occurs only in a reduction
   bool is_array = false;
 };
 const std::vector<Formula> formulas = {
@@ -50,7 +51,7 @@ struct Cell {
   std::string when;
 };
 
-/// Each N(...) as a number of its field: its mean on a grid, and without one the field itself.
+/// Replaces each N(...) by a number of its field: the mean on a grid, otherwise the field itself.
 std::string with_numbers(std::string formula, bool has_grid) {
   for (std::size_t at = formula.find("N("); at != std::string::npos; at = formula.find("N(", at + 1))
     formula.replace(at, 1, has_grid ? "mean" : "");
@@ -76,7 +77,7 @@ std::string text_of(Cell cell) {
       break;
     case From::file: text += "  data d = load(\"d.npy\")" + when; break;
   }
-  if (cell.from == From::file) {  // one for all components
+  if (cell.from == From::file) {  // one file for all components
     for (std::string* formula : {&cell.formula.minimised, &cell.formula.tested})
       *formula = std::regex_replace(*formula, std::regex(R"(d\[.\])"), "d");
   }
@@ -86,7 +87,7 @@ std::string text_of(Cell cell) {
   return text + "}\n";
 }
 
-/// A field stands where only a number has a meaning.
+/// A field occurs where only a number makes sense.
 bool is_refused(const Cell& cell) { return cell.has_grid && cell.from == From::field && !cell.formula.is_reduced; }
 
 std::vector<Cell> cells() {
@@ -103,7 +104,7 @@ std::vector<Cell> cells() {
   return all;
 }
 
-/// The file of the cells: 0.3 and less, on the grid where the data stand in reductions.
+/// The file for the cells: 0.3 or less, on the grid if the data occur in reductions.
 fs::path write_data(const Cell& cell) {
   const fs::path folder =
       fs::path(::testing::TempDir()) / ("dpde_bare_data_" + std::to_string(static_cast<long>(::getpid())));
@@ -173,7 +174,7 @@ TEST(BareData, AreNumbersOrRefused) {
   }
 }
 
-/// A field of a scene without a grid is the number that an observable of it is.
+/// A field of a scene without a grid is a number, as an observable of it.
 TEST(BareData, OfAFieldAreThoseOfItsObservable) {
   for (std::size_t i = 0; i < formulas.size(); ++i) {
     const Formula& formula = formulas[i];

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints of several steps in one pass over memory give those of single steps: fields to the last bit, sums to
-// rounding, for every integrator, number of axes, of steps a block, of threads and of stored states. A halo of the
-// blocks that is one cell too narrow changes the gradient by so little that differences would not show it (speed.md,
-// 2e).
+// Adjoints of several steps in one pass over memory equal those of single steps: fields bit for bit, sums up to
+// rounding, for every integrator, number of axes, steps per block, threads and stored states. Ghost layers of the
+// blocks that are one cell too narrow would change the gradient by less than differences can show (speed.md, 2e).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -76,13 +75,13 @@ std::vector<Case> cases() {
 
 struct Found {
   double loss = 0;
-  std::vector<double> bars;    // of states and sought fields
+  std::vector<double> bars;    // of states and unknown fields
   std::vector<double> params;  // of parameters
   int64_t stored = 0;
   int block = 1;
 };
 
-/// The gradient in a rollout of its own.
+/// The gradient from a separate rollout.
 Found gradient_of(Session& session, int block_steps, int threads, int slots) {
   RolloutSetup setup = session.setup();
   setup.block_steps = block_steps;
@@ -133,7 +132,7 @@ void expect_gradient_of_single_steps(const Case& example, Precision real) {
     SCOPED_TRACE(std::to_string(steps) + " steps a block");
     const Found first = gradient_of(*session, steps, 1, 0);
     if (steps < 4 || !example.blocks) {
-      EXPECT_EQ(first.block, example.blocks ? steps : 1);  // longer ones may not fit the grid
+      EXPECT_EQ(first.block, example.blocks ? steps : 1);  // longer blocks may not fit the grid
     }
     EXPECT_EQ(first.loss, plain.loss);
     EXPECT_EQ(first.bars, plain.bars);
@@ -150,7 +149,7 @@ void expect_gradient_of_single_steps(const Case& example, Precision real) {
   }
 }
 
-/// What is chosen where nothing is asked for must not depend on the number of threads: and neither must the sums.
+/// The automatic choice, and so the sums, must not depend on the number of threads.
 TEST(BlockedGradient, IsTheSameForEveryNumberOfThreads) {
   const std::string text = mixing("time = euler", grid("x", 4096) + grid("y", 160));
   const SourceFile source("threads.dpde", text);

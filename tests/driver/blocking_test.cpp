@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temporal blocking: several steps in one pass give the states of single steps to the last bit, halo included, for
-// every kind of axis, number of threads, integrator and number of steps a block; and programs that cannot be blocked
+// Temporal blocking: several steps in one pass give the states of single steps bit for bit, including ghost cells, for
+// every kind of axis, number of threads, integrator and number of steps per block; programs that cannot be blocked
 // still run.
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ std::string heat(const std::string& axes, const std::string& walls, const std::s
 
 std::vector<BlockingCase> blocking_cases() {
   const std::string walls_y = "boundary u: y.low = 1, y.high = zero_gradient\n";
-  // The reader of f needs rows below those for which f is computed.
+  // The reader of f needs rows below those where f is computed.
   const std::string one_sided =
       "kernel a(u: field halo 1, out f: field) { f = 0.5*u[0, +1] + 0.4*u[+1, 0] + 0.1*u[-1, 0] }\n"
       "kernel b(u: field halo 1, f: field halo 1, out v: field) { v = 0.4*u[0, -1] + 0.6*f[0, +1] }\n"
@@ -74,7 +74,7 @@ std::vector<BlockingCase> blocking_cases() {
   };
 }
 
-/// The states after 9 steps, halos included.
+/// The states after 9 steps, including ghost cells.
 std::vector<double> states_after(Session& session, int block_steps, int threads, bool blocks) {
   RolloutSetup setup = session.setup();
   setup.steps = 9;
@@ -133,7 +133,7 @@ TEST(Blocking, StatesAreThoseOfSingleStepsInSinglePrecision) {
   for (const BlockingCase& example : blocking_cases()) expect_states_of_single_steps(example, Precision::f32);
 }
 
-/// How many steps a run does at once by itself.
+/// Number of steps per block that a run chooses automatically.
 int chosen_steps(const std::string& text) {
   const SourceFile source("block.dpde", text);
   DiagnosticSink sink;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache of compiled code: what was stored is found or nothing is, whatever happens to the files and whoever else
-// writes.
+// The cache of compiled code: a stored entry is found intact or not at all, whatever happens to the files and whichever
+// processes write.
 #include "driver/memory/cache_folder.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ class CacheFolderTest : public ::testing::Test {
   fs::path folder_;
 };
 
-/// Code that belongs to its key, so that a mixture would show.
+/// Code that identifies its key, to detect mixed entries.
 std::string code_for(int key) {
   return std::string(2000 + 10 * key, static_cast<char>('a' + key % 26)) + std::to_string(key);
 }
@@ -76,7 +76,7 @@ TEST_F(CacheFolderTest, IsOnlyThisUsers) {
   EXPECT_EQ(fs::status(folder_).permissions(), fs::perms::owner_all);
 }
 
-/// Where users have groups of their own the umask lets groups write.
+/// On systems with a group per user the umask permits group writes.
 TEST_F(CacheFolderTest, IsOnlyThisUsersWhateverTheUmask) {
   const mode_t before = ::umask(002);
   const auto cache = open_cache(folder_ / "above" / "cache");
@@ -116,7 +116,7 @@ TEST_F(CacheFolderTest, TheOldestGoFirstAndUseMakesYoung) {
   const std::string code(10000, 'c');
   for (const char* key : {"a", "b", "c"}) open()->store(key, code);
   for (const fs::path& file : files()) make_old(file, 5);
-  EXPECT_EQ(open()->find("a"), code);  // used now
+  EXPECT_EQ(open()->find("a"), code);  // marks it as recently used
   open(25000)->store("d", code);       // room for two
   EXPECT_EQ(files().size(), 2u);
   EXPECT_EQ(open()->find("a"), code);
@@ -141,7 +141,7 @@ TEST_F(CacheFolderTest, SweepsWhatKilledWritersLeft) {
   make_old(folder_ / "notes.txt", 2);
   open()->store("k", "code");
   EXPECT_FALSE(fs::exists(folder_ / "0123.code.tmp-1-0"));
-  EXPECT_TRUE(fs::exists(folder_ / "4567.code.tmp-2-0"));  // somebody may be writing it
+  EXPECT_TRUE(fs::exists(folder_ / "4567.code.tmp-2-0"));  // another process may be writing it
   EXPECT_TRUE(fs::exists(folder_ / "notes.txt"));
 }
 
@@ -151,7 +151,7 @@ TEST_F(CacheFolderTest, AFolderThatCannotBeIsNoCache) {
   fs::remove(folder_);
 }
 
-/// Processes that store, find and evict the same entries, some of them killed on the way: nobody ever finds wrong code.
+/// Processes store, find and evict the same entries, and some are killed: none ever finds wrong code.
 TEST_F(CacheFolderTest, ManyProcessesAndKills) {
   std::vector<pid_t> children;
   for (int p = 0; p < 6; ++p) {

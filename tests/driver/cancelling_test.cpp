@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
+// Distinguishing rounding from errors: derivatives with cancelling terms, wrong derivatives, and switching conditions.
 #include "adjoint/check/rounding_between.h"
 #include "analysis/certificate/quick_certificate.h"
 #include "driver_support.h"
@@ -7,7 +7,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Derivatives of a difference of two equal products: the first is rounded, the second is not.
+/// Derivatives of a difference of two equal products: the first product is rounded, the second is not.
 double cancelled(double a, double b) { return std::fma(a, b, -(a * b)); }
 
 TEST(RoundingBetween, IsWhatIsLeftOfTermsThatCancel) {
@@ -22,7 +22,7 @@ TEST(RoundingBetween, IsWhatIsLeftOfTermsThatCancel) {
   EXPECT_LT(rounding, 1e-14);
 }
 
-/// One way is 0 exactly, the other what is left of 1 + 0.1*k, which no rounding of k moves.
+/// One derivative is exactly 0, the other is the rounding remainder of 1 + 0.1*k, which no rounding of k changes.
 TEST(RoundingBetween, IsSeenWhereItIsOfOtherValues) {
   std::mt19937_64 random(1);
   const auto both = [&](double epsilon) {
@@ -60,7 +60,7 @@ TEST(RoundingBetween, DoesNotExcuseAChoiceThatChanges) {
 
 struct Cancelling : ::testing::TestWithParam<const char*> {};
 
-/// On a periodic grid these sums, or their derivatives, are 0 but for rounding; on one cell each difference is.
+/// On a periodic grid these sums, or their derivatives, are 0 up to rounding; on one cell each difference is.
 TEST_P(Cancelling, LossesAreCertified) {
   const SourceFile source("cancel.dpde", fmt::format(R"(
 model m {{ field u; dt(u) = 0 }}
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Losses, Cancelling,
                                            "sum(u*0.02*d(u, x, 4)) over time", "sum(dx(u^2))",
                                            "integral((u - (0.02*d(u, x, 4) + (u - 1)))^2)"));
 
-/// On one cell the difference is 0, its adjoint the rounding of values that a does not move.
+/// On one cell the difference is 0 and its adjoint is the rounding of values independent of a.
 TEST(RoundingBetween, ADifferenceOnOneCellIsCertified) {
   const auto certificate = certificate_of(R"(
 model m { field u; coefficient k; param a; dt(u) = 0 }
@@ -113,7 +113,7 @@ task t : s { unknown a; minimise sum(u*k*dx(u)) }
   EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
 }
 
-/// A control field is an input of several fields, one a time.
+/// A control field is an input as several fields, one per time.
 TEST(RoundingBetween, ProgramsThatReadControlFieldsAreCertified) {
   const SourceFile source("control.dpde", R"(
 model m { field u; control field G; dt(u) = G*u }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certification must pass what is right and, above all, fail what is wrong.
+// Certification must pass right derivatives and, above all, fail wrong ones.
 #include "analysis/certificate/certificate.h"
 
 #include <cmath>
@@ -81,7 +81,7 @@ scene pond : drift with plain {
   ASSERT_NE(scene, nullptr);
   const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_TRUE(certificate.passed());
-  EXPECT_EQ(certificate.cases.size(), 9u);  // the scene's grid, whole and for one step, and seven small ones
+  EXPECT_EQ(certificate.cases.size(), 9u);  // the scene's grid, whole run and one step, and seven small ones
   ASSERT_TRUE(certificate.slope.has_value());
   EXPECT_NEAR(*certificate.slope, 2, 0.01);
 }
@@ -107,7 +107,7 @@ scene pond : m with plain {
   EXPECT_TRUE(certificate_of_compiled(source, scene).passed());
 }
 
-/// The scene compiled again after `change` to every store of the step's adjoint kernels.
+/// The scene recompiled after `change` was applied to every store of the step's adjoint kernels.
 std::shared_ptr<driver::Compiled> with_changed_adjoint(
     const SourceFile& source, const std::function<stencil::Expr(const stencil::Expr&)>& change) {
   const auto scene = compiled(source, for_certification());
@@ -138,11 +138,11 @@ TEST(Certificate, FailsAnAdjointWithoutATerm) {
   const analysis::Certificate certificate = certificate_of_compiled(source, scene);
   EXPECT_FALSE(certificate.passed());
   ASSERT_TRUE(certificate.slope.has_value());
-  EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
+  EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a first-order remainder
 }
 
-/// Hundreds of kinks lie within the smallest step: the remainder falls as the square of the step on average, its slope
-/// wanders.
+/// The smallest step crosses hundreds of kinks: the remainder falls as the square of the step only on average, and its
+/// slope varies.
 TEST(Certificate, ComparesQuotientsWhereThereAreKinks) {
   const SourceFile source("relu.dpde", R"(
 network n(u) { initial he, seed 3; conv 8, 3; relu; conv 8, 3; relu; conv out, 3 }
@@ -176,8 +176,8 @@ TEST(Certificate, OfHandWrittenPrograms) {
   EXPECT_NEAR(certificate.slope.value_or(0), 2, 0.05);
 }
 
-/// On one periodic cell a difference of order 4 is 0 but for rounding, and so is the derivative by its coefficient:
-/// said, not dressed up as an error.
+/// On one periodic cell a difference of order 4 is 0 up to rounding, and so is the derivative by its coefficient: this
+/// is reported and not called an error.
 TEST(Certificate, SaysWhatIsRounding) {
   const auto certificate = testing::certificate_of(R"(model m { field u; param k; dt(u) = k*lap(u + u^2) }
 scheme plain { lap = central(4); time = rk4 }
@@ -199,8 +199,8 @@ task t : s { unknown k; minimise mean(u^3) }
   EXPECT_FALSE(certificate->is_all_rounding());
 }
 
-/// The mean of a gradient is that of the walls, its derivative rounding; on 7 cells the run multiplies that by 1e8 in
-/// three steps.
+/// The mean of a gradient depends on the walls only, its derivative is rounding; on 7 cells the run multiplies it by
+/// 1e8 in three steps.
 TEST(Certificate, LeavesOutGridsOnWhichRoundingGrows) {
   const auto certificate = testing::certificate_of(R"(
 operator tie(g, s) order 0 = ((abs(s - s[+1]) + s + s[+1])*(g[+1] - g) - (abs(s[-1] - s) + s[-1] + s)*(g - g[-1]))/hx
@@ -229,7 +229,7 @@ task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
   EXPECT_EQ(certificate->skipped[1], "11 cells: the run or its loss is not finite, or a solve has no solution");
 }
 
-/// Certified is the gradient beside the start; that there are two slopes at the start is said.
+/// The gradient next to the start is certified; the report says that there are two slopes at the start.
 TEST(Certificate, SaysThatATaskBeginsOnAKink) {
   const auto kinks = [](const std::string& start) {
     const SourceFile source("kink.dpde", R"(model m { field u; param a; dt(u) = 0*a }
@@ -258,7 +258,7 @@ std::shared_ptr<driver::Compiled> task_of(const SourceFile& source) {
   return compiled(source, options);
 }
 
-/// Kinks are where something unknown, or a state, passes them: switches by t, places and what is given are none.
+/// Kinks count only if an unknown or a state passes them: switches by t, positions and given values do not count.
 TEST(Kinks, AreWhereUnknownsMove) {
   struct Case {
     const char *rate, *loss;
@@ -286,8 +286,8 @@ TEST(Kinks, AreWhereUnknownsMove) {
   }
 }
 
-/// By hand: the first and the last state count half, at one step both. Certificates of a few steps do not come to the
-/// last state of the scene.
+/// Computed by hand: the first and the last state have half weight, with one step both. Certificates of a few steps do
+/// not reach the last state of the scene.
 TEST(OverTime, FirstAndLastStatesCountHalf) {
   for (const int steps : {1, 2, 3}) {
     const SourceFile source("t.dpde",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equal error and equal cost, read off the lines between plain schemes.
+// Equal error and equal cost, interpolated between plain schemes.
 #include "analysis/certificate/comparison.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace dpde::analysis {
 namespace {
 
-/// error = 1/cost^2: a line of logarithms. One scheme is dearer and worse than another, one blows up.
+/// error = 1/cost^2: a straight line in logarithms. One scheme is more expensive and worse than another, one blows up.
 const std::vector<CostAndError> schemes{{"c", 4, 1.0 / 16},
                                         {"a", 1, 1},
                                         {"worse", 3, 0.5},

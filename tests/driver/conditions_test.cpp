@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each condition at each kind of side by each verb: check's verdict, runs of two back ends, a gradient against
-// differences and tangents, an optimiser, the certificate, all emitted text, and emitted text that is read back and
-// run. Where a condition makes no sense the table says the code of its refusal. By day each forty-first cell, at night
-// all.
+// Each boundary condition at each kind of side with each command: check's verdict, runs of two back ends, a gradient
+// against differences and tangents, an optimiser, the certificate, all emitted text, and emitted text read back and
+// run. If a condition makes no sense, the table has the code of its refusal. By day every 41st cell, at night all.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +25,8 @@ namespace {
 
 namespace testing = dpde::testing;
 
-/// As a person writes it, for a field u; empty: of no model, or of poles alone. `along`: the coordinate along the side.
+/// As written by a user for a field u; empty if not allowed in models, or only for poles. `along`: the coordinate along
+/// the side.
 std::vector<std::string> written(const SideCondition& condition, const std::string& along) {
   switch (condition.kind) {
     case SideKind::value: return {"0", "0.5", "sin(t)", "0.2*cos(" + along + ")", "q", "q*u", "q*u^2", "g", "F"};
@@ -50,7 +50,7 @@ std::vector<std::string> written(const SideCondition& condition, const std::stri
     case SideKind::pole:
     case SideKind::opposite_pole:
     case SideKind::gradient_at_cell:
-    case SideKind::line: return {};  // written of poles (below), and by the compiler alone
+    case SideKind::line: return {};  // written for poles (below), otherwise only by the compiler
   }
   return {};
 }
@@ -59,10 +59,10 @@ bool has_word(const std::string& text, const std::string& word) {
   return std::regex_search(text, std::regex("\\b" + word + "\\b"));
 }
 
-/// What u is: a wave and what is carried, at centres, and what is carried on the faces that lie on the side.
+/// The field u: a wave or an advected field at centres, or an advected field on the faces that lie on the side.
 enum class Lies { wave, carried, on_faces };
 
-/// A grid, one side of it, and what the others say.
+/// A grid, one of its sides, and the conditions of the other sides.
 struct Place {
   std::string grid, side, others, along;
 };
@@ -108,11 +108,11 @@ std::string scene_of(const Cell& cell) {
          "unknown initial u; minimise mean((u - 0.2)^2) at t = 0.04 }\n";
 }
 
-/// The code by which it is refused; "": it is none.
+/// The code of its refusal; "" if it is allowed.
 std::string refusal_of(const Cell& cell) {
   const std::string& condition = cell.condition;
   const bool radiates = condition.starts_with("radiating"), is_low = cell.place.side.ends_with(".low");
-  if (radiates && cell.lies != Lies::wave) return "E0311";                      // of equations dt(dt(u)) = ...
+  if (radiates && cell.lies != Lies::wave) return "E0311";                      // requires an equation dt(dt(u)) = ...
   if (has_word(condition, "u") && cell.lies == Lies::on_faces) return "E0311";  // a formula of fields
   if (condition == "outflow" && cell.lies == Lies::on_faces && is_low) return "E0311";
   if (condition == "mixed(g, 1, 0)") return "E0605";  // weights are numbers
@@ -176,14 +176,14 @@ void expect_verdict(Session& session) {
   EXPECT_TRUE(stability::check_step(session, false, sink));
 }
 
-/// Each stage prints; what the text of the scene and its programs says is run and gives the same bits.
+/// Each stage can be printed; the printed scene and programs, if runnable, give bit-identical results.
 void expect_same_read_back(const testing::OpenedScene& scene, const testing::SceneResult& wanted) {
   const Compiled& compiled = scene.session->compiled();
   EXPECT_FALSE(loop::print(compiled.loop).empty());
   EXPECT_FALSE(codegen::emit_cpp(compiled.loop, &scene.source).empty());
   if (testing::is_thorough()) EXPECT_FALSE(codegen::emit_llvm(compiled.loop, false).empty());
   const std::string rest = scene_text(compiled);
-  if (rest.starts_with("# scene")) return;  // fields on faces, controls and poles, for which it has no words
+  if (rest.starts_with("# scene")) return;  // fields on faces, controls and poles cannot be expressed in it
   const std::string text = stencil::print(extract(compiled.stencil, compiled.primal_programs)) + "\n" + rest;
   const testing::SceneResult again = testing::run_scene(text, "z", {}, Backend::interpreter);
   EXPECT_EQ(again.state, wanted.state) << text;
@@ -227,7 +227,7 @@ TEST_P(Conditions, ByEveryVerb) {
   expect_same_read_back(alone, interpreted);
 }
 
-/// A speed that is made of the fields and is one number there is that number.
+/// A speed given by a formula of fields that has a constant value equals that number.
 TEST(ConditionsOfWaves, WithSpeedsOfTheFields) {
   for (const Place& place : places) {
     const auto end_of = [&](const std::string& condition) {

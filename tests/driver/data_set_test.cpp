@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Making data sets: what goes wrong where runs are taken is said, on any number of threads, and ends nothing but the
-// making.
+// Making data sets: errors in a run are reported, for any number of threads, and end only the data set.
 #include "training/data/data_set.h"
 
 #include <fmt/format.h>
@@ -21,7 +20,7 @@ scene s : m { grid x = 0 .. 1, cells 8, periodic; a = 1; initial u = a*sin(2*pi*
 dataset d : s { runs 6; vary a from 1 }
 )";
 
-/// The runs of `body`, a model and a scene that varies a, made on so many threads: what is said.
+/// The runs of `body`, a model and a scene with varying a, with this number of threads: messages.
 struct MadeRuns {
   model::DataSet set;
   std::vector<Diagnostic> said;
@@ -58,7 +57,7 @@ TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
   }
 }
 
-/// The first that fails, by its own error.
+/// The first failing run, with its own error.
 TEST(DataSetMaker, ARunThatFailsHasTheErrorOfARun) {
   const std::string grows =
       "model m { field u; param a; dt(u) = exp(a*u) }\n"
@@ -78,7 +77,7 @@ TEST(DataSetMaker, ARunThatFailsHasTheErrorOfARun) {
   }
 }
 
-/// Lists are gone through in turns, so that all pairs are there; ranges of logarithms have as many in each decade.
+/// Lists are combined such that all pairs occur; logarithmic ranges have equally many values in each decade.
 TEST(DataSets, ValuesAreOfListsAndOfLogarithms) {
   const SourceFile source(
       "test.dpde",
@@ -109,7 +108,7 @@ TEST(DataSets, ValuesAreOfListsAndOfLogarithms) {
   for (const int count : of_decade) EXPECT_NEAR(count, 1000, 4 * std::sqrt(1000 * 0.75));
 }
 
-/// No logarithm has a range from 0 on, nor an empty one.
+/// A logarithmic range cannot start from 0 or be empty.
 TEST(DataSets, RangesThatHaveNoNumberAreRefused) {
   for (const char* range : {"0 .. 1 logarithmic", "-1 .. 1 logarithmic", "2 .. 1 logarithmic", "2 .. 1"}) {
     const SourceFile source("test.dpde", fmt::format("model m {{ field u; param a; dt(u) = a*u }}\n"
@@ -128,7 +127,7 @@ TEST(DataSets, RangesThatHaveNoNumberAreRefused) {
   }
 }
 
-/// The frames that data set `d` of the text has, of each variable of each run; kept ones alone.
+/// The frames of each variable and run in data set `d` of the text; only stored ones.
 using Frames = std::map<std::string, std::vector<double>>;
 std::vector<Frames> frames_of(const std::string& text) {
   const SourceFile source("test.dpde", text);
@@ -159,7 +158,7 @@ std::vector<Frames> frames_of(const std::string& text) {
 constexpr int side = 8, frame_count = 3;
 constexpr double h = 1.0 / side;
 
-/// Values of one frame of the fine grid, i along x, j along y, periodic.
+/// Values of one frame on the fine grid, i along x, j along y, periodic.
 struct Plane {
   const std::vector<double>& all;
   int frame;
@@ -169,15 +168,14 @@ struct Plane {
   }
 };
 
-/// The values of a formula on the fine grid as they are made by hand from frames of the states; 1 on upper faces.
+/// The values of a formula on the fine grid, computed by hand from frames of the states; 1 on upper faces.
 struct FormulaCase {
-  const char *formula, *name;  // of the frames, of the component that is looked at
+  const char *formula, *name;  // name of the variable, of the compared component
   bool on_x, on_y;
   double (*by_hand)(const Plane& u, const Plane& v, const Plane& c, double t, int i, int j);
 };
 
-/// As `coarsen` says: means of what lies at centres along an axis, what lies on faces stays where coarse cells have
-/// one.
+/// Coarsening: averages along axes on which values are at centres; values on faces are sampled at the coarse faces.
 double coarsened(const FormulaCase& each, int ratio, const std::function<double(int, int)>& fine, int i, int j) {
   double sum = 0;
   int count = 0;
@@ -218,7 +216,7 @@ void expect_frames_by_hand(const std::string& vector, const std::vector<FormulaC
   }
 }
 
-/// What three runs tell of an error: what it is where they do, else why they do not.
+/// Error estimates from three runs: the estimate, or why there is none.
 TEST(DataSets, SayWhyAnErrorIsNotKnown) {
   struct Case {
     const char *model, *scene, *data, *why;
@@ -261,7 +259,7 @@ TEST(DataSets, SayWhyAnErrorIsNotKnown) {
   }
 }
 
-/// What nobody can evaluate, or has no name of its own, is said where it stands.
+/// Formulas that cannot be evaluated or named are reported at their position.
 TEST(DataSets, FormulasThatCannotBeKeptAreSaidWhereTheyStand) {
   for (const auto& [of, message] : std::map<std::string, std::string>{
            {"curl(u)", "expected the name of a field, or a name and its formula but found 'curl'"},
@@ -297,7 +295,7 @@ TEST(DataSets, FormulasThatCannotBeKeptAreSaidWhereTheyStand) {
   }
 }
 
-/// Behind the time in which small differences of a chaotic flow have grown large its error has no order; before it has.
+/// Once small differences of a chaotic flow have grown large, its error has no order; before that it has.
 TEST(DataSets, ChaosHasNoOrder) {
   for (const bool is_late : {false, true}) {
     const SourceFile source(

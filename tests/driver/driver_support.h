@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiles model texts for tests; diagnostics of error severity fail the running test.
+// Compiles model texts for tests; error diagnostics fail the running test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ inline std::shared_ptr<driver::Compiled> compiled(const SourceFile& source, driv
   return result ? std::make_shared<driver::Compiled>(std::move(*result)) : nullptr;
 }
 
-/// The first error of the gradient of task t, or what it would be if a choice that runs look at switched; "" where
-/// there is none.
+/// The first error of the gradient of task t, including errors that a run would report when a watched condition
+/// switches; "" if none.
 inline std::string code_refused(const std::string& text, bool takes_jumps = false) {
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
@@ -50,7 +50,7 @@ inline std::string code_refused(const std::string& text, bool takes_jumps = fals
   return "";
 }
 
-/// Code of the stencil programs as they are now, for tests that spoil them after they were compiled.
+/// Recompiles the current stencil programs, for tests that modify them after compilation.
 inline void compile_stencil_again(driver::Compiled& scene) {
   std::vector<std::string> names;
   for (const stencil::Program& program : scene.stencil.programs) names.push_back(program.name);
@@ -61,7 +61,7 @@ inline void compile_stencil_again(driver::Compiled& scene) {
   }
 }
 
-/// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running
+/// The result of certify() for task t of the text, with or without second derivatives; a diagnostic fails the running
 /// test.
 inline std::optional<analysis::Certificate> certificate_of(const std::string& text, bool second) {
   const SourceFile source("test.dpde", text);
@@ -78,7 +78,7 @@ inline std::optional<analysis::Certificate> certificate_of(const std::string& te
   return certificate;
 }
 
-/// Dot products to 1e-12 and a Taylor slope of 2; with `second` the Hessian too.
+/// Dot products to 1e-12 and a Taylor slope of 2; with `second` also the Hessian.
 inline void expect_certified(const std::string& text, bool second) {
   const auto certificate = certificate_of(text, second);
   ASSERT_TRUE(certificate);
@@ -90,7 +90,7 @@ inline void expect_certified(const std::string& text, bool second) {
   EXPECT_TRUE(certificate->second->passed());
 }
 
-/// Of square cells, 1/40 wide.
+/// Square cells of width 1/40.
 inline std::string grid(const std::string& axis, int cells, bool periodic = true) {
   return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) +
          (periodic ? ", periodic\n" : "\n");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Right derivatives that certificates refused, and a certificate of nothing.
+// Right derivatives that certificates once refused, and an empty certificate.
 #include "analysis/certificate/quick_certificate.h"
 #include "driver/driver_support.h"
 #include "driver/scene/inverse.h"
@@ -15,7 +15,7 @@ driver::CompileOptions for_gradient(driver::Backend backend = driver::Backend::j
   return options;
 }
 
-/// Errors of the certificate before use; "" where there are none.
+/// Errors of the quick certificate; "" if none.
 std::string quick_errors(const std::string& text) {
   const SourceFile source("alarm.dpde", text);
   const auto code = compiled(source, for_gradient());
@@ -46,7 +46,7 @@ std::string implicit_flow(const std::string& cells, const std::string& solid) {
          "unknown initial T; minimise mean(dot(w, w)) + mean(T^2) + 0.1*mean(p^2) }\n";
 }
 
-/// A step without derivatives knows no spacings, though dealiasing makes a transform of it.
+/// A step without derivatives has no spacings, though dealiasing applies a transform.
 TEST(FalseAlarms, DealiasingWithoutDerivatives) {
   EXPECT_EQ(quick_errors("model m { field u; param b = 0.771; dt(u) = b*mean((u - mean(u))^2) }\n"
                          "scheme q { dx = spectral; dealias = two_thirds }\nscene s : m with q {\n"
@@ -55,20 +55,20 @@ TEST(FalseAlarms, DealiasingWithoutDerivatives) {
             "");
 }
 
-/// On a few cells nothing is left of the operator of the pressure but rounding of differences that cancel.
+/// On a few cells the pressure operator reduces to rounding of cancelling differences.
 TEST(FalseAlarms, ObstaclesThatMoveBetweenWalls) {
   EXPECT_EQ(quick_errors(moving_obstacle("euler", "8", "0.875")), "");
   EXPECT_EQ(quick_errors(moving_obstacle("rk4", "5", "0.525")), "");
 }
 
-/// Between obstacles, for values that are made up, the interpreter takes another of many solutions than the runtime.
+/// Between obstacles, with arbitrary values, interpreter and runtime choose different solutions of a singular system.
 TEST(FalseAlarms, ImplicitStepsWithMasks) {
   EXPECT_EQ(quick_errors(implicit_flow("cells 4, periodic; grid y = 0 .. 3.5, cells 4, periodic", "x < 1")), "");
   EXPECT_EQ(quick_errors(implicit_flow("cells 5, periodic; grid y = 0 .. 3.5, cells 8, periodic", "y > 1 and y < 2")),
             "");
 }
 
-/// A velocity that is held everywhere is 0 but for rounding of the other fields.
+/// A velocity that is fixed everywhere is 0 up to rounding of the other fields.
 TEST(FalseAlarms, NewtonOfTheInterpreterWhereMasksCloseGaps) {
   const SourceFile source("gaps.dpde", implicit_flow("cells 1, periodic; grid y = 0 .. 3.5, cells 3, periodic",
                                                      "(y > 1.1667 and y < 2.3333) or (y > 2.3333 and y < 3.5000)"));
@@ -84,8 +84,8 @@ TEST(FalseAlarms, NewtonOfTheInterpreterWhereMasksCloseGaps) {
   }
 }
 
-/// Buckley and Leverett's shock: the third derivative of the loss is so large that no remainder above rounding falls as
-/// a cube. Differences of the gradient come to the Hessian.
+/// Buckley-Leverett shock: the third derivative of the loss is so large that no remainder above rounding is of third
+/// order. Differences of the gradient converge to the Hessian.
 TEST(FalseAlarms, AHessianBesideAShock) {
   const auto certificate = testing::certificate_of(R"(function frac(s, a) = s^2/(s^2 + a*(1 - s)^2)
 operator up(s, a) order 1 = (frac(s, a) - frac(s[-1], a))/hx
@@ -106,7 +106,7 @@ task t : core { unknown a in 0.1 .. 3; minimise mean((s - 0.3*x)^2) at t = 0.4 }
   EXPECT_FALSE(certificate->second->is_wrong());
 }
 
-/// Where neither the remainder nor differences tell, the gradient is certified all the same.
+/// If neither the remainder nor differences are conclusive, the gradient is still certified.
 TEST(FalseAlarms, AHessianThatNothingProvesIsNoFaultOfTheGradient) {
   analysis::Certificate certificate;
   certificate.cases.push_back({"4", "1 step", 1e-15});
@@ -119,7 +119,7 @@ TEST(FalseAlarms, AHessianThatNothingProvesIsNoFaultOfTheGradient) {
   EXPECT_FALSE(certificate.passed());
 }
 
-/// A network of a state that is 0: its derivative is rounding.
+/// A network applied to a state of 0: its derivative is rounding.
 TEST(FalseAlarms, NothingIsNoProof) {
   const auto certificate =
       testing::certificate_of(R"(network stress(q) { initial he, seed 1; conv 4, 3; tanh; conv out, 3, gain = 0.1 }
@@ -132,7 +132,7 @@ task t : s { learn stress; minimise mean((q - 1)^2) }
   EXPECT_TRUE(certificate->tests_nothing());
 }
 
-/// By force a gradient is made of what jumps, and its own table refuses it.
+/// With --force a gradient is computed despite jumps, and its own table refuses it.
 TEST(FalseAlarms, AJumpIsNotCertified) {
   const SourceFile source("jump.dpde", R"(model m { field u; param k = 1; dt(u) = -k*if(u > 0.5, 1, 0.2) }
 scene s : m { initial u = 1; time 0 .. 1, step 1/1000 }
@@ -150,8 +150,8 @@ task t : s { unknown k; minimise u at t = 1 }
   EXPECT_FALSE(certificate->passed());
 }
 
-/// A ramp that no step of the table resolves, beside a loss that is linear there, of order 2, or smooth all over. One
-/// that is wide, and a kink, hide nothing.
+/// A ramp narrower than all steps of the table, in addition to a loss that is linear there, of order 2, or smooth
+/// everywhere. A wide ramp, or a kink, hides nothing.
 TEST(FalseAlarms, ARampNarrowerThanStepsIsAJump) {
   const struct {
     const char *rate, *loss;
@@ -174,7 +174,7 @@ TEST(FalseAlarms, ARampNarrowerThanStepsIsAJump) {
   }
 }
 
-/// Of p it is held that it stays positive, and it does not.
+/// p is assumed to stay positive, and does not.
 TEST(FalseAlarms, AFieldThatLosesItsSignIsNotCertified) {
   const SourceFile source("sign.dpde", R"(model m { field p, q; param k = 1.3; dt(p) = -k; dt(q) = atan(1/p) }
 scene s : m { initial p = 1; initial q = 0; time 0 .. 1, step 1/2000 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What random models (tests/random) found, each with the smallest text that showed it.
+// Errors found by random models (tests/random), each with its smallest text.
 #include <cmath>
 
 #include "analysis/certificate/certificate.h"
@@ -20,7 +20,7 @@ driver::CompileOptions for_task() {
   return options;
 }
 
-/// Kernels were named after components, s_step_u.y_wall, which no reader understands.
+/// Kernels were named after components, s_step_u.y_wall, which cannot be parsed.
 TEST(FoundByRandomModels, KernelsOfComponentsReadBack) {
   const std::string walls = R"(model m { vector u on nodes; control F; dt(u) = 0.1*lap(u)*max(u.x) }
 scheme q { time = euler }
@@ -47,8 +47,7 @@ task t : s { unknown initial u.y; minimise mean(u.y^2) }
   EXPECT_NE(text.find("u_y_wall("), std::string::npos) << text;
 }
 
-/// The passes for speed leave out y, of which sin(y) - sin(y) cancels; the interpreter, which runs without them, reads
-/// it.
+/// Optimisation passes remove y, as sin(y) - sin(y) cancels; the interpreter, which runs without them, reads it.
 TEST(FoundByRandomModels, TheInterpreterReadsWhatCancels) {
   const std::string text = R"(model m { field u; dt(u) = dx(sin(y) + u) }
 scheme q { time = euler }
@@ -65,7 +64,7 @@ scene s : m with q {
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-14);
 }
 
-/// Exponential steps without linear terms lost all of a line but its first value: nothing is transformed there.
+/// Exponential steps without linear terms lost all but the first value of a line: nothing is transformed there.
 TEST(FoundByRandomModels, ExponentialStepsWithoutLinearTerms) {
   for (const std::string time : {"etdrk2", "etdrk4"}) {
     for (const std::string rate : {"-u^2", "div((1 + u)*grad(u))", "0.4*div(k*grad(u))"}) {
@@ -82,7 +81,7 @@ TEST(FoundByRandomModels, ExponentialStepsWithoutLinearTerms) {
   }
 }
 
-/// It was an error of the rollout, without a place.
+/// This was an error of the rollout, without a position.
 TEST(FoundByRandomModels, ALossOfNothingThatVariesIsRefusedInItsPlace) {
   const SourceFile source("loss.dpde", R"(model m { field u; param a; dt(u) = a*lap(u) }
 scene s : m {
@@ -100,7 +99,7 @@ task t : s { unknown initial u; minimise mean(u^2); minimise 0.1*mean(a^2) }
   EXPECT_EQ(source.text().substr(static_cast<std::size_t>(sink.all()[0].range.begin), 13), "minimise 0.1*");
 }
 
-/// On one cell dx(u) is 0: tangent and adjoint are rounding, of which neither is a part of the other.
+/// On one cell dx(u) is 0: tangent and adjoint are independent rounding errors.
 TEST(FoundByRandomModels, ADerivativeOfNothingButRoundingIsCertified) {
   const SourceFile source("rounding.dpde", R"(model m { field u, v; dt(u) = 0; dt(v) = 0 }
 scheme q { time = euler }

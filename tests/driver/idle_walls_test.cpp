@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions at walls that nothing reads are told.
+// Reports of boundary conditions that nothing reads.
 #include "driver_support.h"
 
 namespace dpde::testing {
 namespace {
 
-/// The codes of what the compiler says of the scene s or the task t, with the text that they point at.
+/// The codes of the compiler's messages on scene s or task t, with the text at their positions.
 std::string told(const std::string& text, const std::string& name) {
   const SourceFile source("test.dpde", text);
   DiagnosticSink sink;
@@ -40,12 +40,12 @@ TEST(IdleWalls, AnErrorWhereThePointOnTheWallHasItsOwn) {
   EXPECT_EQ(told(channel("x = 2", "x = 0"), "s"), "E0558 2");
 }
 
-/// An open end: what u carries stays what it begins with.
+/// An open end: the value there stays the initial value.
 TEST(IdleWalls, AWarningWhereNothingIsLost) {
   EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", "2"), "s"), "W0502 2");
   EXPECT_EQ(told(channel("x = 0", "x = zero_gradient", "", "", "sin(pi*x)*A"), "s"), "W0502 0");
   EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "2 + x^2"), "s"), "W0502 2; W0502 3");
-  // what an unknown makes of it cannot be told, nor what a task begins with
+  // the values of an unknown, or initial values of a task, cannot be predicted
   for (const std::string begin : {"if(x > A - 10, 2, 3)", "max(2, 3*A)"}) {
     EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", begin), "t"), "W0502 2") << begin;
   }
@@ -54,14 +54,14 @@ TEST(IdleWalls, AWarningWhereNothingIsLost) {
   EXPECT_EQ(told(sought, "t"), "W0502 2");
 }
 
-/// It begins with something else, or the condition is none of its value: what is written would not happen.
+/// The initial value differs, or the condition does not give a value: the condition would have no effect.
 TEST(IdleWalls, AnErrorWhereAnOpenEndIsNotWhatItBeginsWith) {
   EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "E0558 2");
   EXPECT_EQ(told(channel("x.low = 0, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 0; E0558 A");
   EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "3 - x"), "s"), "E0558 2; E0558 3");
 }
 
-/// A flux that goes on in a straight line leaves nothing as it is.
+/// A linearly extrapolated flux changes the value.
 TEST(IdleWalls, AStraightLineIsNoOpenEnd) {
   EXPECT_EQ(told(channel("x = 2", "x = linear", "", "", "2"), "s"), "E0558 2");
   EXPECT_EQ(told(channel("x = linear", "x = linear"), "s"), "");
@@ -71,7 +71,7 @@ TEST(IdleWalls, SilentWhereTheStepReadsThem) {
   EXPECT_EQ(told(channel("x = zero_gradient", "x = 0"), "s"), "");
   EXPECT_EQ(told(channel("x = gradient(0)", "x = 0"), "s"), "");
   EXPECT_EQ(told(channel("x = A*t", "x = 0", " + nu*lap(eta)"), "s"), "");
-  EXPECT_EQ(told(channel("x = A*t", "x = 0", "", "; dx = central(4)"), "s"), "");  // from the second face inside
+  EXPECT_EQ(told(channel("x = A*t", "x = 0", "", "; dx = central(4)"), "s"), "");  // from the second inner face
 }
 
 TEST(IdleWalls, OfFieldsThatNobodyDifferentiates) {
@@ -95,7 +95,7 @@ TEST(IdleWalls, DtOfUHasTheBoundaryOfU) {
   EXPECT_EQ(told(text, "s"), "");
 }
 
-/// The boundary is read where a difference of it is, in each place of a scene that may hold one.
+/// A condition is read if any formula of the scene takes a difference there.
 TEST(IdleWalls, SilentWhereAnyPlaceReadsThem) {
   const std::string neutral = "u/2";
   const auto text = [&](const std::string& slot, const std::string& read) {

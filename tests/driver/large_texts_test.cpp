@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never
-// ends.
+// Texts that grow if sums are expanded or lets are substituted: the work of compilation is bounded, otherwise the test
+// never ends.
 #include <algorithm>
 #include <ctime>
 #include <string>
@@ -21,7 +21,7 @@ driver::CompileOptions of_task(const char* name) {
   return options;
 }
 
-/// Each let is the square of the one before it: 2^40 factors when they are put in place.
+/// Each let is the square of the one before: 2^40 factors after substitution.
 TEST(LargeTexts, SquaresOfSquaresStayLets) {
   std::string lets;
   for (int i = 1; i <= 40; ++i)
@@ -37,7 +37,7 @@ task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
   EXPECT_LT(stencil::print(code->stencil).size(), 5000u);
 }
 
-/// Factors in sums in factors: the instructions of each were once counted twice by the level above, 2^24 times here.
+/// Nested factors and sums: the instructions of each level were once counted twice by the level above, here 2^24 times.
 TEST(LargeTexts, NestedProductsAreCountedOnce) {
   std::string value = "0.5";
   for (int i = 1; i <= 24; ++i) value = "(0.01*v + u*" + value + ")";
@@ -50,7 +50,7 @@ task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
   ASSERT_NE(compiled(source, of_task("g")), nullptr);
 }
 
-/// So many fields, each coupled to the next.
+/// This number of fields, each coupled to the next.
 SourceFile with_fields(int fields) {
   std::string model, initial;
   for (int i = 0; i < fields; ++i) {
@@ -66,7 +66,7 @@ task g : s { unknown k; minimise mean(u0^2) at t = 0.1 }
 )");
 }
 
-/// Calls instead of copies, which the scheduler of machine code takes quadratic time for; small rows are inlined.
+/// Calls instead of copies, for which the machine-code scheduler needs quadratic time; small rows are inlined.
 TEST(LargeTexts, RowsOfManyLinesStayFunctions) {
   const auto ir_of = [](int fields) {
     return codegen::emit_llvm(compiled(with_fields(fields), of_task("g"))->loop, false);
@@ -91,7 +91,7 @@ task g : s { unknown initial u from 0; minimise mean(d(u, x, 4)^2) at t = 0.1 }
   ASSERT_NE(code, nullptr);
 }
 
-/// Ticks of the processor for the check of so many models, each with a function and a network: the least of three.
+/// Processor time for checking this number of models, each with a function and a network: the minimum of three.
 std::clock_t ticks_for_models(int models, const std::string& rhs) {
   std::string text;
   for (int i = 0; i < models; ++i) {
@@ -112,14 +112,14 @@ std::clock_t ticks_for_models(int models, const std::string& rhs) {
   return least;
 }
 
-/// Eight times as many take eight times as long; 64 times when each is checked beside all others.
+/// Eight times as many models take eight times as long; 64 times if each is checked together with all others.
 TEST(LargeTexts, ModelsAreCheckedOneByOne) {
   for (const char* rhs : {"u", "v"}) {
     EXPECT_LT(double(ticks_for_models(1600, rhs)) / double(ticks_for_models(200, rhs)), 24) << rhs;
   }
 }
 
-/// Each of three models was told three times that its name is taken.
+/// For three models with the same name the error was reported three times for each.
 TEST(LargeTexts, NamesOfModelsAreCheckedOnce) {
   const SourceFile source("same.dpde", "model m { field u; dt(u) = u }\nmodel m { field u; dt(u) = u }\n");
   DiagnosticSink sink;
@@ -128,7 +128,7 @@ TEST(LargeTexts, NamesOfModelsAreCheckedOnce) {
   EXPECT_EQ(sink.all()[0].notes.size(), 1u);
 }
 
-/// What nothing calls is checked all the same, and names of what a model does not call are hints.
+/// Uncalled items are checked too, and hints also name items that a model does not use.
 TEST(LargeTexts, ModelsKnowTheirWholeFile) {
   const auto messages_of = [](const std::string& text) {
     const SourceFile source("whole.dpde", text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The machine is measured once, in an undisturbed moment.
+// The machine's speed is measured once, in an undisturbed moment.
 #include "driver/memory/machine_speed.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST(MachineSpeed, OfAQuietMomentIsKept) {
   EXPECT_GT(machine_speed(&cache, 1 << 16, 1, true).copy, 1e8) << "anew";
 }
 
-/// Of another day: made again, and better numbers stay; a busy moment leaves all as it was.
+/// An old measurement is repeated, and better numbers are kept; in a busy moment all stays as it is.
 TEST(MachineSpeed, OfAnotherDayIsRenewed) {
   Kept cache;
   machine_speed(&cache, 1 << 16, 1);

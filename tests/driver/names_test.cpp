@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of a person that are those the compiler makes up: t1 of a common subexpression, c_bar of an adjoint. They
-// change no gradient.
+// Names in the text that equal the compiler's own names: t1 of a common subexpression, c_bar of an adjoint. They do not
+// change gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,13 +20,13 @@ std::string called(std::string text, const std::string& name) {
   return text;
 }
 
-/// The loss where 0.7 in the text is `value`.
+/// The loss with `value` instead of 0.7 in the text.
 double loss_at(std::string text, double value) {
   text.replace(text.find("= 0.7"), 5, "= " + std::to_string(value));
   return task_gradient(text, "t").loss;
 }
 
-/// The gradient, summed over its cells, against central differences of runs with another value of the unknown.
+/// The gradient, summed over its cells, against central differences over runs with other values of the unknown.
 void expect_right(const std::string& text, const std::string& unknown) {
   SCOPED_TRACE(text);
   double slope = 0;
@@ -69,7 +69,7 @@ TEST(Names, ACoefficientFieldMayBeCalledAsALet) {
   }
 }
 
-/// A kernel's let has the name that the adjoint of a parameter, or the rate of a field, would have.
+/// A let of a kernel has the name of a parameter's adjoint, or of a field's tangent.
 TEST(Names, ALetMayBeCalledAsADerivative) {
   for (const std::string name : {"k", "c_bar", "u_bar", "v_bar", "c_dot", "u_dot", "loss_bar", "t1"}) {
     const std::string text = called(R"(kernel decay(u: field, out v: field, c, dt: param) {
@@ -91,7 +91,7 @@ task t : s { unknown c; minimise mean(u^2) }
   }
 }
 
-/// The programs of a scene are called s_step, s_initial, t_loss_1: so may be what a person wrote.
+/// The programs of a scene are called s_step, s_initial, t_loss_1; the text may use these names, too.
 TEST(Names, ProgramsAndKernelsMayBeCalledAsThoseOfAScene) {
   for (const std::string name :
        {"decay", "s_step", "s_initial", "s_coefficients", "t_loss_1", "s_step_adjoint", "t_start"}) {
@@ -110,7 +110,7 @@ task t : s { unknown c; minimise mean(u^2) }
   }
 }
 
-/// What schemes remember, and the fields of their stages.
+/// Names of stored states of schemes, and of their stage fields.
 TEST(Names, ParametersMayBeCalledAsFieldsOfASchemeAre) {
   const std::map<std::string, std::vector<std::string>> names{
       {"ab2", {"u_rate", "u_rate_now", "u_next"}}, {"leapfrog", {"u_old"}}, {"rk4", {"u_1", "u_2"}}};
@@ -163,8 +163,8 @@ task t : s { unknown initial V; minimise mean((U*V - exp(-x))^2) })";
   EXPECT_EQ(gradient_of_v("a", "b"), gradient_of_v("b", "a"));
 }
 
-/// A program of the text under a name that the scene makes takes its place, as emitted text needs. Where the two
-/// differ, that is told.
+/// A program of the text with the name of a generated one replaces it, as needed for emitted text. If the two differ,
+/// this is reported.
 TEST(Names, AProgramInPlaceOfOneThatTheSceneMakesIsTold) {
   const auto told = [](const std::string& loss, const std::string& initial) {
     const std::string text = R"(kernel go(u: field, out u_next: field, k, dt: param) { u_next = u*(1 - k*dt) }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients through networks are the same to the last bit, however much of what the networks computed is kept, for any
-// number of stored states and threads; memory stays within the budget.
+// Gradients through networks are bit-identical for any amount of stored intermediate values, any number of stored
+// states and threads; memory stays within the budget.
 #include "driver/memory/storage.h"
 #include "driver/scene/inverse.h"
 #include "driver/scene/session.h"
@@ -9,7 +9,8 @@
 namespace dpde::driver {
 namespace {
 
-/// Two calls a step and one in the loss; a factor before the network, so that the adjoint needs its value again.
+/// Two calls per step and one in the loss; a factor of the network's output, so that the adjoint needs the output
+/// again.
 const std::string text = R"(
 network law(u) { initial he, seed 7; padding replicate; conv 5, 3; leaky_relu(0.2); residual { conv 5, 3; silu }; conv out, 3, gain = 0.3 }
 network push(u, nu) { initial he, seed 3; dense 4; gelu; dense out }
@@ -26,8 +27,8 @@ scene r : m with s {
 }
 task t : r { learn law; learn push; unknown nu; unknown initial u; minimise mean(law(u)*u) over time })";
 
-/// 12 steps of two stages and of a push, 13 losses; adjoints need the value of law again where something else is
-/// multiplied with it.
+/// 12 steps with two stages and a push, and 13 losses. Adjoints need the value of law again if it is multiplied by
+/// something else.
 constexpr std::int64_t every_run = 12 * (2 * 2 + 1) + 13 * 2;
 
 struct Gradient {
@@ -105,7 +106,7 @@ TEST_F(NetworkMemory, DoesNotChangeGradients) {
   }
 }
 
-/// What `dpde check` says beforehand.
+/// The prediction of `dpde check`.
 TEST_F(NetworkMemory, IsPredicted) {
   const Gradient all = gradient({});
   for (const std::int64_t part : {-1, 0, 1, 2, 3, 4, 8}) {

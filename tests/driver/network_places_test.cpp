@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks of what lies on faces, edges and nodes, cell by cell of vectors, and of values at points: places x
-// topologies x layers x uses. Gradients, tangents and products with the Hessian against differences, back ends against
-// one another, on few cells; values against the layers applied to the arrays of files; what is refused, by its code.
+// Networks on faces, edges and nodes, cell by cell for vectors, and on values at points: placements x topologies x
+// layers x uses. Gradients, tangents and Hessian products against differences, back ends against one another, on few
+// cells; values against the layers applied to arrays of files; refusals by their code.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,8 +17,8 @@ namespace {
 
 using dpde::testing::is_tried;
 
-/// A call, whose values lie where `owner` lies; of coordinates and numbers the call `known`. Networks: n(a, b) and, of
-/// vectors, v(u, a).
+/// A call whose values have the placement of `owner`; for coordinates and numbers the call `known`. Networks: n(a, b)
+/// and, for vectors, v(u, a).
 struct CalledAt {
   const char *name, *owner, *call, *known, *on;
 };
@@ -62,7 +62,7 @@ const Grid grids[] = {{"periodic", "cells 3, periodic", "cells 2, periodic", fal
                       {"channel", "cells 4, periodic", "cells 1", false, true},
                       {"one_cell", "cells 1", "cells 4, periodic", true, false}};
 
-/// Boundaries of all fields along the axes with walls.
+/// Boundary conditions of all fields along the axes with walls.
 std::string boundaries(const Grid& grid) {
   std::string text;
   for (const auto& [axis, has_walls] : {std::pair{"x", grid.x_has_walls}, std::pair{"y", grid.y_has_walls}}) {
@@ -176,7 +176,7 @@ void expect_right(const std::string& text) {
   EXPECT_LT((other - gradient).norm(), 1e-10 * (gradient.norm() + std::abs(loss)));
 }
 
-/// Of all at night; by day some that have each place, each layer, each use and each grid.
+/// All at night; by day a selection with each placement, layer, use and grid.
 TEST(NetworkPlaces, HaveDerivatives) {
   for (std::size_t count = 0; const CalledAt& at : called_at) {
     for (const LayersOf& layers : layers_of) {
@@ -191,7 +191,7 @@ TEST(NetworkPlaces, HaveDerivatives) {
   }
 }
 
-/// The arrays of files, channel by channel: a cell's values of a vector on faces are those of its upper faces.
+/// Channel by channel like arrays of files: a cell's values of a vector on faces are those of its upper faces.
 TEST(NetworkPlaces, ValuesAreOfTheArrays) {
   for (const Grid& grid : grids) {
     for (const CalledAt& at : {called_at[0], called_at[1], called_at[5]}) {
@@ -245,7 +245,7 @@ TEST(ValuesAtPoints, AreThoseOfResults) {
     EXPECT_NEAR(reached.at("G")[static_cast<std::size_t>(cell)], 0.3 + 0.24 + 0.3 + 0.1 + 0.2 * (cell % 5), 1e-13);
 }
 
-/// A thermostat: conditions are no numbers, the values in them are.
+/// A thermostat: conditions are not numbers, but the values in them are.
 TEST(ValuesAtPoints, Switch) {
   const std::string text =
       "model m { field T, heat; dt(T) = 0; dt(heat) = 0 }\nscene s : m {\n  grid x = 0 .. 1, cells 10\n"
@@ -260,7 +260,7 @@ TEST(ValuesAtPoints, Switch) {
   }
 }
 
-/// What is read at points while steps are made: a controller c(s, k) of a value, a tracer, a sensor.
+/// Values at points during steps: a controller c(s, k) of a value, a tracer, a sensor.
 const char* const values_at_points[] = {
     "sample(u.x, at = (X, 0.41))",         "sample(eta^2 + y, at = (X, 0.2 + t))",
     "sample(q, at = (0.31, X))",           "sample(dx(eta), at = (X, 0.41))",
@@ -306,7 +306,7 @@ TEST(ValuesAtPoints, HaveDerivativesInSteps) {
   }
 }
 
-/// Where a network lies is asked for at each level of networks of networks.
+/// The placement of a network is asked for at each level of nested networks.
 TEST(NetworkPlaces, OfNetworksAreFoundAtOnce) {
   std::string call = "u.x";
   for (int depth = 0; depth < 14; ++depth) call = "n(0.5*" + call + " + k, " + std::to_string(depth) + ")";
@@ -327,19 +327,19 @@ std::string code_of(const std::string& call, const std::string& owner, const std
 
 TEST(NetworkPlaces, SayWhatTheyCannot) {
   EXPECT_EQ(code_of("n(u.x, k)", "u.x", ""), "");
-  EXPECT_EQ(code_of("n(u.x, u.y)", "u.x", ""), "E0331");      // scalars of two places
-  EXPECT_EQ(code_of("0.3*n(u.x, eta)", "eta", ""), "E0331");  // were taken as if both lay at the centres
+  EXPECT_EQ(code_of("n(u.x, u.y)", "u.x", ""), "E0331");      // scalars with two placements
+  EXPECT_EQ(code_of("0.3*n(u.x, eta)", "eta", ""), "E0331");  // were taken as if both were at the centres
   EXPECT_EQ(code_of("n(n(x, y), k)", "u.x", ""), "");
-  EXPECT_EQ(code_of("n(u.y, k)", "u.x", ""), "E0331");               // it lies where its arguments do
+  EXPECT_EQ(code_of("n(u.y, k)", "u.x", ""), "E0331");               // it has the placement of its arguments
   EXPECT_EQ(code_of("n(interpolate(eta), k)", "u.x", ""), "E0331");  // at the centres, as before
   EXPECT_EQ(code_of("interpolate(n(interpolate(u.y), eta))", "u.x", ""), "");
-  EXPECT_EQ(code_of("v(u, q)", "u", ""), "E0331");  // beside vectors all else is at the centres
+  EXPECT_EQ(code_of("v(u, q)", "u", ""), "E0331");  // with a vector all other arguments must be at the centres
   EXPECT_EQ(code_of("v((u.y, u.x), k)", "u", ""), "E0331");
   EXPECT_EQ(code_of("v(u, k).x", "eta", ""), "E0331");
   EXPECT_EQ(code_of("div(v(u, k))", "eta", "", "", false), "");
-  EXPECT_EQ(code_of("div(v(u, k))", "eta", "", "", true), "E0333");  // what it makes has no value on the lower wall
+  EXPECT_EQ(code_of("div(v(u, k))", "eta", "", "", true), "E0333");  // its result has no value on the lower wall
   EXPECT_EQ(code_of("dx(n(u.x, x))", "eta", ""), "E0333");
-  EXPECT_EQ(code_of("dx(u.x*n(x, y))", "eta", ""), "E0333");  // of coordinates: where it is wanted
+  EXPECT_EQ(code_of("dx(u.x*n(x, y))", "eta", ""), "E0333");  // for coordinates it has the required placement
   EXPECT_EQ(code_of("dy(interpolate(n(u.x, x)))", "eta", ""), "E0333");
   EXPECT_EQ(code_of("interpolate(n(u.y, k))", "u.x", ""), "E0333");
   EXPECT_EQ(code_of("dx(q)", "u.y", "", "q = n(curl(u), k)"), "");  // a field has a boundary

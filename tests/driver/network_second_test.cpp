@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second derivatives by the weights of networks, layer by layer: products with the Hessian against differences of
-// gradients, with the matrix of Gauss and Newton where residuals are 0, in each back end; and what Newton's method
-// makes of them.
+// Second derivatives by the weights of networks, layer by layer: Hessian products against differences of gradients, and
+// against the Gauss-Newton matrix for zero residuals, in each back end; and their use in Newton's method.
 #include <cmath>
 #include <random>
 
@@ -90,13 +89,13 @@ TEST(NetworkSecondOrder, IsHowGradientsChange) {
     ASSERT_NE(task.inverse, nullptr) << row.name;
     const Eigen::VectorXd v = some_weights(task.inverse->size()), found = task.product(Curvature::full, v);
     double error = 1;
-    for (const double step : {1e-5, 1e-6, 1e-7})  // a kink may lie within the larger ones
+    for (const double step : {1e-5, 1e-6, 1e-7})  // larger steps may cross a kink
       error = std::min(error, (found - task.quotient(v, step)).norm() / found.norm());
     EXPECT_LT(error, 1e-7) << row.name;
   }
 }
 
-/// Residuals of 0 leave nothing of the curvature that Gauss and Newton leave out.
+/// With zero residuals the curvature omitted by Gauss-Newton vanishes.
 TEST(NetworkSecondOrder, OfGaussAndNewtonIsTheHessianWhereNothingIsLeft) {
   for (std::size_t number = 0; const NetworkLayers& row : network_layers) {
     if (!is_tried(number++, 4)) continue;
@@ -129,7 +128,7 @@ TEST(NetworkSecondOrder, IsTheSameInEachBackEnd) {
   }
 }
 
-/// Weights alone, parameters beside them, and a network that is not learned.
+/// Weights alone, together with parameters, and a network that is not trained.
 TEST(NetworkSecondOrder, OfEachKindOfUnknown) {
   for (const char* const unknowns :
        {"learn law", "learn law; unknown k", "unknown k", "unknown initial u", "unknown k; unknown initial u"}) {
@@ -141,7 +140,7 @@ TEST(NetworkSecondOrder, OfEachKindOfUnknown) {
   }
 }
 
-/// What stands around a network, and where.
+/// The model around a network, and its position in it.
 struct NetworkPlace {
   const char *name, *equation, *more = "", *scheme = "time = rk2", *initial = "u = sin(2*pi*x)";
   const char *loss = "mean((u - 0.5)^2)", *time = "0 .. 0.06, step 0.02";
@@ -169,7 +168,7 @@ const NetworkPlace network_places[] = {
     {"a loss that is no sum of squares", "0.02*lap(u) + law(u, k)", "", "time = rk2", "u = sin(2*pi*x)", "mean(u^4)"},
 };
 
-/// Symmetric on all grids, and what the loss does to third order.
+/// Symmetric on all grids, and a third-order remainder of the loss.
 TEST(NetworkSecondOrder, IsCertifiedInEachPlace) {
   std::size_t number = 0;
   for (const NetworkPlace& place : network_places) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives through networks and steps together, second ones too: tangent against adjoint and Taylor slopes, by
+// Derivatives through networks and steps together, also second ones: tangent against adjoint and Taylor slopes, by
 // weights, parameters and states.
 #include "driver_support.h"
 
@@ -34,7 +34,7 @@ task t : r { learn corrector; unknown nu; unknown initial u; minimise mean((u - 
                    true);
 }
 
-/// Outputs are read at neighbours and midway between cells, arguments hold derivatives.
+/// Outputs are read at neighbours and midway between cells; arguments contain derivatives.
 TEST(Networks, StandInsideOfEquations) {
   expect_certified(R"(
 network law(s, g) -> k, q { initial xavier, seed 1; dense 5; tanh; dense out; softplus; scale 0.1 }
@@ -73,7 +73,7 @@ task t : r { learn push; unknown initial u; minimise mean(dot(u, u)) + mean(push
                    true);
 }
 
-/// What is known before the first step: coordinates and parameters go in. The step has the network, too.
+/// Inputs known before the first step: coordinates and parameters. The step contains the network, too.
 TEST(Networks, GiveInitialStates) {
   expect_certified(R"(
 network start(x, a) -> u, v { initial he, seed 4; conv 5, 3; tanh; conv out, 3 }
@@ -90,7 +90,7 @@ task t : r { learn start; unknown a; minimise mean(u^2) + mean((v - 0.1)^2) })",
                    true);
 }
 
-/// A network of the coordinates alone, and the initial state of another field is sought.
+/// A network of coordinates only; the initial state of another field is unknown.
 TEST(Networks, GiveCoefficientsAndBoundaryValues) {
   expect_certified(R"(
 network law(x, y) -> k, w { initial he, seed 4; dense 5; tanh; dense out; scale 0.5 }
@@ -130,7 +130,7 @@ task t : r { learn push; unknown initial p; minimise mean(p^2) + mean(u.x^2) ove
                    true);
 }
 
-/// A controller: what it sees are means, what it does is the same everywhere until the next decision.
+/// A controller: its inputs are means, its output is uniform and constant until the next decision.
 TEST(Networks, ControlByObservations) {
   expect_certified(R"(
 network controller(left, right) { initial xavier, seed 4; dense 6; tanh; dense out }

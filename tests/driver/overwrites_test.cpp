@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are written over the state give the same bits as steps that have memory of their own, whatever else looks
-// at states: observers, runs by hand, runs until steady, the look for what has blown up, parts of steps, losses along
-// the way, checkpoints, threads, ranges of steps at once.
+// Steps that overwrite the state in place are bit-identical to steps with separate memory, whatever else reads states:
+// observers, single-stepped runs, runs until steady, blow-up checks, substeps, losses along the way, checkpoints,
+// threads, temporal blocking.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,7 +49,7 @@ std::vector<OverwriteCase> overwrite_cases() {
   };
 }
 
-/// A program whose swaps all need two memories.
+/// A program whose swaps all need two buffers.
 class Apart {
  public:
   explicit Apart(const dpde_program* program) {
@@ -83,7 +83,7 @@ std::vector<Asked> all_asked() {
   };
 }
 
-/// All that a rollout tells, one after the other.
+/// Records everything that a rollout reports.
 class Told {
  public:
   Told(Session& session, const RolloutSetup& setup) : setup_(setup), rollout_(setup) {
@@ -189,7 +189,7 @@ void expect_bits_of_steps_apart(const OverwriteCase& example, Precision real) {
   EXPECT_TRUE(is_over(*compiled.program(compiled.step_name())));
   for (const Asked& way : all_asked()) {
     SCOPED_TRACE(way.name);
-    if (way.name == "it blows up" && session->setup().trial != nullptr) continue;  // no part is short enough
+    if (way.name == "it blows up" && session->setup().trial != nullptr) continue;  // no substep is short enough
     const std::vector<double> over = told_by(*session, way, false), apart = told_by(*session, way, true);
     ASSERT_EQ(over.size(), apart.size());
     for (size_t i = 0; i < over.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ratios over runs and seeds, with intervals.
+// Ratios over runs and seeds, with confidence intervals.
 #include "analysis/certificate/paired_ratio.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ TEST(PairedRatio, KnowsStudentsQuantiles) {
   EXPECT_NEAR(student_95(1e6), 1.95996, 1e-5);
 }
 
-/// Ratios of 1/2 and 2: the logarithms are -log 2 and log 2, their mean varies by log 2, with one degree of freedom.
+/// Ratios of 1/2 and 2: the logarithms are -log 2 and log 2, the standard error of their mean is log 2, with one degree
+/// of freedom.
 TEST(PairedRatio, IsAGeometricMeanWithStudentsInterval) {
   const PairedRatio found = paired_ratio({{0.5, 2}});
   EXPECT_NEAR(found.mean, 1, 1e-15);
@@ -44,7 +45,7 @@ TEST(PairedRatio, LeavesOutRunsThatHaveNoneForAllSeeds) {
   EXPECT_EQ(paired_ratio({{none}}).runs, 0);
 }
 
-/// Runs and seeds that are drawn: the interval holds the true ratio in 95 of 100 cases or more.
+/// Random runs and seeds: the interval contains the true ratio in at least 95 of 100 cases.
 TEST(PairedRatio, HoldsTheTruth) {
   std::mt19937_64 bits(7);
   std::normal_distribution<double> normal;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Growth of perturbations where a tolerance chooses the parts of steps.
+// Growth of perturbations if a tolerance determines substeps.
 #include "analysis/run/gradient_growth.h"
 #include "driver_support.h"
 
 namespace dpde::testing {
 namespace {
 
-/// A linear equation without places: a part of a step multiplies state and perturbation by the same number. If each of
-/// both runs chose its parts by itself, they would differ by what the perturbation changes in them.
+/// A uniform linear equation: a substep multiplies state and perturbation by the same number. If both runs chose their
+/// substeps independently, they would differ by the effect of the perturbation on the choice.
 TEST(PerturbationGrowth, IsOfTheSameParts) {
   const SourceFile source("test.dpde", R"(
 model m { field u; param r; dt(u) = r*(1 + 0.9*sin(7*t))*u }

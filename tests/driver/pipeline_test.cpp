@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of the stages, what is differentiated, and the interpreter as a back end.
+// Order of the stages, selection of derivatives, and the interpreter as a back end.
 #include <cmath>
 #include <vector>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas that jump where they divide by 0, in each slot of a problem, differences of the loss as judge; and those of
-// the field that divide and do not jump.
+// Formulas that jump at a division by 0, in each formula of a problem, compared with differences of the loss; and usual
+// formulas that divide without jumping.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,14 +15,14 @@
 namespace dpde::testing {
 namespace {
 
-/// Each jumps where z is 0.
+/// Each jumps at z = 0.
 constexpr const char* jumping_formulas[] = {"z/abs(z)",      "z/sqrt(z^2)",  "abs(z)/z",        "max(z, 0)/z",
                                             "(z^2)^0.5/z",   "atan(1/z)",    "tanh(1/z)",       "min(z, 0)/abs(z)",
                                             "z*abs(z)^(-1)", "z^3/abs(z)^3", "1/(1 + exp(1/z))"};
 
 struct PoleSlot {
   const char* name;
-  const char* z;  // passes 0 as the unknown moves
+  const char* z;  // passes 0 as the unknown changes
   bool is_by_states = false;
 };
 constexpr PoleSlot pole_slots[] = {{"rate", "(t - a)"},          {"held", "(t - a)"},      {"initial", "(x/8 - a)"},
@@ -35,7 +35,7 @@ std::string with_z(std::string text, const std::string& what, const std::string&
   return text;
 }
 
-/// `formula` in the slot; the rest is smooth.
+/// `formula` in the slot; all other formulas are smooth.
 std::string text_with_pole(const std::string& slot, const std::string& formula, const std::string& unknown = "a") {
   const auto in = [&](const std::string& name, const std::string& else_text) {
     return slot == name ? formula : else_text;
@@ -51,7 +51,7 @@ std::string text_with_pole(const std::string& slot, const std::string& formula, 
          ") + mean(v^2) }\n";
 }
 
-/// By how much the loss differs on both sides of a = 7/16, where z is 0 in a cell or at a step, but for its slope.
+/// The jump of the loss at a = 7/16, where z is 0 in a cell or at a step, without the effect of its slope.
 double jump_by_differences(const std::string& text, double apart = 1e-9) {
   const SourceFile source("poles.dpde", text);
   driver::CompileOptions options;
@@ -128,7 +128,7 @@ TEST(JumpsAtPoles, InsideOperatorsAndBesideOthers) {
     EXPECT_EQ(code_refused(text_with_pole("rate", formula)), "E0609") << formula;
 }
 
-/// Both sides meet, or what is divided by keeps its sign: w begins positive, u has both signs.
+/// The limits on both sides agree, or the divisor keeps its sign: w is initially positive, u has both signs.
 TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
   for (const char* formula : {"a*u/(abs(u) + 1e-6)",
                               "a*u/(abs(u) + 1e-12)",
@@ -193,7 +193,7 @@ TEST(JumpsAtPoles, FormulasOfTheFieldAreTaken) {
     EXPECT_EQ(code_refused(text_with_pole("rate", formula)), "") << formula;
 }
 
-/// c*z - d in numbers is a staircase, which need not be 0 anywhere.
+/// c*z - d in floating-point numbers is a staircase that may never be exactly 0.
 TEST(JumpsAtPoles, OfLinesWithNumbersAreRefused) {
   const auto code_of = [](const std::string& rate, const std::string& initial = "-0.1") {
     return code_refused("model m { field u, q; param a = 0.3; dt(u) = a; dt(q) = " + rate +
@@ -217,7 +217,7 @@ TEST(JumpsAtPoles, OfLinesWithNumbersAreRefused) {
   }
 }
 
-/// Values from files and of noise have a sign that the text does not tell; sin(x) has both.
+/// The sign of values from files and of noise is not known from the text; sin(x) has both.
 TEST(JumpsAtPoles, OfFieldsOfUnknownSignAreTaken) {
   const auto text = [](const std::string& initial, const std::string& rate) {
     return "model m { field T, q; coefficient c; param a = 0.3; dt(T) = a*lap(T); dt(q) = a*c*" + rate +
@@ -234,7 +234,7 @@ TEST(JumpsAtPoles, OfFieldsOfUnknownSignAreTaken) {
     EXPECT_EQ(code_refused(text("load(\"T.npy\")", rate)), "E0609") << rate;
 }
 
-/// Nothing is left of the divisor near its zero but rounding: values there tell neither whether both sides meet.
+/// Near its zero the divisor is only rounding: values there do not show whether both limits agree.
 constexpr const char* jumping_where_it_cancels[] = {"z/sqrt(1 - cos(z)^2)",
                                                     "z/sqrt(cosh(z)^2 - 1)",
                                                     "z/abs(exp(z) - 1)",
@@ -272,7 +272,7 @@ constexpr const char* meeting_where_it_cancels[] = {"z^2/sqrt(1 - cos(z)^2)",
                                                     "z/((1 + z) - 1)",
                                                     "exp(-1/(1 - cos(z)^2))"};
 
-/// Differences are taken farther off than rounding reaches.
+/// Differences are taken at a distance larger than the range of rounding.
 TEST(JumpsAtPoles, WhereDivisorsCancelAreThoseOfDifferences) {
   const auto expect = [](const char* formula, bool jumps) {
     for (const char* z : {"(t - a)", "(2*u - 0.7*v)", "(u - a)"}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certificates of compiled derivatives: made, kept, made again, refused.
+// Certificates of compiled derivatives: created, cached, renewed, refused.
 #include "analysis/certificate/quick_certificate.h"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ struct QuickCertificates : ::testing::Test {
     options.runs = runs;
     return compiled(source, options);
   }
-  /// The certificates in the cache, which holds code beside them.
+  /// The certificates in the cache, which also contains code.
   std::vector<std::string*> kept() {
     std::vector<std::string*> found;
     for (auto& [key, value] : cache->entries) {
@@ -84,7 +84,7 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   EXPECT_EQ(kept().size(), 1u);
   const auto scene = compile();
   scene->code_from_cache = false;
-  scene->seconds = 0;  // nothing is cheap beside that
+  scene->seconds = 0;  // everything is expensive compared with that
   const auto again = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
   EXPECT_TRUE(again->from_cache);
@@ -97,7 +97,7 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   EXPECT_FALSE(sink.has_errors());
 }
 
-/// Code of a short run is there sooner; a certificate has no less time.
+/// Unoptimised code of a short run compiles faster; its certificate has the same time.
 TEST_F(QuickCertificates, OfCodeThatIsNotOptimisedHaveTheTimeOfCodeThatIs) {
   const auto scene = compile("", 1);
   scene->seconds = 6 * analysis::expected_seconds(*scene);
@@ -128,7 +128,7 @@ TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
   EXPECT_FALSE(sink.has_errors());
 }
 
-/// Code from the cache is there at once: what may be spent on it is what it took to compile.
+/// Code from the cache needs no compilation: the certificate's time is based on its original compilation time.
 TEST_F(QuickCertificates, MayTakeATenthOfTheCompilationOfCodeFromTheCacheToo) {
   const auto first = compile();
   EXPECT_FALSE(first->code_from_cache);
@@ -167,7 +167,7 @@ TEST_F(QuickCertificates, AreOfTheTaskToo) {
   EXPECT_FALSE(again->from_cache);
 }
 
-/// log(u - 3) is finite nowhere: its adjoint is compared with nothing, and that is said.
+/// log(u - 3) is finite nowhere: its adjoint cannot be compared, which is reported.
 TEST_F(QuickCertificates, NameTheProgramsThatWereNotCompared) {
   const SourceFile log("log.dpde", R"(model m { field u; param k; dt(u) = k*log(u - 3)*u }
 scene s : m { grid x = 0 .. 1, cells 8, periodic; k = 0.1; initial u = 5 + sin(6*x); time 0 .. 1, step 0.1 }
@@ -225,7 +225,7 @@ TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {
   EXPECT_LT(certificate->dot_product, 1e-5);
 }
 
-/// The scene compiled again after `change` to its adjoints.
+/// The scene recompiled after `change` was applied to its adjoints.
 std::shared_ptr<driver::Compiled> with_changed(std::shared_ptr<driver::Compiled> scene,
                                                const std::function<void(stencil::Module&)>& change) {
   const stencil::Module before = scene->stencil;
@@ -239,7 +239,7 @@ stencil::Program& program_of(stencil::Module& module, const std::string& name) {
   return *std::ranges::find(module.programs, name, &stencil::Program::name);
 }
 
-/// Calls `change` with each kernel that the program runs.
+/// Calls `change` for each kernel that the program runs.
 void change_kernels(stencil::Module& module, const std::string& program,
                     const std::function<void(stencil::Kernel&)>& change) {
   for (const stencil::Statement& statement : program_of(module, program).body) {
@@ -273,7 +273,7 @@ TEST_F(WholeRuns, ProveTheGradientByEachUnknown) {
   EXPECT_GT(result.error, 0);
   const analysis::RunCheck single = check(compile("f32"));
   EXPECT_EQ(single.wrong, "");
-  EXPECT_GE(single.directions, 1);  // floats may not see what nu does in three steps, and then that is said
+  EXPECT_GE(single.directions, 1);  // floats may not resolve the effect of nu in three steps, which is then reported
   EXPECT_EQ(static_cast<std::size_t>(single.directions) + single.left_out.size(), 2U);
   EXPECT_GT(single.rounding, 100 * result.rounding);
 }
@@ -301,15 +301,15 @@ TEST_F(WholeRuns, FindALossWithAWrongAdjoint) {
   }));
 }
 
-/// k = 1 + nu*x: each program and its adjoint are right, but that of the formula is not run. No check of programs sees
-/// it.
+/// k = 1 + nu*x: each program and its adjoint are right, but the one of the formula is not run. No check of single
+/// programs detects this.
 TEST_F(WholeRuns, FindAFormulaThatIsLeftOut) {
   const auto scene = compile();
   ASSERT_EQ(scene->derived.erase("wave_coefficients"), 1u);
   expect_caught(scene);
 }
 
-/// A program, its tangent and its adjoint that all overlook the same unknown.
+/// A program, its tangent and its adjoint that all ignore the same unknown.
 TEST_F(WholeRuns, FindWhatTangentAndAdjointOverlookAlike) {
   const auto scene = compile();
   ASSERT_EQ(scene->activity.params.erase("nu"), 1u);
@@ -332,7 +332,7 @@ TEST_F(WholeRuns, SayWhatThereWasNoTimeFor) {
   EXPECT_EQ(none.left_out, std::vector<std::string>{"the whole run: no time"});
 }
 
-/// The derivative of the steady state, by runs that end there: what three steps say of it is another number.
+/// The derivative of the steady state, by runs that end there: three steps would give another number.
 TEST(SteadyRuns, AreCheckedAtTheSteadyState) {
   const SourceFile source("rest.dpde", R"(model m { field u; param k, f; dt(u) = k*lap(u) - u^3 + f }
 scene wave : m {

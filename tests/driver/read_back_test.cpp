@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The printed programs of every example, read back and run in place of its own: those of the step, of starts and
-// losses, and of all derivatives. Scenes that the text of a program's scene has no words for are among them.
+// The printed programs of every example, read back and run instead of the original ones: programs of steps, initial
+// states and losses, and of all derivatives. This includes scenes that the text of a program's scene cannot express.
 #include <cmath>
 #include <fstream>
 
@@ -20,7 +20,7 @@ namespace {
 
 using driver::Compiled;
 
-/// Its programs, as they are read from their text, run by the interpreter.
+/// Its programs, read back from their text and run by the interpreter.
 std::shared_ptr<const Compiled> read_back(const Compiled& made) {
   auto result = std::make_shared<Compiled>(made);
   const SourceFile text("stencil.dpde", stencil::print(made.stencil));
@@ -85,7 +85,7 @@ TEST_P(ExamplePrograms, RunAsTheyWereWhenTheyAreReadBack) {
   }
 }
 
-/// By day a few.
+/// A few by day.
 std::vector<std::filesystem::path> files_read_back() {
   const std::vector<std::filesystem::path> files = example_files();
   if (is_thorough()) return files;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of programs with repeats: what is compiled does not grow with the count, memory is planned for what passes
-// save, and derivatives of both orders are certified.
+// Scenes of programs with repeats: the compiled code does not grow with the count, memory is planned for the values
+// that passes save, and derivatives of both orders are certified.
 #include <regex>
 
 #include "analysis/certificate/quick_certificate.h"
@@ -56,7 +56,7 @@ TEST(RepeatedScene, PlansMemoryForWhatPassesSave) {
     for (const OwnedMemory& owned : plan->owned) bytes += owned.kept;
     return bytes;
   };
-  // Six lines of 64 bytes for 12 cells, their halo and what aligns them, and where they lie; whole pages of all.
+  // Six cache lines of 64 bytes for 12 cells, with ghost cells, alignment and position; rounded up to pages in total.
   const std::int64_t some = bytes(quadratic, 4000), many = bytes(quadratic, 8000);
   EXPECT_NEAR(static_cast<double>(many - some), 4000 * (384 + 8), 4096);
 }
@@ -75,7 +75,7 @@ TEST(RepeatedScene, IsRefusedWhereItsGradientDoesNotFitIntoMemory) {
   EXPECT_NE(text.find("\n  task t : rod {\n       ^\nhelp: fewer cells"), std::string::npos) << text;
 }
 
-/// The interpreter goes through every pass.
+/// The interpreter runs every pass.
 TEST(RepeatedScene, CostsItsCertificateAllPasses) {
   const auto seconds = [](int count) { return analysis::expected_seconds(*compiled_task(quadratic, count)); };
   const double few = seconds(1000), many = seconds(1'000'000);
@@ -95,7 +95,7 @@ const std::string loading =
     "  repeat n in 3 .. 0 { load q from s; fill w x = 0.1*n + c; run join; swap w, r } to w_2\n"
     "  swap u, u_2\n  swap w, w_2\n}\n";
 
-/// What is loaded has a name of its own, which asks for no value.
+/// A loaded value has its own name, which needs no input value.
 TEST(RepeatedScene, LoadsUnderAName) {
   const std::string text = loading +
                            "scene s : step { grid x = 0 .. 1, cells 2; c = 2; initial u = 1; initial w = 0; time 0 .. "

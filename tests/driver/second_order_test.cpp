@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products of the Hessian and of the Gauss-Newton matrix against closed forms.
+// Hessian and Gauss-Newton products against closed forms.
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +9,7 @@
 namespace dpde::testing {
 namespace {
 
-/// A task ready for products; the parts in the order of their dependence.
+/// A task ready for products; members in the order of their dependence.
 struct Ready {
   SourceFile source;
   std::shared_ptr<driver::Compiled> scene;
@@ -46,7 +46,7 @@ scene rod : heat with ftcs {
 }
 
 const double h = 2 * std::numbers::pi / 16;
-/// The factor of a step on sin(n x) is 1 - rate(n) k.
+/// The factor of a step for sin(n x) is 1 - rate(n) k.
 double rate(int n) { return 4.0 / 8 / (h * h) * std::pow(std::sin(n * h / 2), 2); }
 
 /// J = 1/2 int (u(T) - d)^2: the Hessian by u0 is h times the square of the propagator, mode by mode.
@@ -86,7 +86,7 @@ TEST(SecondOrder, ReachesThroughFormulas) {
   EXPECT_NEAR(ready.product(Curvature::gauss_newton, one)[0], slope * slope, 1e-13);
 }
 
-/// A task begins elsewhere, and the scene's own values stay what its formula says.
+/// The task starts from other values; the scene's own values are those of its formula.
 TEST(Inverse, KnowsTheScenesOwnValuesAndWhereTheTaskBegins) {
   Ready ready(R"(
 model heated { field u; coefficient q; dt(u) = q }

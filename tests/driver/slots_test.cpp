@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a formula may be made of in each place where one may stand: gradients against differences, back ends against one
-// another, or a refusal at the place by a code of the table. By day each ninth cell, at night all.
+// Allowed contents of each kind of formula: gradients against differences, back ends against one another, or a refusal
+// at the right position with the code of the table. By day every ninth cell, at night all.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 namespace testing = dpde::testing;
 
-/// What a formula is made of, as what may be known where. Formulas are near 1.
+/// Contents of a formula, in the order of where they are known. Values are near 1.
 enum class Made { of_numbers, of_places, of_noise, of_time, of_values, of_neighbours, of_all };
 struct Feature {
   const char *name, *formula;
@@ -89,7 +89,7 @@ bool has_word(const std::string& text, const std::string& word) {
   return std::regex_search(text, std::regex("\\b" + word + "\\b"));
 }
 
-/// The formula where the slot says, numbers elsewhere.
+/// The formula in the slot, numbers elsewhere.
 std::string text_of(const Feature& feature, Slot slot) {
   const std::string formula = feature.formula;
   const auto at = [&](Slot here, const std::string& otherwise) { return here == slot ? formula : otherwise; };
@@ -126,8 +126,8 @@ std::string text_of(const Feature& feature, Slot slot) {
          (slot == Slot::loss ? " + mean((" + formula + ")^2)" : "") + "\n}\n";
 }
 
-/// The code by which it is refused; "": it is none. E0607: the length of steps has no derivative, and q, c, F and the
-/// network's weights stand nowhere else.
+/// The code of its refusal; "" if it is allowed. E0607: the length of steps has no derivative, and q, c, F and the
+/// network's weights occur nowhere else.
 std::string refusal_of(const Feature& feature, Slot slot) {
   const bool is_noise = feature.made == Made::of_noise;
   switch (slot) {
@@ -172,7 +172,7 @@ std::vector<Cell> cells() {
   return some;
 }
 
-/// The code of the first error; it points at a place of the text.
+/// The code of the first error; it must have a position in the text.
 std::string code_of_refusal(const std::string& text) {
   const SourceFile source("test.dpde", text);
   CompileOptions options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients through solves are the same to the last bit, however many solutions are kept for the adjoints, for any
-// number of stored states; memory stays within the budget.
+// Gradients through solves are bit-identical for any number of solutions stored for the adjoints and any number of
+// stored states; memory stays within the budget.
 #include "driver/memory/storage.h"
 #include "driver/scene/inverse.h"
 #include "driver/scene/session.h"
@@ -44,7 +44,7 @@ class SolveMemory {
     return found;
   }
 
-  /// With `found` solutions where there is room.
+  /// Expects `found` stored solutions if there is room.
   void expect_same(std::int64_t found) {
     for (const int times : {1, 2}) {
       const GradientOfSolves all = gradient({}, times);
@@ -92,7 +92,7 @@ task t : s { unknown nu; unknown initial u; minimise mean(u.x^2) + mean(u.y^2) o
 /// The last stage is linear: its adjoint needs no solution.
 TEST(SolveMemory, HoldsThePressuresOfAllStages) { SolveMemory(box("time = rk4")).expect_same(3 * 10); }
 
-/// The first solve, which shows that the series are right, and those that follow are of the same bits.
+/// The first solve, which verifies the series, and later ones are bit-identical.
 TEST(SolveMemory, HoldsThoseOfFloats) {
   SolveMemory(box("time = rk4; real = f32; solve = fourier")).expect_same(3 * 10);
 }
@@ -102,7 +102,8 @@ TEST(SolveMemory, KnowsWhatSolvesBeginWith) {
   SolveMemory(box("time = rk2; solve = multigrid(1e-3, 50); guess = last")).expect_same(1 * 10);
 }
 
-/// The same right side in all steps, and another operator in each: what is found by its right side alone is wrong.
+/// The same right-hand side in all steps, but a different operator in each: a lookup by the right-hand side alone would
+/// be wrong.
 TEST(SolveMemory, DropsSolutionsOfOtherOperators) {
   SolveMemory memory(R"(
 model m { field u; param k

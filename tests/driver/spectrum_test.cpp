@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spectra against sums written out, known modes and known spectra; correlations and when they are lost.
+// Spectra against explicit sums, known modes and known spectra; correlations and when they are lost.
 #include "training/tests/spectrum.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::vector<model::Axis> axes_of(const Cells& cells, const std::vector<double>& 
   return axes;
 }
 
-/// At the centres, in parts of the box.
+/// At the centres, in fractions of the box.
 std::vector<double> field_of(const Cells& cells, const std::function<double(double, double, double)>& f) {
   const auto along = [&](std::size_t a) { return a < cells.size() ? cells[a] : 1; };
   std::vector<double> values;
@@ -124,13 +124,13 @@ TEST(Spectrum, KnowsAMode) {
                                    return 3 + 0.5 * std::cos(2 * M_PI * (3 * x + 4 * y) + 1);
                                  }));
   for (std::size_t s = 0; s < plane.size(); ++s) EXPECT_NEAR(plane[s], s == 0 ? 4.5 : s == 5 ? 0.0625 : 0, 1e-14) << s;
-  // A box twice as long along x: two waves along y are four in units of the longest axis.
+  // A box twice as long along x: two waves along y have wavenumber four in units of the longest axis.
   const auto box = spectrum_of({24, 12}, {4, 2},
                                field_of({24, 12}, [](double, double y, double) { return std::sin(2 * M_PI * 2 * y); }));
   for (std::size_t s = 0; s < box.size(); ++s) EXPECT_NEAR(box[s], s == 4 ? 0.25 : 0, 1e-14) << s;
 }
 
-/// Modes along the diagonal and the axes with amplitudes that fall as a power.
+/// Modes along the diagonal and the axes with amplitudes that follow a power law.
 TEST(Spectrum, KnowsASpectrum) {
   const int n = 32;
   testing::SplitMix random(3);

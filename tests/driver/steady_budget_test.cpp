@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The certificate of a steady state keeps its time in the linear solve that goes back, too, and in runs beside its
-// point.
+// The certificate of a steady state stays within its time, also in the linear solve of the adjoint and in runs next to
+// its point.
 #include <chrono>
 
 #include "analysis/certificate/run_check.h"
@@ -17,7 +17,8 @@ std::shared_ptr<const driver::Compiled> task_of_rest(const SourceFile& source, d
   return compiled(source, options);
 }
 
-/// At rest at once, and a way back of thousands of products, as 1e-11 of a step is in the rounding of its adjoint.
+/// Immediately at rest, but with thousands of products for the adjoint, as 1e-11 of a step is within the rounding of
+/// its adjoint.
 constexpr const char* rest_with_a_slow_way_back = R"(
 model m { field u; param k; param f; dt(u) = k*lap(u) + k*(f - u) }
 scheme c { time = rk4 }
@@ -33,14 +34,14 @@ TEST(SteadyBudget, HoldsOnTheWayBack) {
   ASSERT_TRUE(scene);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  const analysis::RunCheck result = analysis::check_run(source, scene, 0.05);  // the whole takes 2 seconds
+  const analysis::RunCheck result = analysis::check_run(source, scene, 0.05);  // all of it takes 2 seconds
   EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 1);
   EXPECT_TRUE(result.lacked_time);
   ASSERT_FALSE(result.left_out.empty());
   EXPECT_EQ(result.left_out.front(), "the steady state: no time");
 }
 
-/// At rest soon for k = 1, and after millions of steps for any other. Bounds hold the point of the certificate there.
+/// Soon at rest for k = 1, but only after millions of steps for any other k. Bounds keep the certificate's point there.
 constexpr const char* rest_that_is_far_beside_the_point = R"(
 model m { field u; field w; param k = 1; param f = 2
   dt(u) = k*f - u
@@ -50,7 +51,7 @@ scene s : m { grid x = 0 .. 1, cells 8, periodic
 task t : s { unknown k in 0.9999999 .. 1.0000001; unknown f; minimise mean(u^2) }
 )";
 
-/// Half of the time is the steady state's. It ends in the first direction, and the short run has the other half.
+/// Half of the time is for the steady state. It runs out in the first direction, and the short run has the other half.
 TEST(SteadyBudget, LeavesTheOtherHalfToTheShortRun) {
   const SourceFile source("slow.dpde", rest_that_is_far_beside_the_point);
   const auto scene = task_of_rest(source, driver::Backend::jit);

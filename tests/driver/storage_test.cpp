@@ -84,7 +84,7 @@ TEST(Resample, TakesTheNearestCells) {
 }
 
 TEST(Data, OfAnotherSceneAreMeansOverItsCells) {
-  // Nothing moves, so that the datum is the mean of x^2 over two fine cells with centres c -+ 1/16: c^2 + 1/256.
+  // Nothing moves, so the datum is the mean of x^2 over two fine cells with centres c -+ 1/16: c^2 + 1/256.
   const SourceFile source(
       "d.dpde",
       "model m {\n  field u\n  dt(u) = 0\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 0\n"
@@ -127,7 +127,7 @@ TEST(Copy, HasAPlausibleRate) {
 
 TEST(Copy, NeighboursThatWorkDoNotSlowTheRateDown) {
   if (!testing::is_thorough()) GTEST_SKIP() << "at night: of a busy machine it says nothing";
-  constexpr double bytes = 1e8;  // trials longer than the system lets one thread work on
+  constexpr double bytes = 1e8;  // trials longer than the scheduler's time slice of a thread
   const double quiet = driver::measure_copy(bytes, 2).best;
   const unsigned count = 4 * std::max(1u, std::thread::hardware_concurrency());
   std::latch all_run(count);
@@ -141,7 +141,7 @@ TEST(Copy, NeighboursThatWorkDoNotSlowTheRateDown) {
   }
   all_run.wait();
   const driver::CopyRate busy = driver::measure_copy(bytes, 2);
-  EXPECT_GT(busy.best, quiet / 4);  // in the time of the clock it is a fifth at most, with two threads a fiftieth
+  EXPECT_GT(busy.best, quiet / 4);  // by wall-clock time it is a fifth at most, with two threads a fiftieth
   EXPECT_TRUE(busy.is_busy);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gradient that stores all steps keeps of each state only what the way back reads.
+// A gradient that stores all steps keeps only the parts of each state that the adjoint reads.
 #include "driver/scene/inverse.h"
 #include "driver_support.h"
 
@@ -54,7 +54,7 @@ Found gradient_with(const std::string& text, const driver::SessionOptions& optio
   return found;
 }
 
-/// Bits do not depend on what is stored, on the first gradient and on later ones.
+/// Results are bit-identical whatever is stored, for the first gradient and later ones.
 void expect_same_bits(const std::string& text) {
   const Found all = gradient_with(text, {});
   EXPECT_EQ(all.result.recomputed_steps, 0);
@@ -71,7 +71,8 @@ TEST(StoredStates, WithoutThoseThatTheWayBackDoesNotRead) {
   expect_same_bits(text);
   const std::int64_t all = gradient_with(text, {}).result.checkpoint_bytes;
   const std::int64_t but_one = gradient_with(text, {.slots = step_count - 2}).result.checkpoint_bytes;
-  // p: a buffer a step and stored buffers and the seeds; dt(p): three and the seeds. With a slot less, both in all.
+  // p: one buffer per step, one for the last state, and the seeds; dt(p): three and the seeds. With one slot less: both
+  // in all buffers.
   EXPECT_EQ(all * 2 * step_count, but_one * (step_count + 1 + 4));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unknowns that move switches: in each slot of a problem, of each kind, with branches that meet and that do not.
+// Unknowns that move switches: in each kind of formula of a problem, of each kind, with continuous and discontinuous
+// branches.
 #include "driver/compile/switches.h"
 
 #include "driver/driver_support.h"
@@ -7,7 +8,7 @@
 namespace dpde::testing {
 namespace {
 
-/// What stands in the places of a problem; the rest is smooth.
+/// Formulas of a problem; all others are smooth.
 struct Slots {
   std::string declarations, rate = "-u + 0.1*c*f", held = "", items = "", initial = "1 + x/8", coefficient = "2 + x/8",
                             control = "0.3*t", event = "u", loss = "u^2", unknowns = "unknown a;";
@@ -28,15 +29,15 @@ TEST(Switches, TheTemplateIsSmooth) { EXPECT_EQ(code_refused(text_of({})), ""); 
 struct Case {
   const char* name;
   Slots slots;
-  const char* code;  // "" is taken
+  const char* code;  // "": allowed
 };
 
 void expect_codes(const std::vector<Case>& cases) {
   for (const Case& one : cases) EXPECT_EQ(code_refused(text_of(one.slots)), one.code) << one.name;
 }
 
-/// As users write limiters, fluxes and phase changes: branches that meet, some where a root or a parameter's sign ends
-/// the domain.
+/// Limiters, fluxes and phase changes as users write them: continuous branches, some where a root or a parameter's sign
+/// limits the domain.
 TEST(Switches, FormulasOfTheFieldAreTaken) {
   const auto scene = [](const std::string& declarations, const std::string& rate) {
     return code_refused(declarations + "\nmodel m { field u, v; param k = 0.7; dt(u) = " + rate +
@@ -63,7 +64,7 @@ TEST(Switches, FormulasOfTheFieldAreTaken) {
   EXPECT_EQ(scene("", "-k*if(u > 0.6, exp(-1/u), 0)"), "E0609");
 }
 
-/// A window between two comparisons is narrow beside what lies around it.
+/// The window between two comparisons is narrow compared with the surrounding ranges.
 TEST(Switches, NarrowWindowsAreLookedInto) {
   const auto scene = [](const std::string& condition) {
     return code_refused("model m { field T; param k = 0.4; dt(T) = k*(290 - T) + if(" + condition +
@@ -75,7 +76,7 @@ TEST(Switches, NarrowWindowsAreLookedInto) {
     EXPECT_EQ(scene(condition), "E0609") << condition;
 }
 
-/// v depends on a and b smoothly, so that a switch of them in u jumps beside.
+/// v depends smoothly on a and b, so only the switch in u can jump.
 TEST(Switches, InEachSlotWhatJumpsIsRefused) {
   expect_codes({
       {"rate", {.rate = "-if(u > a, 1, 0.2)"}, "E0609"},
@@ -135,7 +136,7 @@ TEST(Switches, WhatOnlyMovesASwitchIsRefused) {
   EXPECT_EQ(with({.rate = "-q*u", .unknowns = "unknown q;"}), "");
 }
 
-/// Where u is 0 they have a value of its own: half the jump lies on each side, for whatever numbers stand beside it.
+/// At u = 0 they have a separate value: half the jump lies on each side, whatever the other numbers.
 TEST(Switches, WithAValueAtOnePlaceAreRefused) {
   const auto refused_by = [](const std::string& formula, double k) {
     return code_refused("model m { field u, v, w; param k = " + std::to_string(k) +
@@ -180,7 +181,7 @@ TEST(Switches, KinksAndSwitchesThatNothingMovesAreTaken) {
   });
 }
 
-/// Hats between cells, made of conditions of the place that is sought.
+/// Hat functions between cells, written as conditions of the unknown position.
 TEST(Switches, PlacesOfSourcesAndSamplesAreKinks) {
   for (const char* const axis : {"", ", periodic", ", stretched x + 0.1*sin(2*pi*x)"}) {
     const std::string walls = axis == std::string(", periodic") ? "" : "boundary u: x = 0\n";
@@ -200,7 +201,7 @@ TEST(Switches, AJumpIsTakenByForce) {
   EXPECT_EQ(code_refused(jump, true), "");
 }
 
-/// Two ways to write one formula are both taken, or both refused.
+/// Equivalent forms of a formula are both allowed, or both refused.
 TEST(Switches, FormsOfOneFormulaAreJudgedAlike) {
   for (const bool is_forced : {false, true}) {
     const auto is_taken = [&](const std::string& rate) {
@@ -221,7 +222,7 @@ task t : s { unknown q; minimise mean(u^2) }
             "E0607");
 }
 
-/// By force, certificates know of them.
+/// With --force, certificates report them.
 TEST(Switches, HandWrittenStepsThatJumpAreKnown) {
   const auto jumps = [](const std::string& rate) {
     const SourceFile source("step.dpde", "kernel grow(u: field, out v: field, dt, k: param) { v = u + dt*(" + rate +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rule that tells a derivative from a wrong one, on functions whose derivatives are known.
+// The rule that separates right from wrong derivatives, on functions with known derivatives.
 #include "analysis/certificate/taylor.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(Quotients, FindADerivativeThatIsMissing) {
   EXPECT_TRUE(evidence_for([](double s) { return 1 + s * s; }, 1e-3).is_elsewhere);
 }
 
-/// The derivative on one side is none, though quotients of one side come to it.
+/// A one-sided derivative is refused, though one-sided quotients converge to it.
 TEST(Quotients, AreFromBothSides) {
   const Line kink = [](double s) { return std::max(s, 2 * s); };
   EXPECT_FALSE(proves(kink, 2));
@@ -67,7 +67,7 @@ TEST(Quotients, ThatAreAllRoundingProveNothing) {
   EXPECT_FALSE(evidence_for(flat, 1e-16).is_elsewhere);
 }
 
-/// Jumps closer together than any step: the quotients settle on no number.
+/// Jumps closer together than any step: the quotients do not converge.
 TEST(Quotients, OfJumpsProveNothing) {
   EXPECT_FALSE(proves([](double s) { return s + (std::sin(1e9 * s) > 0 ? 1e-2 : 0); }, 1));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fluxes between two states that take the larger of two speeds, with walls: there the states are mirror images and the
-// speeds are equal. Gradients against central differences of runs, of each back end, and the symmetry of the Hessian.
+// Fluxes between two states with the larger of two speeds, with walls, where the states are mirror images and the
+// speeds are equal. Gradients against central differences of runs, for each back end, and symmetry of the Hessian.
 #include <cmath>
 
 #include "driver/scene/inverse.h"
@@ -14,8 +14,7 @@ namespace {
 
 using driver::Backend;
 
-/// Gas in a tube between walls, by Rusanov's flux. The speed is a formula that the last bit of depends on how it is
-/// computed.
+/// Gas in a tube between walls, with Rusanov's flux. The last bit of the speed depends on how its formula is evaluated.
 std::string tube(const std::string& time, const std::string& choice, const std::string& unknown) {
   return R"(operator rusanov(f, q, s) order 0 = (0.5*(f[+1] - f[-1]) - 0.5*()" + choice +
          R"((s, s[+1])*(q[+1] - q) - )" + choice + R"((s[-1], s)*(q - q[-1])))/hx
@@ -48,7 +47,7 @@ task t : tube { unknown )" +
 )";
 }
 
-/// A task that is ready for evaluations.
+/// A task ready for evaluations.
 struct TiedScene {
   SourceFile source;
   std::unique_ptr<driver::Session> session;
@@ -99,8 +98,8 @@ TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
   }
 }
 
-/// Equal but for rounding, as mirror images that a back end makes by other sums: they share the derivative by the
-/// extreme value. What a difference of losses tells apart does not.
+/// Values equal up to rounding, as mirror images that a back end sums in another order, share the derivative of the
+/// extreme value. Values that a difference of losses can distinguish do not.
 TEST(Ties, CellsThatDifferByRoundingShareAnExtreme) {
   for (const auto& [extreme, apart, share] :
        {std::tuple{"max", "1e-13", 0.5}, std::tuple{"max", "-1e-13", 0.5}, std::tuple{"min", "1e-13", 0.5},
@@ -120,7 +119,7 @@ TEST(Ties, CellsThatDifferByRoundingShareAnExtreme) {
   }
 }
 
-/// States that repeat along the axis, which Fourier series round in each back end in its own way.
+/// States that repeat along the axis, whose Fourier series are rounded differently in each back end.
 TEST(Ties, MirrorImagesGiveEachBackEndTheSameGradient) {
   const std::string text = R"(model m { field u; coefficient k; dt(u) = 0.4*div(k*grad(u)) }
 scheme q { time = etdrk2; advect = spectral; dx = spectral; lap = spectral }
@@ -141,7 +140,7 @@ task t : s { unknown initial u; minimise max(u), integral over time }
   EXPECT_LT((gradient - wanted).norm(), 1e-10 * wanted.norm());
 }
 
-/// s, which is compared between all neighbours, and a factor of what is then added.
+/// s, which is compared between all neighbours and also multiplied by a factor.
 std::string wide(const std::string& factor) {
   std::string sum;
   for (const std::string offset : {"+1", "-1", "+2", "-2", "+3", "-3"}) {
@@ -167,8 +166,7 @@ task t : w { unknown initial u; minimise integral(u^3) at t = 0.5 }
 )";
 }
 
-/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is
-/// not.
+/// The compared value is worth storing for all displacements: stored and unstored values are rounded differently.
 TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
   for (const Backend backend : {Backend::jit, Backend::cpp}) {
     SCOPED_TRACE(backend == Backend::jit ? "jit" : "cpp");
@@ -180,7 +178,7 @@ TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
   }
 }
 
-/// The factor is stored, with s in it; where s is compared it stays as it is written.
+/// The factor is stored together with s; in comparisons s stays as written.
 TEST(Ties, WhatIsComparedStaysAsItIsBesideWhatIsStored) {
   const std::string text = wide("exp(-c)*sin(c)*cos(2*c)*tanh(c)*log(c + 2)*sin(3*c)*exp(c^2)*cosh(c)*s");
   const SourceFile source("t.dpde", text);

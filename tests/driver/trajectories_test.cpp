@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of trajectories: what is read of them, and what is wrong with those that cannot be used.
+// Files of trajectories: contents read from them, and reasons why unusable ones are rejected.
 #include "files/trajectories.h"
 
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ TEST_F(TrajectoryFile, HoldsRunsFramesAndParameters) {
 TEST_F(TrajectoryFile, WarnsOfAnotherParameter) {
   NetcdfContent content = good();
   content.variables[3] = {"c", {}, {}, {2}};   // the scene's own
-  content.variables[4] = {"nu", {}, {}, {7}};  // sought
+  content.variables[4] = {"nu", {}, {}, {7}};  // unknown
   DiagnosticSink none;
   ASSERT_TRUE(load(content, none));
   EXPECT_TRUE(none.all().empty());

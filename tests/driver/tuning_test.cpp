@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run finds out about the fastest way to sweep is kept in the cache, used by the next one, and changes no
-// result.
+// Measured choices of the fastest way to sweep are stored in the cache, used by the next run, and change no result.
 #include "driver/memory/tuning.h"
 
 #include <fmt/format.h>
@@ -18,7 +17,7 @@
 namespace dpde::driver {
 namespace {
 
-/// A mean, so that no steps are blocked; 4.9 MB a field.
+/// A mean, so that steps are not blocked; 4.9 MB per field.
 const std::string plate = R"(
 model heat { field u; param kappa; dt(u) = kappa*lap(u) - mean(u)*dx(u) }
 scheme s { time = euler }
@@ -64,7 +63,7 @@ TEST(Tuning, IsKeptAndChangesNoResult) {
   EXPECT_EQ(without.state, first.state);
 }
 
-/// 73 planes of 80 rows of 97 cells (4.9 MB a field), walls along two axes, a sum over all cells.
+/// 73 planes of 80 rows of 97 cells (4.9 MB per field), walls along two axes, a sum over all cells.
 const std::string room = R"(
 model heat { field u; param kappa; dt(u) = kappa*lap(u) - mean(u)*dx(u) }
 scheme s { time = euler }
@@ -78,7 +77,7 @@ scene go : heat with s {
   time 0 .. 1, step 1e-7
 })";
 
-/// Bits of the step's results and its sums after one step in the way that `tuning` says.
+/// Bits of the step's results and sums after one step with the choices in `tuning`.
 std::vector<double> step_once(const Compiled& compiled, int threads, const std::string& tuning) {
   const dpde_program& program = *compiled.program(compiled.step_name());
   const dpde_layout layout = make_layout(std::vector<int64_t>{97, 80, 73}, {1, 1, 1}, DPDE_F64);
@@ -111,7 +110,7 @@ TEST(Tuning, PlanesDoneTogetherChangeNoResult) {
   EXPECT_EQ(step_once(*compiled, 3, ways(40, 2)), wanted);
 }
 
-/// Cells times steps times runs, where they are known.
+/// Cells times steps times runs, if they are known.
 TEST(Tuning, CodeOfShortRunsIsNotOptimised) {
   const auto is_worth = [](const std::string& time, const std::string& task = "", double runs = 1) {
     const SourceFile source("ring.dpde",

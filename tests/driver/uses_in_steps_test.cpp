@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What runs and analyses of compiled scenes see of formulas, wherever these stand.
+// Runs and analyses of compiled scenes take formulas into account, wherever they are.
 #include <algorithm>
 
 #include "analysis/unused.h"
@@ -20,7 +20,7 @@ std::unique_ptr<driver::Session> opened(const std::string& text) {
   return driver::Session::open(source, compiled(source, options), {}, sink);
 }
 
-/// The formula where the slot says, numbers elsewhere.
+/// The formula in the slot, numbers elsewhere.
 std::string text_with(const std::string& slot, const std::string& formula, const std::string& model = "",
                       const std::string& scheme = "") {
   const auto at = [&](const std::string& name) { return name == slot ? formula : std::string("0.5"); };
@@ -32,7 +32,7 @@ std::string text_with(const std::string& slot, const std::string& formula, const
          at("event") + "\n  observe o = mean(" + at("observable") + ")\n  output q\n}\n";
 }
 
-/// lap(phi) - phi = u has phi = -u where u is the same everywhere.
+/// lap(phi) - phi = u has the solution phi = -u for uniform u.
 TEST(UsesInSteps, StepsStoreWhatTheySolveFor) {
   for (const char* slot : {"equation", "held", "event"}) {
     const auto session =
@@ -44,7 +44,7 @@ TEST(UsesInSteps, StepsStoreWhatTheySolveFor) {
   }
 }
 
-/// y is idle everywhere, x where nothing that is told of a run varies along it.
+/// y is always idle; x only if no reported value of a run varies along it.
 TEST(UsesInSteps, AxesAreIdleWhereNothingVaries) {
   const auto idle = [](const std::string& slot) {
     const auto session = opened(text_with(slot, "sin(2*pi*x)"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choices of events of all three kinds, which switch between the times of the event, where it happens, or never. What
-// they hang on rises by 0.0175 a step, and differences over a little more than that of the loss are the judge.
+// Conditions in events of all three kinds that switch between the event's times, when it happens, or never. The state
+// in the condition rises by 0.0175 per step; the reference is a difference of the loss over slightly more than that.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace dpde::testing {
 namespace {
 
-/// `c`: what u has to pass. The event acts at t = 0.5, where u would be 0.45 on its way from 0.1 to 0.8.
+/// `c`: the threshold of u. The event acts at t = 0.5, where u would be 0.45 on its way from 0.1 to 0.8.
 struct ChoosingEvent {
   std::string when, what, c, with = "", model = "";
   bool is_refused = false;
@@ -35,7 +35,7 @@ void expect_judged(const std::string& text, bool is_refused) {
   EXPECT_EQ(found.is_wrong(), is_refused) << text << found.gradient << " and " << found.secant;
 }
 
-/// Of u itself, which the choice sets or leaves.
+/// Conditions on u itself, which the event sets or not.
 std::vector<ChoosingEvent> choices() {
   const std::string halves = "u = if(u > c, 0.5*u, u)", jumps = "v = v + u*if(u > c, 1, 0)";
   std::vector<ChoosingEvent> all;
@@ -44,7 +44,7 @@ std::vector<ChoosingEvent> choices() {
       for (const char* never : {"0.05", "2", "0.35"}) all.push_back({when, what, never});
       all.push_back({when, what, "0.445", "", "", true});
     }
-    all.push_back({"every 0.25", what, "0.54"});  // at first below, then above
+    all.push_back({"every 0.25", what, "0.54"});  // below at first, then above
     if (what == jumps) all.push_back({"after step", what, "0.05"});
     all.push_back({"after step", what, "2"});
     all.push_back({"after step", what, "0.35", "", "", true});
@@ -57,7 +57,8 @@ std::vector<ChoosingEvent> choices() {
     all.push_back({"at t = 0.5", what, "0.445", "", "let w = u - c", true});
     all.push_back({"after step", what, "2", "", "let w = u - c"});
   }
-  for (const char* when : {"every 0.5", "at t = 0.5"}) {  // what the line before leaves is the same kind of thing
+  for (const char* when : {"every 0.5", "at t = 0.5"}) {  // the same kinds of conditions, for values set by the
+                                                          // previous line
     const std::string down = std::string(when) + ": u = u - 0.3";
     all.push_back({when, jumps, "0.35", down});
     all.push_back({when, jumps, "0.145", down, "", true});
@@ -85,10 +86,10 @@ std::string text_on_grid(const std::string& when, const std::string& c) {
 TEST(WatchedEvents, AreRefusedWhereTheySwitchFromCellToCell) {
   expect_judged(text_on_grid("at t = 0.5", "0.6"), true);
   expect_judged(text_on_grid("at t = 0.5", "0.35"), false);
-  expect_judged(text_on_grid("at t = 0.5", "0.15"), false);  // where it begins on both sides
+  expect_judged(text_on_grid("at t = 0.5", "0.15"), false);  // both sides occur initially
 }
 
-/// What an event finds that another one of its step has left.
+/// Values that another event of the same step has set.
 TEST(WatchedEvents, ThatFollowOthersAreLookedAtWhereTheyAct) {
   const std::string to_and_fro =
       "scheme e { time = euler }\nmodel m { field p, q; param k = 1; dt(p) = -0.5*k\n dt(q) = 0\n}\n"
@@ -101,8 +102,8 @@ TEST(WatchedEvents, ThatFollowOthersAreLookedAtWhereTheyAct) {
   expect_judged(text("0.2"), false);
 }
 
-/// What equations take is not what events of each step find before they act, nor the other way round: a limiter cuts
-/// what a step has made of T before any equation takes it, and a stage midway is no state that an event finds.
+/// Equations do not see the values before events of each step, nor do these events see stages: a limiter cuts T after a
+/// step, before any equation reads it, and a stage in the middle of the step is not a state of an event.
 TEST(WatchedEvents, OfEachStepAreNoMatterOfEquations) {
   const auto text = [](const std::string& scheme, const std::string& model, const std::string& event) {
     return "scheme e { time = " + scheme + " }\nmodel m { field T, q; param k = 1\n dt(T) = k*2\n dt(q) = " + model +
@@ -116,7 +117,7 @@ TEST(WatchedEvents, OfEachStepAreNoMatterOfEquations) {
     EXPECT_TRUE(gradient_of(text(scheme, passes_1, "T = min(T, 2)")).is_refused) << scheme;
   }
   expect_judged(text("euler", passes_1, "T = min(T, 0.9)"), false);
-  // Of rk4 the stages come to 1 where a step begins with 0.5, and each step ends with what the event finds: 1.
+  // The stages of rk4 reach 1 in a step from 0.5, and each step ends at 1, which the event reads.
   expect_judged(text("rk4", "k", "q = q + if(T > 0.85, 1, 0)*k, T = 0.5"), false);
 }
 

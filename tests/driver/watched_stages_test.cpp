@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Signs that are lost between the ends of steps: in stages, in parts of subcycles and of split steps, and before
-// events. p swings within each step, by just as much in every one, and is back where the step ends. With the step it
-// falls slowly, so that the swing comes to the other side in the course of the run, where k says, and the ends of steps
-// never do. Differences of the loss are the judge.
+// Signs lost between the ends of steps: in stages, in substeps of subcycles and split steps, and before events. p
+// swings within each step, equally in each one, and is back at the step's end. It also falls slowly from step to step,
+// so the swing reaches the other side during the run, at a time that depends on k, but the ends of steps never do. The
+// reference is differences of the loss.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -14,8 +14,8 @@
 namespace dpde::testing {
 namespace {
 
-/// A method, and the rate F(t), of the period of a step h or of two, that its weights make 0 of: with it p goes down to
-/// -1 in a stage, where F is over h. s is t/h.
+/// A method, and a right-hand side F(t) with the period of one step h or two, for which the method's weights give 0.
+/// With F/h, p falls to -1 in a stage. s is t/h.
 struct Swing {
   std::string scheme, rate, parts = "", control = "";
 };
@@ -34,8 +34,8 @@ std::vector<Swing> swings() {
           {"time = etdrk2; dx = spectral; lap = spectral", "cos(pi*s)"}};
 }
 
-/// `depth`: of the swing, to which p falls from 1 to 0.5 in the run. q is made of `rate`, which may read v, held at
-/// `held` in a cell; behind each step there are `events`.
+/// `depth` of the swing; p falls from 1 to 0.5 in the run. q has the right-hand side `rate`, which may read v, fixed at
+/// `held` in a cell; `events` follow each step.
 struct SwingingTask {
   Swing swing;
   double depth = 0.8;
@@ -43,7 +43,7 @@ struct SwingingTask {
 };
 
 std::string text_of_swing(const SwingingTask& task) {
-  const bool is_verlet = task.swing.scheme == "time = verlet";  // which needs an equation of second order
+  const bool is_verlet = task.swing.scheme == "time = verlet";  // verlet needs an equation of second order
   return "operator turned(z) order 0 = atan(1/z)\nscheme e { " + task.swing.scheme +
          " }\n"
          "model m { field u, v, w, p, q; param k = 1; mask wall; let s = 400*t\n dt(u) = lap(u) - u\n " +
@@ -98,7 +98,7 @@ TEST(WatchedStages, AreRefusedWhereAFieldIsHeld) {
   expect_lost({of_rk4, 0.2, "v", "atan(1/p)"}, false);
 }
 
-/// What a step leaves is not what the next one begins with.
+/// The state at a step's end differs from that at the next step's begin.
 TEST(WatchedStages, AreRefusedBeforeEvents) {
   const Swing falling{"time = euler", "-1"};
   const std::string events = "after step: q = q + 0.01*atan(1/p)\n after step: p = p + ";
@@ -108,12 +108,12 @@ TEST(WatchedStages, AreRefusedBeforeEvents) {
   expect_lost({falling, 0.8, "0.1", "", both + "0.8"}, true);
 }
 
-/// Others than those of the subcycle see p where steps end.
+/// Equations outside the subcycle read p only at the ends of steps.
 TEST(WatchedStages, OfPartsThatNobodyTakesAreNotLookedAt) {
   expect_lost({{"time = euler", "-4*cos(2*pi*s)", "subcycle p in 4"}, 0.8}, false);
 }
 
-/// A part of a split step begins with what is no state of the run.
+/// A substep of a split step begins with values that are not a state of the run.
 TEST(WatchedStages, AreRefusedOfPartsOfSteadySteps) {
   const auto resting = [](const std::string& least) {
     return "scheme e { time = euler; split = lie(sources(u), sources(q), diffusion) }\n"

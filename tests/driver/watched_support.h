@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient of a task whose run is watched, beside the differences of its loss.
+// The gradient of a task with a watched run, and differences of its loss.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -41,8 +41,8 @@ inline std::optional<OpenTask> open_task(const SourceFile& source, bool forced, 
 
 struct FoundGradient {
   bool is_refused = false;
-  double gradient = NAN;  // forced
-  double secant = NAN;    // over some steps of the place where p is 0
+  double gradient = NAN;  // with --force
+  double secant = NAN;    // over several steps around p = 0
   bool is_wrong() const { return std::abs(gradient - secant) > 0.05 * std::abs(secant) + 1e-4; }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gradients look at in a run: formulas that are differentiable as long as what they divide by keeps its sign, or a
-// condition does not switch. In each slot of a problem, differences of the loss as judge.
+// Conditions that gradients watch during a run: formulas that are differentiable as long as a divisor keeps its sign,
+// or a condition does not switch. In each kind of formula of a problem; the reference is differences of the loss.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace dpde::testing {
 namespace {
 
-/// p begins at 1 and falls by k.
+/// p starts at 1 and falls by k.
 std::string falling(const std::string& slot, const std::string& formula, double k) {
   const auto in = [&](const std::string& name, const std::string& else_text) {
     return slot == name ? formula : else_text;
@@ -32,7 +32,7 @@ std::string falling(const std::string& slot, const std::string& formula, double 
 
 constexpr const char* slots_in_time[] = {"rate", "held", "boundary", "event", "loss"};
 
-/// Of these in the slot "rate" each, of one in each slot.
+/// All of these in the slot "rate", one of them in each slot.
 constexpr const char* spellings[] = {"atan(1/p)",         "tanh(1/p^3)",  "1/(1 + exp(1/p))", "atan(p/p^2)",
                                      "atan(0.1*r/(p*r))", "turned(p)",    "turned(2*p)",      "atan(1/(p + 0*u))",
                                      "atan(1/(p*p*p))",   "atan(p^(-1))", "mean(atan(1/p))",  "atan(1/(r*p - 0*r))"};
@@ -60,7 +60,7 @@ TEST(LostSigns, AreRefusedInEachSpelling) {
   }
 }
 
-/// p loses its sign and the divisor does not; or both sides meet.
+/// p changes sign and the divisor does not; or both limits agree.
 TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
   constexpr const char* formulas[] = {"atan(1/(1 + p))",     "atan(1/(p^2 + 0.1))", "p*atan(1/p)",
                                       "atan(1/(r + 0.5*p))", "tanh(1/r)",           "sin(p)/p"};
@@ -72,7 +72,7 @@ TEST(LostSigns, OfWhatKeepsItsSignAreTaken) {
   }
 }
 
-/// What is 0 with one sign around it no run can see pass, and the certificate says so.
+/// A zero without a change of sign cannot be observed in a run; the certificate says so.
 TEST(LostSigns, OfWhatKeepsItsSignAtZeroAreTold) {
   const auto is_told = [](const std::string& formula) {
     const SourceFile source("signs.dpde", falling("rate", formula, 0.7));
@@ -94,8 +94,8 @@ struct RunCase {
   bool is_refused;
 };
 
-/// Where runs come to states other than the ends of their steps, to rest, begin on both sides, or matter at a few times
-/// alone: the formula is atan(1/z), or jumps where z is 0.
+/// Runs with intermediate states, runs to rest, runs that begin on both sides, or conditions that matter only at a few
+/// times: the formula is atan(1/z), or jumps at z = 0.
 std::vector<RunCase> run_cases() {
   const auto swinging = [](const std::string& k, const std::string& time, bool is_refused) {
     return RunCase{
@@ -178,7 +178,7 @@ TEST(WatchedSwitches, AreRefusedWhereTheyAct) {
   }
 }
 
-/// Where p is 0 they have a value of its own, and half the jump lies on each side.
+/// At p = 0 they have a separate value, and half the jump lies on each side.
 TEST(WatchedSwitches, WithAValueAtOnePlaceAreRefused) {
   constexpr const char* formulas[] = {"sign(p)", "sign(k*p*r)", "exp(sign(-p))", "1/(2 + sign(p/k))",
                                       "if(p > 0, 1, if(p < 0, -1, 0))"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scheme that reads more cells than the grid has is told, once an axis.
+// A warning, once per axis, if a scheme's stencil exceeds the grid.
 #include <fmt/format.h>
 
 #include "driver_support.h"
@@ -7,7 +7,7 @@
 namespace dpde::testing {
 namespace {
 
-/// What the compiler says of the scene s, without the hints.
+/// The compiler's messages on scene s, without hints.
 std::string told(const std::string& rate, const std::string& scheme, const std::string& grids) {
   const SourceFile source("test.dpde", "model m { field u; dt(u) = " + rate + " }\nscheme c { " + scheme +
                                            " }\nscene s : m with c {\n" + grids +
@@ -53,7 +53,7 @@ TEST(WideFormulas, AreToldOnceAnAxis) {
             warning(9, "x", 3) + "; " + warning(9, "y", 8));
 }
 
-/// A ring of one cell is an axis along which nothing varies; what two cells make of three points is no surprise.
+/// On a ring of one cell nothing varies; three points on two cells are expected.
 TEST(WideFormulas, AreNoneOfThreePointsOrOnARingOfOneCell) {
   EXPECT_EQ(told("lap(u)", "", ring("x", 2)), "");
   EXPECT_EQ(told("lap(u)", "", rod(1)), "");

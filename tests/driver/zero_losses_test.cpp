@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses that are 0 because their terms cancel: losses and gradients are rounding, which is no bug of a gradient. One
-// that is wrong is found beside them all the same.
+// Losses that are 0 because their terms cancel: losses and gradients are rounding, which is not an error. A wrong
+// gradient of another loss in the same task is still found.
 #include <regex>
 
 #include "analysis/certificate/certificate.h"
@@ -11,7 +11,7 @@
 namespace dpde::testing {
 namespace {
 
-/// Of a gas between walls that it does not cross.
+/// A gas between walls that it does not cross.
 constexpr const char* gas =
     "model m { field r; vector q; param c = 1.2, mu = 0.03, g = 0.3\nlet v = q/r\n"
     "dt(r) = -div(q); dt(q) = -div(outer(q, v) + c*r^1.4*identity - 2*mu*sym(grad(v))) - (0, g*r) }\n";
@@ -30,7 +30,7 @@ constexpr const char* odd_between_walls =
     "grid x = -1 .. 1, cells 8\nboundary u: x = 0\ninitial u = a*sin(pi*x); time 0 .. 0.5, step 1/100 }\n"
     "task t : s { unknown k; unknown a; ";
 
-/// Differences of order 4 leave rounding of what is rounding on one cell: tangent and adjoint agree on that.
+/// On one cell differences of order 4 give rounding of rounding errors: tangent and adjoint agree on it.
 constexpr const char* diffusion = "model m { field u; param k = 0.1; dt(u) = k*lap(u) }\n";
 constexpr const char* decay = "model m { field u; param k = 0.1; dt(u) = k*lap(u) - k*u }\n";
 constexpr const char* wave_on_ring =
@@ -62,7 +62,7 @@ constexpr ZeroLoss agreeing_zero_losses[] = {
     {decay, "rk4; lap = central(4)", wave_on_ring, "minimise mean(u*cos(2*pi*x))"},
     {decay, "rk4", wave_on_ring, "minimise mean(u)"},
 };
-/// As small, and true.
+/// As small, but real.
 constexpr ZeroLoss small_losses[] = {
     {diffusion, "rk4; lap = central(4)", wave_on_ring, "minimise 1e-20*mean(u^2)"},
     {diffusion, "rk4; lap = central(4)", wave_on_ring, "minimise 1 + 1e-20*mean(u^2)"},
@@ -95,7 +95,7 @@ TEST(ZeroLosses, AreCertifiedInPart) {
   }
 }
 
-/// Derivatives of f32 are certified in f64, and then compared in f32.
+/// Derivatives of f32 are certified in f64, then compared in f32.
 TEST(ZeroLosses, AreNothingToCertify) {
   for (const ZeroLoss& one : zero_losses) {
     const std::string text = text_of(one);
@@ -128,7 +128,7 @@ TEST(ZeroLosses, AreNotThoseThatAreSmall) {
   }
 }
 
-/// Sums of a step's adjoint are those of parameters.
+/// Sums in a step's adjoint are those of parameters.
 TEST(ZeroLosses, HideNoWrongGradientOfAnotherLoss) {
   for (const std::size_t which : {3, 6}) {
     const bool is_gas = which < 5;
