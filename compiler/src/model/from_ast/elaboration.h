@@ -87,46 +87,46 @@ struct MaskForce {
   Expr rate;
 };
 
-/// The blocks of the text that the problem is made of.
+/// The blocks of the text selected for the problem.
 struct ChosenBlocks {
-  const ast::Task* task = nullptr;  // none when a scene is selected
+  const ast::Task* task = nullptr;  // null if a scene is selected
   const ast::Scene* scene = nullptr;
-  std::optional<ast::Model> coupled;      // of a scene of several models: their items together
+  std::optional<ast::Model> coupled;      // for a scene of several models: all their items
   const ast::Model* model = nullptr;      // this, or
   const ast::Program* program = nullptr;  // this
 };
 
-/// Names that stand for formulas, and what else names mean.
+/// Meanings of names, and the formulas that names stand for.
 struct ElaboratedNames {
   Scope scope;
   std::map<std::string, TypedExpr> lets;
   std::map<std::string, const ast::Expr*> scene_lets;
-  bool are_too_deep = false;              // too many formulas of the scene name one another: reported
-  std::map<std::string, int> axis_names;  // of coordinates, beside x, y and z: r, theta, lon, lat
+  bool are_too_deep = false;              // formulas of the scene are nested too deeply; reported
+  std::map<std::string, int> axis_names;  // of coordinates, in addition to x, y and z: r, theta, lon, lat
 };
 
 struct ElaboratedParams {
   std::map<std::string, std::optional<double>> values;  // nullopt after an error
   std::set<std::string> unknowns;                       // of the task
   std::set<std::string> controls;                       // vary in time
-  std::set<std::string> fixed;                          // something is made of them once: see made_once
-  std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+  std::set<std::string> fixed;                          // their values were used at compile time: see made_once
+  std::set<std::string> used;                           // parameters and coefficients that some formula reads
 };
 
 struct ElaboratedNetworks {
-  std::vector<DeclaredNetwork> declared;  // all of the file
+  std::vector<DeclaredNetwork> declared;  // all networks of the file
   std::set<std::string> called;
 };
 
 struct ElaboratedSolves {
   std::set<std::string> solved;       // unknowns of the model's solves: lets with a boundary
-  std::vector<State> guesses;         // first guesses of the next step: states, but not yet among them
-  std::set<std::string> multipliers;  // fields that constraints give
+  std::vector<State> guesses;         // initial guesses of solves for the next step: future states
+  std::set<std::string> multipliers;  // fields determined by constraints
 };
 
 struct ElaboratedMasks {
-  std::map<std::string, MaskForce> forces;  // of fields that are held
-  std::map<std::string, Expr> moving;       // those that hold t or controls: 1 inside, else 0
+  std::map<std::string, MaskForce> forces;  // of fields fixed inside masks
+  std::map<std::string, Expr> moving;       // masks that contain t or controls: 1 inside, else 0
 };
 
 struct ElaboratedAverages {
@@ -135,9 +135,9 @@ struct ElaboratedAverages {
     Expr value;
     Origin origin;
   };
-  std::vector<Average> of_loss;  // of the loss that is being read
+  std::vector<Average> of_loss;  // of the current loss
   bool are_taken = false;
-  int count = 0;  // of all losses
+  int count = 0;  // in all losses
 };
 
 struct Elaboration {
@@ -157,7 +157,7 @@ struct Elaboration {
   ElaboratedMasks masks;
   ElaboratedAverages averages;
   std::vector<OpenPlace> open_places;        // of all formulas
-  std::vector<WeightedSide> weighted_sides;  // as often as they are written for a field and an axis
+  std::vector<WeightedSide> weighted_sides;  // one for each field and axis of a line
   int expansions = 0;                        // of functions and operators of the file
 };
 
