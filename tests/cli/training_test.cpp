@@ -275,8 +275,7 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   write("start.dpde", text("1", "random_field(seed = s, lowest = 1, highest = 3)"));
   ASSERT_EQ(dpde("run force.dpde d --out . --json").status, 0);
   EXPECT_EQ(dpde("optimize force.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
-  for (const std::string own : {"3", "4"}) {  // of the first run, of the last: the other one still differs from the
-                                              // scene
+  for (const std::string own : {"3", "4"}) {  // of the first run, of the last: the other one differs
     write("own.dpde", text("random_field(seed = s, lowest = 1, highest = 3)", "0", own));
     EXPECT_EQ(dpde("optimize own.dpde learn --json").codes(), std::vector<std::string>{"E0907"}) << own;
   }

@@ -57,8 +57,7 @@ std::vector<ChoosingEvent> choices() {
     all.push_back({"at t = 0.5", what, "0.445", "", "let w = u - c", true});
     all.push_back({"after step", what, "2", "", "let w = u - c"});
   }
-  for (const char* when : {"every 0.5", "at t = 0.5"}) {  // the same kinds of conditions, for values set by the
-                                                          // previous line
+  for (const char* when : {"every 0.5", "at t = 0.5"}) {  // conditions on values that the previous line set
     const std::string down = std::string(when) + ": u = u - 0.3";
     all.push_back({when, jumps, "0.35", down});
     all.push_back({when, jumps, "0.145", down, "", true});

@@ -168,8 +168,7 @@ Eigen::VectorXd gradient_with(int threads, int slots, const std::string& text) {
   const auto inverse = driver::Inverse::open(*session, source, sink);
   Eigen::VectorXd gradient(inverse->size());
   inverse->value_and_gradient(inverse->start(), gradient);
-  inverse->value_and_gradient(inverse->start() * 1.5, gradient);  // fields changed in between, and so must their ghost
-                                                                  // cells
+  inverse->value_and_gradient(inverse->start() * 1.5, gradient);  // fields and their ghost cells changed
   return gradient;
 }
 

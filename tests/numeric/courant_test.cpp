@@ -32,8 +32,8 @@ std::int64_t parts_of(const std::string& text) {
 TEST(Courant, CountsThePartsOfAStep) {
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5")), 80);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.4")), 104);
-  EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5", "  subcycle u in 5\n")),
-            16);  // speed per substep
+  // Speeds count per substep.
+  EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5", "  subcycle u in 5\n")), 16);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 100")), 8);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5, speed 2*a")), 160);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8")), 8);

@@ -44,8 +44,7 @@ double growth(const std::string& text, double step, int steps) {
 struct Limit {
   std::string space, time;
   double courant;         // or diffusion number
-  double above = margin;  // margin above the limit at which growth is visible: upwind(3) with rk2 grows by only 6e-6 a
-                          // step at 1 per cent
+  double above = margin;  // margin with visible growth: upwind(3) with rk2 grows by only 6e-6 a step at 1 per cent
 };
 
 std::ostream& operator<<(std::ostream& out, const Limit& limit) { return out << limit.space << " " << limit.time; }

@@ -52,8 +52,7 @@ TEST(Layout, AxesBeyondTheRankHaveOneCellAndNoHalo) {
   EXPECT_EQ(layout.cells[1], 1);
   EXPECT_EQ(layout.halo[1], 0);
   EXPECT_EQ(cell_count(layout), 128);
-  EXPECT_EQ(layout.size, 128 + 16 + 16);  // one cache line at both ends of the row, and one more at both ends of the
-                                          // field
+  EXPECT_EQ(layout.size, 128 + 16 + 16);  // a cache line at both ends of the row, and of the field
 }
 
 TEST(Layout, RefusesWhatIsNoGrid) {

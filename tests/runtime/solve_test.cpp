@@ -151,10 +151,8 @@ StencilMatrix with_jump(bool (*is_inside)(std::int64_t x, std::int64_t y), doubl
   return diffusion({128, 128, 1}, {all_walls[1], all_walls[1], all_walls[0]}, 0, k);
 }
 
-bool is_in_block(std::int64_t x, std::int64_t y) {
-  return (x / 8 + y / 8) % 2 == 1;
-}  // every other block of 8 x 8
-   // cells
+/// In every other block of 8 x 8 cells.
+bool is_in_block(std::int64_t x, std::int64_t y) { return (x / 8 + y / 8) % 2 == 1; }
 bool is_in_disc(std::int64_t x, std::int64_t y) {
   return (2 * x - 127) * (2 * x - 127) + (2 * y - 127) * (2 * y - 127) < 64 * 64;
 }

@@ -20,9 +20,8 @@ struct Check {
   double dot_product = 0;        // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
   double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
   double bend = 0;               // difference of the one-sided differences, likewise: large if a kink is crossed
-  double spread = INFINITY;  // smallest difference between central differences of two steps, likewise: large if none is
-                             // accurate
-  double change = 0;         // of J d over the smallest step, likewise: large if no step resolves the function
+  double spread = INFINITY;      // smallest difference of central differences by two steps: large if none is accurate
+  double change = 0;             // of J d over the smallest step, likewise: large if no step resolves the function
   double forward = 0, reverse = 0;  // <w, J d> and <J^T w, d>
   double magnitude = 0;             // |<w, J d>|: a comparison of zeros checks nothing
 };

@@ -20,10 +20,8 @@ struct Selection {
   std::string name;                              // a scene or a task; "": the only task, else the only scene
   std::map<std::string, std::string> overrides;  // --set: parameters, cells, cells.x, step, end, real, scheme keys
   std::string scheme;                            // "" or the name of a scheme
-  bool keeps_params = false;                     // host programs set parameters later: none may be folded into the
-                                                 // equations
-  std::string beside;  // a scene named by the task's tests; replaces the task's own, and of the task only data and
-                       // these tests remain
+  bool keeps_params = false;                     // host programs set parameters later, so none are folded
+  std::string beside;  // a scene that the task's tests name; replaces the task's own, with only data and these tests
   std::vector<ast::NamedFormula> shown = {};  // additional output fields of a run
 };
 

@@ -95,10 +95,8 @@ struct State {
   Placement placement{};
   std::vector<AxisSides> boundary;  // one per axis; `value` on axes along which the state is staggered
   std::optional<MaskedValue> held = {};
-  int parts = 1;            // number of equal substeps of its equation in each step, after the equations with fewer
-                            // substeps
-  std::optional<Expr> rhs;  // right-hand side: dt(name) = rhs; absent for histories and for states of a hand-written
-                            // program
+  int parts = 1;            // equal substeps per step, after the equations with fewer substeps
+  std::optional<Expr> rhs;  // dt(name) = rhs; absent for histories and states of hand-written programs
   Source initial;
   std::optional<Origin> projected =
       {};                     // where the file asks for it: the initial state is projected onto its constraint
@@ -247,8 +245,7 @@ struct Loss {
   Expr value;  // like Quantity::value
   When when;
   Origin origin;
-  std::string average = {};  // not "": the mean over the states is not a loss but a number with this name, used in
-                             // losses of averages
+  std::string average = {};  // not "": the mean over the states is not a loss but a number in losses of averages
   bool of_averages = false;  // a formula of such averages and of parameters, evaluated once per run
 };
 struct Test {
@@ -281,8 +278,7 @@ struct Optimiser {
 };
 struct Task {
   std::string name;
-  bool certifies = false;  // made by `verify` for a scene without a task: every possible unknown is one, data have no
-                           // source
+  bool certifies = false;  // made by `verify` for a scene without a task: all is unknown, data have no source
   std::vector<Datum> data;
   /// The trajectories with which training samples begin: the datum without values of its own, else the first one; null
   /// if there are none.
@@ -333,10 +329,8 @@ struct Problem {
   Scheme scheme;
   std::optional<Task> task;
   std::map<std::string, std::string> units;  // by names of fields, parameters, observables, axes and t, where known
-  std::vector<std::pair<std::string, std::string>> put_in;  // (field, field whose formula contains the first one's
-                                                            // formula)
-  std::vector<std::string> dropped;  // terms with a zero coefficient and unused items that were removed, in words, for
-                                     // `check`
+  std::vector<std::pair<std::string, std::string>> put_in;  // (field, field whose formula contains the first's)
+  std::vector<std::string> dropped;  // dropped zero terms and unused items, in words, for `check`
 
   /// Whether steps have substeps whose number depends on the state.
   bool has_parts() const { return rate.has_value() || step_control.has_value(); }

@@ -59,11 +59,9 @@ bool makes_state(UseKind kind);
 struct Use {
   UseKind kind;
   const Expr& formula;
-  Placement home;            // placement where the formula is evaluated; cell centres for numbers and formulas without
-                             // a field
+  Placement home;            // of the formula; cell centres for numbers and formulas without a field
   const Origin& origin;      // of its line
-  const std::string& owner;  // its state, coefficient, observable, ...; the scene's name for formulas of the scene
-                             // itself
+  const std::string& owner;  // its state, coefficient, observable, ...; for formulas of the scene its name
 };
 
 /// Order: equations of all states, other formulas of steps, results, all others.

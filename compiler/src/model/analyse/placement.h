@@ -102,8 +102,7 @@ class Placements {
   std::map<std::string, Placement> staggered_;  // fields that are not at centres; in operators all fields
   enum class Anywhere { series, argument };     // data with one number per state; uniform arguments of operators
   std::map<std::string, Anywhere> anywhere_;
-  bool has_waves_ = false;  // with Fourier derivatives: derivatives have the placement of their operands, and all
-                            // fields lie at centres
+  bool has_waves_ = false;  // Fourier derivatives: all fields and derivatives lie at centres
 };
 
 }  // namespace dpde::model

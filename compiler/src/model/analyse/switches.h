@@ -54,8 +54,7 @@ std::vector<Jump> jumps_of(const Problem& problem, const Influence& influence, S
 /// A divisor, or a factor of one, at whose zeros a formula jumps. The formula counts as differentiable as long as
 /// fields keep their signs (Signs::kept).
 struct Divisor {
-  std::optional<Expr> value;  // of the scene's fields and parameters; nullopt if it needs others, as in solves, or if
-                              // it is 0 without a change of sign
+  std::optional<Expr> value;  // of the scene's names; nullopt if it needs others, as in solves, or does not change sign
   Origin origin;              // of the quotient
   /// For fields given by formulas: the text guarantees one sign, or an unknown moves the zeros.
   bool begins_with_one_sign = false;

@@ -14,8 +14,7 @@ namespace dpde::model {
 
 struct WallMisfit {
   bool is_empty = false;  // a and b are 0
-  std::string condition;  // the invalid condition, and when: the first words of empty-condition or of
-                          // condition-too-coarse
+  std::string condition;  // first words of empty-condition or condition-too-coarse
   std::string reason;     // why cells are too coarse
   std::string hint;
 };

@@ -74,8 +74,7 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
                             "with dx = central(2) lap(u) and div(k*grad(u)) end at poles");
     return;
   }
-  const Coordinates coordinates(elaboration.problem, {range});  // with the volume as factor a flux has the same weight
-                                                                // in both its cells
+  const Coordinates coordinates(elaboration.problem, {range});  // equal weights of a flux in both its cells
   Solve solved{name, coordinates.times_volume(parts->part), coordinates.times_volume(negate(parts->rest)),
                boundary_of_solved(elaboration, name)};
   const Scheme& scheme = elaboration.problem.scheme;

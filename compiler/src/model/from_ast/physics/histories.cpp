@@ -31,8 +31,7 @@ void check_velocity(Elaboration& elaboration, const State& velocity) {
   const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
   for_each_formula(problem, [&](const Use& use) {
     const bool is_equation = use.kind == UseKind::equation;
-    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of))
-      return;  // the others read no state
+    if (!is_of_states(use.kind) || (is_equation && use.owner == velocity.velocity_of)) return;  // others read no state
     const bool is_own = is_equation && use.owner == velocity.name;
     check(is_own ? linear_in(use.formula, velocity.name).has_value() : is_free(use.formula), use.origin);
   });

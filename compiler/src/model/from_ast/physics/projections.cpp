@@ -173,8 +173,7 @@ class Binder {
   }
 
   void add(const Expr& value, State& multiplier, const std::vector<Expr>& starts) {
-    Expr operation = 0.0, found = value;  // operation: acts on the multiplier; found: the constraint before the
-                                          // correction
+    Expr operation = 0.0, found = value;  // action on the multiplier; uncorrected constraint
     for (const Changed& changed : changed_) {
       const std::string& state = changed.state->name;
       if (!reads(value, state)) continue;
@@ -193,8 +192,7 @@ class Binder {
     if (!fits_waves(potential)) return;
     potential.starts = starts;
     if (!add_preconditioner(elaboration_, item_.preconditioner, potential)) return;
-    if (!keeps_multiplier())
-      add_guesses_of_constraint(elaboration_, potential, {range_});  // increments are not similar
+    if (!keeps_multiplier()) add_guesses_of_constraint(elaboration_, potential, {range_});  // increments differ
     if (keeps_multiplier()) refuse_starts(elaboration_, potential);
     using enum Projection::Kind;
     const Projection::Kind kind = is_each_step()       ? increment_each_step

@@ -94,9 +94,7 @@ void check_radiating(Elaboration& elaboration, const State& state) {
 
 void check_radiating(Elaboration& elaboration) {
   for (const State& state : elaboration.problem.states) {
-    if (state.history_of.empty())
-      check_radiating(elaboration, state);  // the others copy the sides of the state that
-                                            // they store
+    if (state.history_of.empty()) check_radiating(elaboration, state);  // others copy these sides
   }
 }
 

@@ -166,8 +166,7 @@ TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range
   const Problem& problem = here.elaboration.problem;
   const bool in_time = e.callee == "random_signal";
   std::vector<Direction> directions;
-  const FunctionScope* const function = std::exchange(here.function, nullptr);  // x in the function's scope is not the
-                                                                                // coordinate
+  const FunctionScope* const function = std::exchange(here.function, nullptr);  // its x is not the coordinate
   const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});
   for (int axis = 0; axis < (in_time ? 1 : here.axis_count()); ++axis) {
     const TypedExpr place = named(here, {in_time ? "t" : axis_name(axis)}, range);

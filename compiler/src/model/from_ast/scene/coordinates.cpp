@@ -89,8 +89,7 @@ Expr Coordinates::rotation(const std::vector<Expr>& v, int a, int b) const {
     mean.over[along] = true;
     const Expr slope = times(2.0, over(d(model::reduce(mean, origin_), across), scale(across)));
     const Expr is_inside = binary(BinaryOp::greater, scale(around), length_of_poles(problem_, to, along), origin_);
-    turn = model::select(is_inside, turn, across == b ? negate(slope, origin_) : slope);  // the user did not write this
-                                                                                          // switch
+    turn = model::select(is_inside, turn, across == b ? negate(slope, origin_) : slope);  // internal switch
   }
   return turn;
 }

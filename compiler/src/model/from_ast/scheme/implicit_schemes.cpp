@@ -32,8 +32,7 @@ std::optional<Obstacle> obstacle(const Problem& problem) {
 
 bool holds_state(const Problem& problem, const Expr& e) {
   return std::ranges::any_of(problem.states, [&](const State& state) {
-    return problem.find_projection(state.name) == nullptr && reads(e, state.name);  // the multiplier has its previous
-                                                                                    // value
+    return problem.find_projection(state.name) == nullptr && reads(e, state.name);  // multipliers are known
   });
 }
 

@@ -24,8 +24,7 @@ std::vector<double> values_of(Elaboration& elaboration, const Control& control, 
     return {};
   }
   for (int number = 0; number < count; ++number) {
-    const double t = problem.t_begin + (number + 0.5) * control.every * problem.step;  // middle of a full interval,
-                                                                                       // also for the last one
+    const double t = problem.t_begin + (number + 0.5) * control.every * problem.step;  // in whole intervals
     const std::optional<double> value = made_once(elaboration, formula, range, t);
     if (!value) return {};
     values.push_back(*value);

@@ -120,8 +120,7 @@ std::optional<Expr> quantity_of(Elaboration& elaboration, const Expr& value, con
                                 SourceRange whole) {
   const Expr number = over_one_cell(elaboration, value);
   const Expr* mistake =
-      elaboration.problem.has_grid ? varying_part(elaboration, number) : nullptr;  // with a single cell everything is a
-                                                                                   // number
+      elaboration.problem.has_grid ? varying_part(elaboration, number) : nullptr;  // one cell: a number
   if (mistake != nullptr) {
     const SourceRange range = (*mistake)->origin.range;
     elaboration.sink.report("not-reduced", range.is_known() ? range : whole, {what}, reduced(elaboration, *mistake));

@@ -221,8 +221,7 @@ void bind_unknown_values(Elaboration& elaboration, const ast::UnknownItem& item,
   }
   for (Parameter& parameter : elaboration.problem.params) {
     if (parameter.name != item.name.name) continue;
-    const bool is_set = elaboration.selection.overrides.contains(parameter.name);  // settings of the command line have
-                                                                                   // precedence
+    const bool is_set = elaboration.selection.overrides.contains(parameter.name);  // settings have precedence
     const auto start =
         item.from && !is_set ? evaluate(elaboration, *item.from, "the start of an unknown") : parameter.value;
     unknown.from.formula = model::number(start.value_or(0), {item.from ? item.from->range() : item.name.range});
