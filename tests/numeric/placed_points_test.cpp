@@ -77,7 +77,8 @@ TEST(PlacedPoints, ASourceIsSharedByThePointsBesideIt) {
 TEST(PlacedPoints, ReceiversReadWhatIsLinearExactly) {
   for (const char* on : {"", " on faces.x", " on faces.y", " on nodes"}) {
     for (const std::string& kind : {std::string(), to_the_low_wall}) {
-      const bool has_corner = std::string(on) != " on faces.y" || kind.empty();  // ghost cells assume equal widths
+      // On a stretched axis ghost cells assume that cells beyond the wall are as wide as inside.
+      const bool has_corner = std::string(on) != " on faces.y" || kind.empty();
       std::string loss;
       for (const std::string x : {"0", "0.01", "0.3", "1/3", "0.5", "0.875", "0.99", "1", "a", "a + t"}) {
         loss += (loss.empty() ? "" : " + ") + ("(sample(u, at = (" + x + ", 1.3)) - 0.7 - 3*(" + x + "))^2");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// + - * / ^ of numbers, vectors and tensors. On one axis a number is a vector and a tensor as well.
+// + - * / ^ of numbers, vectors and tensors. On one axis a number also counts as a vector and a tensor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ std::string kinds_of(const TypedExpr& a, const TypedExpr& b) {
   return fmt::format("a {} and a {}", word(std::max(a.type, b.type)), word(std::min(a.type, b.type)));
 }
 
-/// What to write where the operation is not defined for a and b.
+/// The suggested form if the operation is undefined for a and b.
 std::string list_hint(BinaryOp op, const TypedExpr& a, const TypedExpr& b) {
   const bool has_tensor = a.type == TypedExpr::Type::tensor || b.type == TypedExpr::Type::tensor;
   const bool has_number = a.type == TypedExpr::Type::number || b.type == TypedExpr::Type::number;
@@ -44,7 +44,7 @@ bool is_sum_of_squares(const Expr& e) {
   return b && b->op == BinaryOp::multiply && b->left == b->right;
 }
 
-/// The sum of squares of which norm is the root, |v|^2; nullptr where `e` is no norm.
+/// v|^2, the sum of squares under the root of a norm; nullptr if `e` is not a norm.
 const Expr* square_of(const Expr& e) {
   const auto* choice = std::get_if<Select>(&e->kind);
   const auto* positive = choice ? std::get_if<Binary>(&choice->condition->kind) : nullptr;
@@ -68,7 +68,7 @@ TypedExpr scalar_operation(FormulaScope& here, BinaryOp op, const Operand& left,
   const auto a = as_number(here, left.value, left.source.range());
   const auto b = as_number(here, right.value, right.source.range());
   if (!a || !b) return {};
-  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // it has no kink
+  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // no kink
   return number_of(square ? *square : binary(op, *a, *b, {range}));
 }
 

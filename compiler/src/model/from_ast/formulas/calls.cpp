@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls in formulas, and the functions that need no file of their own.
+// Calls in formulas, and functions without a file of their own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace formulas {
 
 namespace {
 
-/// What other tools call it, by what is written here; "" where nothing is known.
+/// The name used here for a name from other tools; "" if unknown.
 std::string_view called_elsewhere(std::string_view function) {
   constexpr std::pair<std::string_view, std::string_view> names[] = {
       {"laplace", "lap(u)"},    {"laplacian", "lap(u)"}, {"Laplacian", "lap(u)"},
@@ -52,7 +52,7 @@ TypedExpr unknown_call(FormulaScope& here, const ast::Call& e) {
   return {};
 }
 
-/// A number, or what an argument of a function or an index is.
+/// A shell number of at least `least`; nullopt after a diagnostic.
 std::optional<int> shell_of(FormulaScope& here, const ast::Expr& e, int least) {
   constexpr int most = 1 << 20;
   const TypedExpr typed = numeric(here, e);
@@ -114,7 +114,7 @@ bool takes(FormulaScope& here, const ast::Call& e, int count) {
   return false;
 }
 
-/// dt(u) of a field whose equation is dt(dt(u)) = ...: its velocity.
+/// dt(u) of a field with equation dt(dt(u)) = ...: its velocity.
 TypedExpr rate(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const bool one = e.arguments.size() == 1 && e.arguments[0].name.empty();
   const auto* field = one ? std::get_if<ast::Name>(&e.arguments[0].value->kind) : nullptr;
@@ -127,7 +127,7 @@ TypedExpr rate(FormulaScope& here, const ast::Call& e, SourceRange range) {
   return {};
 }
 
-/// load("path") in a formula: it is none.
+/// load("path") inside a formula is an error.
 TypedExpr load(FormulaScope& here, const ast::Call& e, SourceRange) {
   here.elaboration.sink.report(
       "not-allowed-here", e.callee_range, {"load", "a formula"},
@@ -206,7 +206,7 @@ TypedExpr interpolation(FormulaScope& here, const ast::Call& e, SourceRange rang
   return map_parts(operand, [&](const Expr& part) { return interpolate(part, {range}); });
 }
 
-/// Shells as `spectrum` counts them.
+/// Shells are numbered as in `spectrum`.
 TypedExpr band(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (here.context != FormulaContext::quantity) {
     here.elaboration.sink.report("not-allowed-here", e.callee_range, {"band_pass", "what a step computes"},

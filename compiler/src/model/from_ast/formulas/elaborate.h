@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of formulas, each elaborated by the file that knows it. Other rooms include formula_scope.h.
+// Functions that convert parts of formulas, by the file that defines them. Other folders include formula_scope.h.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace dpde::model::formulas {
 
-/// A side of an operation: what is written, and what it is.
+/// An operand: its text and its value.
 struct Operand {
   const ast::Expr& source;
   TypedExpr value;
@@ -43,59 +43,60 @@ TypedExpr quadrature(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr reduction(FormulaScope& here, const ast::Call& e, SourceRange range);
 /// Of two numbers, or over space.
 TypedExpr extreme(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// Of a formula between two ends, or over space.
+/// Of a formula between two limits, or over space.
 TypedExpr integral(FormulaScope& here, const ast::Call& e, SourceRange range);
 
 // formulas/tensors.cpp
-/// identity, in which nothing is taken anywhere.
+/// The identity tensor, which reads no values.
 TypedExpr identity(FormulaScope& here);
-/// ((a, b), (c, d)), each row with a component for each axis.
+/// ((a, b), (c, d)), one row per component, one column per axis.
 TypedExpr rows(FormulaScope& here, const ast::Tuple& e);
 TypedExpr outer_product(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr inner_product(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr symmetric(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr transpose(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr trace(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// a . b of two vectors is a number, of a tensor and a vector a vector: the sum over the indices that are neighbours.
+/// a . b: a number for two vectors, a vector for a tensor and a vector; the sum over the adjacent indices.
 TypedExpr dot_product(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// Warns where the operand of an operator holds derivatives, up to `allowed` inside one another.
+/// Warns if an operand contains nested derivatives of higher order than `allowed`.
 void look_beside_poles(FormulaScope& here, const std::vector<Expr>& operand, int allowed, SourceRange range);
 /// d v_i/dx_j
 TypedExpr vector_gradient(FormulaScope& here, const std::vector<Expr>& v, SourceRange range);
 TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, SourceRange range);
-/// S.xy, of a name or of what stands in parentheses; `part` is "xy".
+/// S.xy of a name or of a parenthesised expression; `part` is "xy".
 std::optional<Expr> tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part);
 
 // formulas/vectors.cpp
 TypedExpr tuple(FormulaScope& here, const ast::Tuple& e);
-/// One component an axis.
+/// One component per axis.
 std::optional<std::vector<Expr>> as_vector(FormulaScope& here, const TypedExpr& value, SourceRange range);
 TypedExpr vector(FormulaScope& here, const std::string& name, SourceRange range);
-/// u.x where that is no field by itself: of a let, or a mistake.
+/// u.x if it is not a field itself: a component of a let, or an error.
 TypedExpr component(FormulaScope& here, const ast::Identifier& name);
-/// grad(u).x; on one axis a number is a vector as well.
+/// grad(u).x; on one axis a number also counts as a vector.
 TypedExpr component(FormulaScope& here, const ast::Component& e, SourceRange range);
 TypedExpr laplacian(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr gradient(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr divergence(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr advection(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// [a, b] = dx(a) dy(b) - dy(a) dx(b), as a third of three forms of it, the others being dx(a dy(b)) - dy(a dx(b)) and
-/// dy(b dx(a)) - dx(b dy(a)). With differences that sum by parts the first form's sum with b is that of the third with
-/// the other sign, the second's is 0, and so in turn for a: sums of a [a, b], b [a, b] and [a, b] itself are 0. With
-/// differences of order 2 these are the nine points of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
+/// [a, b] = dx(a) dy(b) - dy(a) dx(b), as the mean of three forms; the other two are dx(a dy(b)) - dy(a dx(b)) and dy(b
+/// dx(a)) - dx(b dy(a)). If differences satisfy summation by parts, the sums of b times the first and the third form
+/// cancel, and that of b times the second is 0; likewise for a. So the sums of a [a, b], b [a, b] and [a, b] are 0.
+/// With differences of order 2 this is the nine-point form of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
 TypedExpr poisson_bracket(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// On two axes dx(v.y) - dy(v.x), a number, or of a number s the vector (dy(s), -dx(s)); on three a vector.
+/// On two axes dx(v.y) - dy(v.x), a number, or for a number s the vector (dy(s), -dx(s)); on three axes a vector.
 TypedExpr curl(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// s k x v, k across both axes.
+/// s k x v, with k normal to both axes.
 TypedExpr cross_product(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// |v| of a number is abs(v).
+/// v|; for a number abs(v).
 TypedExpr magnitude(FormulaScope& here, const ast::Expr& operand, SourceRange range);
-/// sqrt(dot(v, v)) with slope 0 where v is 0: there the root, of slope infinity, is taken of 1 and not used.
+/// sqrt(dot(v, v)), with slope 0 at v = 0: there the root has infinite slope, so the root of 1 is computed but not
+/// used.
 TypedExpr norm(const TypedExpr& value, SourceRange range);
 
 // formulas/calls.cpp
 TypedExpr call(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// Whether the call has `count` arguments, all without names.
+/// Whether the call has `count` unnamed arguments.
 bool takes(FormulaScope& here, const ast::Call& e, int count);
 TypedExpr rate(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr load(FormulaScope& here, const ast::Call& e, SourceRange range);
@@ -114,19 +115,19 @@ TypedExpr offsets(FormulaScope& here, const ast::Offsets& e, SourceRange range);
 
 // names/scene_names.cpp
 TypedExpr scene_let(FormulaScope& here, const std::string& name, SourceRange range);
-/// The formula that the scene gives a state or coefficient.
+/// The formula given by the scene for a state or coefficient.
 TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meaning, SourceRange range);
 
 // physics/forces.cpp
-/// force_on(solid, u): what a mask takes of a field that it holds, in a unit of time; the integral of its rate over the
-/// points inside.
+/// force_on(solid, u): the amount that a mask takes from a fixed field per unit of time; the integral of its right-hand
+/// side over the points inside.
 TypedExpr force(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// The moment of that force about a point: a number on two axes, a vector on three.
+/// The torque of that force about a point: a number on two axes, a vector on three.
 TypedExpr torque(FormulaScope& here, const ast::Call& e, SourceRange range);
 
 // physics/random.cpp
 TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range);
-/// Only where it is evaluated once: in an equation it would look like noise in time.
+/// Allowed only where it is evaluated once: in an equation it would look like noise in time.
 TypedExpr white_noise(FormulaScope& here, const ast::Call& e, SourceRange range);
 
 // scene/points.cpp
@@ -134,7 +135,7 @@ TypedExpr injection(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr sampling(FormulaScope& here, const ast::Call& e, SourceRange range);
 
 // task/averages.cpp
-/// The mean over the states that a loss looks at: a number that stands for it.
+/// The mean over the states of a loss, represented by a named number.
 TypedExpr average(FormulaScope& here, const ast::Call& e, SourceRange range);
 
 // task/inferences.cpp

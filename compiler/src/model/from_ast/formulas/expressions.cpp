@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names, operators, vectors, and what is dropped.
+// Names, operators, vectors, and dropped terms.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -23,13 +23,13 @@ namespace {
 
 constexpr int max_nodes = 20000;
 constexpr int max_height = 1000;
-constexpr int max_nested_order = 12;  // nested differences multiply: lap six times over makes 3^6 reads an axis
+constexpr int max_nested_order = 12;  // widths of nested differences multiply: six nested lap read 3^6 points per axis
 
-/// What formulas of a context may be made of, beside numbers, parameters and functions.
+/// Allowed contents of formulas in a context, in addition to numbers, parameters and functions.
 struct Rules {
   FormulaContext context;
   std::string_view place;
-  bool coordinates, time, unknowns, fields;  // fields: and lets of the model
+  bool coordinates, time, unknowns, fields;  // fields: also lets of the model
   std::string_view hint = "";
 };
 
@@ -89,7 +89,7 @@ BinaryOp opposite(BinaryOp op) {
   unreachable("the opposite of an operation on numbers");
 }
 
-/// The condition that holds where `e` does not: not (a < b and c) is a >= b or not c.
+/// The negation of a condition: not (a < b and c) becomes a >= b or not c.
 Expr opposite(const Expr& e) {
   const auto& b = std::get<Binary>(e->kind);
   if (is_logical(b.op)) return binary(opposite(b.op), opposite(b.left), opposite(b.right), e->origin);
@@ -101,7 +101,7 @@ bool is_state(const Elaboration& elaboration, const std::string& name) {
   return meaning != nullptr && meaning->role == Role::state;
 }
 
-/// Of u_x, u_xx and u_xy how such derivatives are written; "" of other names.
+/// The derivative in the syntax of the language for names u_x, u_xx and u_xy; "" for other names.
 std::string differentiated_below(const Elaboration& elaboration, const std::string& name) {
   const std::size_t line = name.rfind('_');
   if (line == std::string::npos || line + 1 == name.size() || !is_state(elaboration, name.substr(0, line))) return "";
@@ -117,7 +117,7 @@ std::string differentiated_below(const Elaboration& elaboration, const std::stri
   return fmt::format("write {}", written);
 }
 
-/// Of du and d2u, as in du/dx, how a derivative of u is written; "" of other names.
+/// The derivative of u in the syntax of the language for names du and d2u, as in du/dx; "" for other names.
 std::string differentiated_by(const Elaboration& elaboration, const std::string& name) {
   if (std::string below = differentiated_below(elaboration, name); !below.empty()) return below;
   if (name.size() < 2 || name[0] != 'd') return "";
@@ -175,7 +175,7 @@ bool is_sought(FormulaScope& here, const std::string& name) {
                      [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
 
-/// At a wall a coefficient has the value of the cell that touches it; fields of models go on to it as straight lines.
+/// At a wall a coefficient has the value of the adjacent cell; fields of models are extrapolated linearly to it.
 bool is_known_at_walls(FormulaScope& here, const Symbol& meaning, const std::string& name) {
   if (here.context != FormulaContext::boundary || meaning.role == Role::datum) return false;
   if (meaning.role == Role::state) return here.elaboration.blocks.program == nullptr;
@@ -238,7 +238,7 @@ TypedExpr unary(FormulaScope& here, const ast::Unary& e, SourceRange range) {
   return value;
 }
 
-/// A chain such as a + b + c + ... leans to the left and may be long: its spine is walked, not descended.
+/// A chain a + b + c + ... is nested to the left and may be long, so it is processed in a loop without recursion.
 TypedExpr chain(FormulaScope& here, const ast::Expr& e) {
   std::vector<const ast::Expr*> spine;
   const ast::Expr* leftmost = &e;
@@ -380,7 +380,7 @@ std::optional<Expr> condition(FormulaScope& here, const ast::Expr& e) {
 
 std::optional<Expr> as_number(FormulaScope& here, const TypedExpr& value, SourceRange range) {
   if (value.type == TypedExpr::Type::number) return value.parts.front();
-  // on one axis a vector that came of grad is a number too
+  // on one axis a vector from grad is also a number
   if (value.type != TypedExpr::Type::condition && value.parts.size() == 1) return value.parts.front();
   if (value.type == TypedExpr::Type::none) return std::nullopt;
   here.elaboration.sink.report("not-a-number", range, {describe(value)}, std::string(number_hint(value.type)));

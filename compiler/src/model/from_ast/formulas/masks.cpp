@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// solid = x^2 + y^2 < 1: masks by a condition of the scene. One that holds t or a control moves: it is no field of the
-// scene, and its formula stands wherever it is read.
+// solid = x^2 + y^2 < 1: masks by a condition of the scene. A mask with t or a control moves: it is not a field of the
+// scene, and its formula is substituted wherever it is read.
 #include <algorithm>
 #include <variant>
 
@@ -19,8 +19,8 @@ bool moves(const Elaboration& elaboration, const Expr& condition) {
   });
 }
 
-/// The formula as a field at the cell centres that is made where a stage needs it: its matrix stays as long as these
-/// values do. Its argument says that it varies, and where it lies; it is not read.
+/// The formula as a field at the cell centres, computed when a stage needs it; matrices that depend on it are kept as
+/// long as its values. Its argument is not read and only makes it a non-uniform field at the centres.
 Expr stored(const std::string& name, const Expr& formula, Origin origin) {
   return apply({{name, {name}, {formula}, {}}, {coordinate(0)}, 0, {Placement{}}, {Placement{}}}, origin);
 }

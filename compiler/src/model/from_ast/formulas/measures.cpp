@@ -20,7 +20,7 @@ MeasureList nothing() { return {Measure{}}; }
 
 bool is_added(BinaryOp op) { return op == BinaryOp::add || op == BinaryOp::subtract; }
 
-/// The terms of a sum, in their order; e itself where it is none.
+/// The terms of a sum, in their order; `e` itself if it is not a sum.
 std::vector<ast::Expr> terms_of(const ast::Expr& e) {
   std::vector<ast::Expr> terms, open{e};
   while (!open.empty()) {
@@ -40,7 +40,7 @@ std::vector<ast::Expr> terms_of(const ast::Expr& e) {
   return terms;
 }
 
-/// A number that is written down: 2, -1, 1/2.
+/// A literal number: 2, -1, 1/2.
 std::optional<double> written_number(const ast::Expr& e) {
   if (const auto* n = std::get_if<ast::Number>(&e->kind)) return n->value;
   if (const auto* u = std::get_if<ast::Unary>(&e->kind)) {
@@ -53,7 +53,7 @@ std::optional<double> written_number(const ast::Expr& e) {
   return above && below && *below != 0 ? std::optional(*above / *below) : std::nullopt;
 }
 
-/// What stands in the text, shortened.
+/// The text, shortened.
 std::string shown(const ast::Expr& e) {
   constexpr std::size_t longest = 40;
   const std::string text = ast::print(e);
@@ -64,7 +64,7 @@ std::string shown(const ast::Expr& e) {
 
 Measure measure_of(Unit unit) { return {Measure::Kind::unit, std::move(unit)}; }
 
-/// A number may carry the unit of what is a pure number otherwise.
+/// A literal number may carry a unit where it would otherwise be a pure number.
 Measure product(const Measure& a, const Measure& b) {
   if (a.kind == Measure::Kind::unknown || b.kind == Measure::Kind::unknown) return {};
   if (a.is_known() && b.is_known()) return measure_of(a.unit.times(b.unit));
@@ -128,7 +128,7 @@ void Measures::fit(const ast::Expr& e, const MeasureList& wanted, const std::str
   }
 }
 
-/// Terms that fit the first of them with a unit.
+/// Checks that terms fit the first one with a unit.
 MeasureList Measures::common(const std::vector<ast::Expr>& terms, const std::string& what) {
   std::optional<MeasureList> first;
   bool is_number = true;
@@ -184,7 +184,7 @@ MeasureList Measures::product_of(const MeasureList& a, const MeasureList& b, Bin
   return result;
 }
 
-/// A number that is written down says which power; of others only pure numbers have one.
+/// A literal number gives the power; any other exponent requires pure numbers.
 MeasureList Measures::raised(const ast::Binary& e) {
   const MeasureList base = of(e.left);
   const auto number = written_number(e.right);
@@ -259,7 +259,7 @@ MeasureList Measures::name(const std::string& name) {
     if (own != arguments_->end()) return own->second;
     if (whole != arguments_->end()) return part_of(whole->second);
   }
-  // A name that the file gives something is that.
+  // A name of the file has precedence.
   const Symbol* meaning = elaboration_.names.scope.find(name);
   if (lets_.contains(name)) return of_let(name);
   if (meaning != nullptr && meaning->declared.is_known()) return {of_name(name)};
@@ -301,7 +301,7 @@ void Measures::note_call(Diagnostic& diagnostic) const {
   if (!calls_.empty()) diagnostic.notes.push_back({calls_.front(), "with the units of this call"});
 }
 
-/// The body, with the units of this call: a term that does not fit is shown in it.
+/// The body with the units of this call: a term that does not fit is reported inside it.
 MeasureList Measures::user_call(const ast::Function& function, const ast::Call& e) {
   constexpr std::size_t deepest = 64;
   if (calls_.size() > deepest) return nothing();

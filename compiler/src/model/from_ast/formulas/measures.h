@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What unit a formula has, read from its text, and whether its terms fit. Three things are known of a formula: its
-// unit; that it is made of numbers alone; or nothing, where it holds a name of which no unit is told.
+// Units of formulas, from their text, and checks of their terms. A formula has a known unit, or it consists of numbers
+// only, or nothing is known because it contains a name without a declared unit.
 //
-// What has no unit fits everything. A number fits every sum; as a factor it is a pure number, so that 0.5*rho*v^2 has
-// the unit of rho*v^2. Where the other factors are pure numbers it may carry the unit of its term, as the height in
+// An unknown unit fits everything. A number fits every sum. As a factor it is a pure number, so 0.5*rho*v^2 has the
+// unit of rho*v^2. If the other factors are pure numbers it may carry the unit of its term, as the height in
 // 0.1*exp(-(x/L)^2). 0 has any unit.
 #pragma once
 
@@ -31,15 +31,15 @@ Measure product(const Measure& a, const Measure& b);
 Measure power(const Measure& base, Fraction exponent);
 Measure quotient(const Measure& a, const Measure& b);
 
-/// One of each component of a vector or tensor, or one for all of them.
+/// One for each component of a vector or tensor, or one for all.
 using MeasureList = std::vector<Measure>;
 
-/// Units of places and lengths along the axes of the scene; a unit of a coordinate may be longer than 1.
+/// Units of positions and lengths along the axes of the scene; in curvilinear coordinates they may differ.
 struct MeasuredAxes {
   MeasureList coordinates, lengths;
-  Measure around = {Measure::Kind::number};  // the way around an axis of symmetry
+  Measure around = {Measure::Kind::number};  // length of the way around an axis of symmetry
   Measure time;
-  bool are_alike() const;  // lengths
+  bool are_alike() const;  // of the lengths
   Measure volume() const;
 };
 
@@ -47,32 +47,32 @@ class Measures {
  public:
   explicit Measures(Elaboration& elaboration) : elaboration_(elaboration) {}
 
-  /// A name of a field, coefficient, parameter or observable, of a vector as a whole; or of a datum.
+  /// Sets the unit of a field, coefficient, parameter or observable (a vector as a whole), or of a datum.
   void tell(const std::string& name, const Measure& measure) { names_[name] = measure; }
   bool knows(const std::string& name) const { return names_.contains(name); }
-  /// Of a component that of its vector; unknown of what was not told.
+  /// A component has its vector's unit; unknown if not declared.
   Measure of_name(const std::string& name) const;
-  /// A shorthand: its formula is read where it is first used.
+  /// Adds a let; its formula is read at its first use.
   void add_let(const ast::LetItem& let) { lets_.emplace(let.name.name, &let); }
   void set_axes(MeasuredAxes axes) { axes_ = std::move(axes); }
   const MeasuredAxes& axes() const { return axes_; }
 
-  /// Of a formula, whose terms fit one another or are reported.
+  /// The unit of a formula; reports terms that do not fit one another.
   MeasureList of(const ast::Expr& e);
-  /// Of one that is a number, or alike in all components.
+  /// The unit of a number, or of a formula with equal components.
   Measure one(const ast::Expr& e);
-  /// Reports each term that does not fit what is called `what`.
+  /// Reports each term that does not fit `wanted`, called `what`.
   void fit(const ast::Expr& e, const MeasureList& wanted, const std::string& what);
   void fit(const ast::Expr& e, const Measure& wanted, const std::string& what) { fit(e, MeasureList{wanted}, what); }
   /// False after a diagnostic at `range`.
   bool fits(const Measure& found, const Measure& wanted, SourceRange range, const std::string& what);
-  /// Of a let, with the unit that its line tells.
+  /// Of a let, with the unit declared in its line.
   MeasureList of_let(const std::string& name);
-  /// Of a formula in which `variables` have the units `ends`.
+  /// Of a formula with `variables` of the units `ends`.
   Measure one_with(const ast::Expr& e, const std::vector<std::string>& variables, const MeasureList& ends);
-  /// Of terms that fit one another or are reported; "" for a sum.
+  /// The common unit of terms; reports terms that do not fit. `what` is "" for a sum.
   MeasureList common(const std::vector<ast::Expr>& terms, const std::string& what);
-  /// The unit that all of the list have, or the odd one is reported at `range`.
+  /// The common unit of the list; reports a different one at `range`.
   Measure alike(const MeasureList& list, SourceRange range);
   /// Of a formula that must be a pure number, as the argument of sin.
   Measure pure(const ast::Expr& e, const std::string& what);
@@ -98,9 +98,9 @@ class Measures {
   std::map<std::string, const ast::LetItem*> lets_;
   std::map<std::string, MeasureList> read_lets_;
   std::set<std::string> open_lets_;
-  std::vector<SourceRange> calls_;          // of functions, inside one another
-  const Arguments* arguments_ = nullptr;    // of the function of the file whose body is read
-  std::set<std::pair<int, int>> reported_;  // places: a function is read where it is called
+  std::vector<SourceRange> calls_;          // nested calls of functions
+  const Arguments* arguments_ = nullptr;    // of the function whose body is being read
+  std::set<std::pair<int, int>> reported_;  // positions: a function is read at each call
 };
 
 }  // namespace dpde::model

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators of the file whose adjoint is given: not put in where they are called, but fields of their own, so that the
-// adjoint has something to stand for. Body and formulas know the parameters as fields, whatever the arguments are.
+// Operators of the file with a given adjoint: not expanded at calls but separate fields, to which the adjoint belongs.
+// Body and formulas of the adjoint see the parameters as fields, whatever the arguments are.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,12 +39,12 @@ std::vector<std::string> parts_of(const std::string& parameter, const TypedExpr&
   return parts;
 }
 
-/// Formulas of coordinates, and what is interpolated: stored wherever the operator takes them.
+/// Formulas of coordinates, and interpolations: stored at the placement that the operator requires.
 bool is_free(const Placements& placements, const Expr& value) {
   return !is_uniform(value) && !placements.is_series(value) && !placements.natural(value);
 }
 
-/// Where the free arguments may lie: where others do, or at the centres.
+/// Possible placements of free arguments: those of the other arguments, or the centres.
 std::vector<Placement> places_of_others(const Placements& placements, const Apply& application) {
   std::vector<Placement> places;
   const auto add = [&](const Placement& place) {
@@ -57,7 +57,7 @@ std::vector<Placement> places_of_others(const Placements& placements, const Appl
   return places;
 }
 
-/// Whether something goes to the adjoint of an argument: to that of a field, or of what the task seeks.
+/// Whether an argument has an adjoint: it contains a field or an unknown of the task.
 bool is_active(const Elaboration& elaboration, const Expr& argument) {
   return any_part(argument, [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
@@ -75,7 +75,7 @@ namespace {
 
 bool can_pass(FormulaScope& here, const TypedExpr& argument, SourceRange at, const std::string& what);
 
-/// Numbers and vectors on uniform axes; what an argument is beyond walls must be known.
+/// Requires numbers and vectors on uniform axes; values of arguments beyond walls must be known.
 bool can_apply(FormulaScope& here, const FunctionScope& call, const ast::Call& e, SourceRange range) {
   const std::string what = fmt::format("the operator {}, whose adjoint is given", call.function.name.name);
   for (const Axis& axis : here.elaboration.problem.axes) {
@@ -114,7 +114,7 @@ bool can_pass(FormulaScope& here, const TypedExpr& argument, SourceRange at, con
   return true;
 }
 
-/// The body of the operator, or with a seed a formula of its adjoint.
+/// The body of the operator, or, if `seed` is given, a formula of its adjoint.
 TypedExpr formula_of_parameters(FormulaScope& here, const FunctionScope& call, const ast::Expr& e,
                                 const TypedExpr* seed) {
   FunctionScope scope{call.function, {}, here.function};
@@ -149,7 +149,7 @@ TypedExpr formula_of_parameters(FormulaScope& here, const FunctionScope& call, c
   return {};
 }
 
-/// One formula for each component of a parameter; 0 is a vector too.
+/// One formula for each component of a parameter; 0 may stand for a vector.
 bool add_adjoint(FormulaScope& here, const FunctionScope& call, const ast::AdjointItem& item, const TypedExpr& seed,
                  Operator& function) {
   const ast::Function& source = call.function;
@@ -184,8 +184,8 @@ bool add_adjoint(FormulaScope& here, const FunctionScope& call, const ast::Adjoi
   return true;
 }
 
-/// Whether argument `i` is a parameter of the scene, and in no other argument: what is said of a number is said of that
-/// one then.
+/// Whether argument `i` is a parameter of the scene that no other argument contains: then the adjoint of the number is
+/// the parameter's.
 bool is_lone_param(const Apply& application, std::size_t i) {
   const auto* own = std::get_if<Param>(&application.arguments[i]->kind);
   for (std::size_t other = 0; own != nullptr && other < application.arguments.size(); ++other) {
@@ -198,8 +198,8 @@ bool is_lone_param(const Apply& application, std::size_t i) {
   return own != nullptr;
 }
 
-/// A line with = is of an argument that is a field, one with += of a number that is a parameter: where there are others
-/// alone, this one would be derived without a word.
+/// A line with = is for a field argument, one with += for a number that is a parameter. Without this check a line of
+/// the wrong kind would be ignored and the adjoint derived.
 bool can_take_adjoints(FormulaScope& here, const FunctionScope& call, const Apply& application, SourceRange range) {
   const auto is_given = [&](const std::string& parameter, bool of_field) {
     return std::ranges::any_of(application.function.adjoints, [&](const Operator::Adjoint& given) {
@@ -231,7 +231,7 @@ bool can_take_adjoints(FormulaScope& here, const FunctionScope& call, const Appl
   return true;
 }
 
-/// Each component where its body fits, and the formulas there.
+/// Chooses a placement for each component that fits its body and formulas.
 bool lay_out(FormulaScope& here, Apply& result, SourceRange range) {
   const Placements placements(here.elaboration.problem);
   const std::size_t count = result.function.body.size();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// solve lap(psi) = -omega for psi preconditioner smooth(residual): what a network makes of what an iteration leaves is
-// the direction in which the next one looks.
+// solve lap(psi) = -omega for psi preconditioner smooth(residual): the output of a network for an iteration's residual
+// is the next search direction.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,13 +22,13 @@ bool is_residual(const Expr& e) {
   return is_field != nullptr && is_field->name == residual;
 }
 
-/// The call with the name of the unknown in the place of the residual's.
+/// The call with the residual replaced by the unknown's name.
 Expr in_terms_of(const Expr& e, const std::string& unknown) {
   if (is_residual(e)) return field(unknown, e->origin);
   return map_parts(e, [&](const Expr& part) { return in_terms_of(part, unknown); });
 }
 
-/// What to write in the place of a word alone.
+/// A suggestion for a single word.
 std::string hint_for_word(const Elaboration& elaboration, const std::string& word) {
   if (find_network(elaboration, word)) return fmt::format("write preconditioner {}(residual)", word);
   const bool is_of_scheme = word == "none" || word == "multigrid" || word == "automatic";
@@ -36,7 +36,7 @@ std::string hint_for_word(const Elaboration& elaboration, const std::string& wor
                       : "as in preconditioner smooth(residual), network smooth(r) -> z";
 }
 
-/// What is written, in which the residual is a field of its own name; nullopt where something was reported.
+/// The expression, with the residual as a field of that name; nullopt after a diagnostic.
 std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Expr& written, const std::string& name) {
   if (elaboration.names.scope.find(residual) != nullptr) {
     elaboration.sink.report(
@@ -56,7 +56,7 @@ std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Exp
         .second;
   };
   stands_for_itself(residual);
-  const bool is_open = stands_for_itself(name);  // what is sought, which has no meaning yet
+  const bool is_open = stands_for_itself(name);  // the unknown, not yet declared
   const std::optional<Expr> value = formulas::number({elaboration, FormulaContext::equation, name}, written);
   elaboration.names.lets.erase(residual);
   if (is_open) elaboration.names.lets.erase(name);
@@ -64,7 +64,7 @@ std::optional<Expr> read_preconditioner(Elaboration& elaboration, const ast::Exp
   return value;
 }
 
-/// Whether it is one that iterations can look along; else why not is reported.
+/// Whether iterations can use it as a search direction; reports why not.
 bool is_preconditioner(Elaboration& elaboration, const Expr& value, SourceRange range, const Solve& solved) {
   const auto refuse = [&](const std::string& why, const std::string& hint) {
     elaboration.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
@@ -89,10 +89,10 @@ bool is_preconditioner(Elaboration& elaboration, const Expr& value, SourceRange 
   return true;
 }
 
-/// Whether the scheme has iterations that take it: those of flexible methods, unless it names another one.
+/// Whether the scheme's iterations use it: flexible methods do, unless the scheme names another preconditioner.
 bool is_used(Elaboration& elaboration, const Expr& value, const Solve& solved) {
   const SolveBy& by = elaboration.problem.scheme.solve;
-  if (solved.iterations) return true;  // which are conjugate gradients whatever the scheme says
+  if (solved.iterations) return true;  // always conjugate gradients
   const bool is_flexible = by.method == SolveMethod::cg || by.method == SolveMethod::gmres;
   if (is_flexible && !is_of_waves(solved, elaboration.problem.scheme))
     return by.preconditioner == Preconditioner::automatic;
@@ -115,7 +115,7 @@ bool add_preconditioner(Elaboration& elaboration, const std::optional<ast::Expr>
   if (is_used(elaboration, *value, solved)) {
     solved.preconditioner = in_terms_of(*value, solved.name);
   } else {
-    elaboration.networks.called = std::move(called);  // a task that learns what nothing calls has no gradient of it
+    elaboration.networks.called = std::move(called);  // the network has no gradient if nothing else calls it
   }
   return true;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// integral(f(s), s, from = a, to = b): of a formula, by the 32 places of Gauss and Legendre, whose error is rounding
-// for what is smooth. It is spelled out as a sum, so that it goes wherever a formula may, and derivatives follow.
+// integral(f(s), s, from = a, to = b) of a formula, by 32-point Gauss-Legendre quadrature, exact to rounding for smooth
+// formulas. It is expanded to a sum, so it is allowed wherever formulas are, and derivatives follow.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct QuadratureNode {
   double place, weight;  // in -1 .. 1
 };
 
-/// Zeros of the Legendre polynomial, by Newton's iteration from their asymptotes.
+/// Zeros of the Legendre polynomial, by Newton's iteration from their asymptotic values.
 std::array<QuadratureNode, place_count> gauss_nodes() {
   std::array<QuadratureNode, place_count> nodes{};
   for (int i = 0; i < place_count; ++i) {
@@ -44,7 +44,7 @@ std::array<QuadratureNode, place_count> gauss_nodes() {
   return nodes;
 }
 
-/// Centres of cells, those in two corners among them. The others are spread by multiples of irrational numbers.
+/// Cell centres: two corners, and others spread by multiples of irrational numbers.
 std::vector<std::array<double, 3>> places_to_look_at(const std::vector<Axis>& axes) {
   constexpr int between = 8;
   constexpr std::array steps{0.6180339887498949, 0.7548776662466927, 0.5698402909980532};
@@ -72,12 +72,13 @@ std::optional<std::string> field_in(const Expr& e) {
   return found;
 }
 
-/// Looks for a field that can be taken out of an integral: whoever wrote it there meant the field at that place, since
-/// in front of the integral it is the same. In exp(-s*u) or 1/(1 + s*u) it may stand.
+/// Looks for a field that can be moved in front of an integral. Its author probably meant the field at the integration
+/// point, but the field is constant in the integral. In exp(-s*u) or 1/(1 + s*u) a field cannot be moved, and is
+/// allowed.
 struct MovableField {
   using Found = std::optional<std::string>;
   Expr place;
-  const std::vector<Expr>& integrals;  // within this one, spelled out: factors of theirs are not of the text
+  const std::vector<Expr>& integrals;  // expanded integrals within this one; their factors are not from the text
 
   bool holds_place(const Expr& e) const {
     return any_part(e, [&](const Expr& part) { return part == place; });
@@ -91,7 +92,7 @@ struct MovableField {
     }
     return std::nullopt;
   }
-  /// A term of a factor is none of the integral's: `of_sum` is false within.
+  /// Terms inside a factor are not terms of the integral: there `of_sum` is false.
   Found in(const Expr& e, bool of_sum) const;
 };
 
@@ -135,10 +136,10 @@ namespace {
 
 std::optional<Expr> sum_of_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high);
 
-/// False after a diagnostic. What it is at a place that has no value says it of all.
+/// False after a diagnostic. The test with a symbolic integration point holds for all points.
 bool follows_place(FormulaScope& here, const ast::Call& e) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
-  const Expr place = param("a place " + variable);  // no name of a text
+  const Expr place = param("a place " + variable);  // not a name of the text
   const std::map<std::string, TypedExpr> outside = here.variables;
   here.variables[variable] = number_of(place);
   const std::optional<Expr> value = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
@@ -160,7 +161,7 @@ bool follows_place(FormulaScope& here, const ast::Call& e) {
   return false;
 }
 
-/// The sum over the places; of the sizes of the formula's values where `of_sizes`.
+/// The sum over the quadrature points; with `of_sizes` over the formula's absolute values.
 std::optional<Expr> gauss_sum(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high,
                               bool of_sizes) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
@@ -182,8 +183,8 @@ std::optional<Expr> gauss_sum(FormulaScope& here, const ast::Call& e, const Expr
   return sum ? std::optional(binary(BinaryOp::multiply, half, *sum, origin)) : std::nullopt;
 }
 
-/// The same in two parts, and each integral inside, tells whether the places do: where all of it is known, at some
-/// places and times.
+/// Checks the number of quadrature points by computing the integral, and those inside it, in two parts: if all values
+/// are known, at some positions and times.
 void look_at_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high, const Expr& whole) {
   constexpr double digits = 1e-6;
   KnownValues known = here.elaboration.params.values;

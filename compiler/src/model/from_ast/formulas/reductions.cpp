@@ -14,8 +14,8 @@ namespace {
 
 using Around = std::function<Expr(const Expr&)>;
 
-/// The terms of a sum, each with what stands `around` the sum, where they lie at places of their own, as those of
-/// dot(u, u) of a vector on faces; false where one of them lies nowhere.
+/// The terms of a sum, each with the factors `around` the sum, if they have different placements, as those of dot(u, u)
+/// for a vector on faces; false if a term has none.
 bool split_by_place(const Placements& placements, const Expr& e, const Around& around, std::vector<Expr>& terms) {
   if (!placements.find_mistake(e)) {
     terms.push_back(around(e));
@@ -46,14 +46,14 @@ bool split_by_place(const Placements& placements, const Expr& e, const Around& a
 
 bool is_linear(Reduce::Kind kind) { return kind != Reduce::Kind::max && kind != Reduce::Kind::min; }
 
-/// A mean, sum or integral of a sum is the sum of those of its terms, each over the points where it lies.
+/// A mean, sum or integral of a sum becomes the sum over its terms, each over the points of its placement.
 std::vector<Expr> terms_by_place(const Problem& problem, Reduce::Kind kind, const Expr& operand) {
   const Placements placements(problem);
   if (!is_linear(kind) || !placements.is_staggered() || !placements.find_mistake(operand)) return {operand};
   std::vector<Expr> terms;
   const bool fits = split_by_place(
       placements, operand, [](const Expr& part) { return part; }, terms);
-  return fits ? terms : std::vector{operand};  // where it does not fit that is said later
+  return fits ? terms : std::vector{operand};  // misfits are reported later
 }
 
 }  // namespace
@@ -64,7 +64,8 @@ namespace {
 
 bool add_axis(FormulaScope& here, const ast::Expr& e, std::array<bool, 3>& over);
 
-/// Products of a dot are taken where they lie if the sum lets each stand alone, else at the centres, as in h*dot(u, u).
+/// Products of a dot keep their own placements if each is a separate term; otherwise, as in h*dot(u, u), they are at
+/// the centres.
 std::vector<Expr> terms_of_reduction(FormulaScope& here, Reduce::Kind kind, const ast::Expr& operand) {
   const Placements placements(here.elaboration.problem);
   const auto is_misplaced = [&](const Expr& term) { return placements.find_mistake(term).has_value(); };
@@ -116,7 +117,7 @@ bool add_axis(FormulaScope& here, const ast::Expr& e, std::array<bool, 3>& over)
   return !std::exchange(along, true);
 }
 
-/// mean, sum, integral, and max and min of one argument: over space.
+/// mean, sum, integral, and max and min with one argument: over space.
 std::optional<Reduce::Kind> reduction_called(const ast::Call& e) {
   if (e.callee == "mean") return Reduce::Kind::mean;
   if (e.callee == "sum") return Reduce::Kind::sum;

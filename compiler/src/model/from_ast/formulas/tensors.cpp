@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tensors of two indices, which formulas are made of: S_ij, i the component and j the direction. So grad(v) has
-// d v_i/dx_j, div(S) the sums over j of dS_ij/dx_j, and div(grad(v)) is lap(v). On one axis a number is one as well.
+// Tensors of two indices S_ij, i the component and j the direction: grad(v) is d v_i/dx_j, div(S) the sum over j of
+// dS_ij/dx_j, and div(grad(v)) is lap(v). On one axis a number also counts as a tensor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::vector<Expr> applied(const std::vector<Expr>& s, const std::vector<Expr>& v
   return parts;
 }
 
-/// Equal components are equal expressions.
+/// Equal components become identical expressions.
 std::vector<Expr> symmetric_part(const std::vector<Expr>& s, std::size_t n, const Origin& origin) {
   std::vector<Expr> parts;
   for (std::size_t i = 0; i < n; ++i) {
@@ -57,7 +57,7 @@ std::vector<Expr> symmetric_part(const std::vector<Expr>& s, std::size_t n, cons
   return parts;
 }
 
-/// How deep derivatives are nested, but for those behind a factor that leaves nothing of them beside poles.
+/// Order of nested derivatives, ignoring those with a factor that vanishes fast enough towards poles.
 int order_beside_poles(const Problem& problem, const Expr& e) {
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return order_beside_poles(problem, neg->operand);
   const auto* b = std::get_if<Binary>(&e->kind);
@@ -82,14 +82,14 @@ bool is_tensor(FormulaScope& here, const TypedExpr& value) {
   return value.type == TypedExpr::Type::tensor || (here.axis_count() == 1 && value.parts.size() == 1);
 }
 
-/// In a mean or a sum each product stays where it lies, if it can.
+/// In a mean or a sum each product keeps its own placement if possible.
 TypedExpr scalar_product(FormulaScope& here, const std::vector<Expr>& a, const std::vector<Expr>& b,
                          SourceRange range) {
   return number_of(here.is_in_sum ? contraction(a, b, {range})
                                   : Coordinates(here.elaboration.problem, {range}).dot(a, b));
 }
 
-/// With an axis of symmetry a tensor would have a component around it too.
+/// With an axis of symmetry a tensor would also have a component around it.
 bool can_take_tensor(FormulaScope& here, const std::string& what, SourceRange range) {
   const std::optional<Metric>& metric = here.elaboration.problem.metric;
   if (!metric || is_constant(metric->around, 1)) return true;
@@ -99,7 +99,7 @@ bool can_take_tensor(FormulaScope& here, const std::string& what, SourceRange ra
   return false;
 }
 
-/// The only argument, a tensor; none after a diagnostic.
+/// The single argument, a tensor; `none` after a diagnostic.
 TypedExpr tensor_argument(FormulaScope& here, const ast::Call& e) {
   if (!takes(here, e, 1)) return {};
   TypedExpr value = numeric(here, e.arguments[0].value);
@@ -111,7 +111,7 @@ TypedExpr tensor_argument(FormulaScope& here, const ast::Call& e) {
 
 }  // namespace
 
-/// identity, in which nothing is taken anywhere.
+/// The identity tensor, which reads no values.
 TypedExpr identity(FormulaScope& here) {
   TypedExpr result{TypedExpr::Type::tensor, {}};
   for (int i = 0; i < here.axis_count(); ++i) {
@@ -120,7 +120,7 @@ TypedExpr identity(FormulaScope& here) {
   return result;
 }
 
-/// ((a, b), (c, d)), each row with a component for each axis.
+/// ((a, b), (c, d)), one row per component, one column per axis.
 TypedExpr rows(FormulaScope& here, const ast::Tuple& e) {
   TypedExpr result{TypedExpr::Type::tensor, {}};
   bool complete = static_cast<int>(e.elements.size()) == here.axis_count();
@@ -184,7 +184,7 @@ TypedExpr trace(FormulaScope& here, const ast::Call& e, SourceRange range) {
   return number_of(sum);
 }
 
-/// a . b of two vectors is a number, of a tensor and a vector a vector: the sum over the indices that are neighbours.
+/// a . b: a number for two vectors, a vector for a tensor and a vector; the sum over the adjacent indices.
 TypedExpr dot_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!takes(here, e, 2)) return {};
   const TypedExpr left = numeric(here, e.arguments[0].value), right = numeric(here, e.arguments[1].value);
@@ -210,8 +210,8 @@ TypedExpr dot_product(FormulaScope& here, const ast::Call& e, SourceRange range)
   return scalar_product(here, left.parts, right.parts, range);
 }
 
-/// Lengths vary there from row to row by their own size, so that a difference errs by O(1) where it is divided by one;
-/// fluxes alone do not.
+/// Next to poles lengths vary by their own size from row to row: a difference divided by a length has an O(1) error, a
+/// flux has not.
 void look_beside_poles(FormulaScope& here, const std::vector<Expr>& operand, int allowed, SourceRange range) {
   const auto is_deep = [&](const Expr& e) { return order_beside_poles(here.elaboration.problem, e) > allowed; };
   if (!has_pole(here.elaboration.problem) || std::ranges::none_of(operand, is_deep)) return;
@@ -239,7 +239,7 @@ TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, Sour
   return {TypedExpr::Type::vector, Coordinates(here.elaboration.problem, {range}).tensor_divergence(s)};
 }
 
-/// S.xy, of a name or of what stands in parentheses; `part` is "xy".
+/// S.xy of a name or of a parenthesised expression; `part` is "xy".
 std::optional<Expr> tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part) {
   const int row = part.name.size() == 2 ? axis_of(part.name.substr(0, 1)) : -1;
   const int column = part.name.size() == 2 ? axis_of(part.name.substr(1)) : -1;

@@ -32,7 +32,7 @@ MeasureList operand_of(Measures& measures, const ast::Call& e, std::size_t i) {
   return measures.of(e.arguments[i].value);
 }
 
-/// Unknown along an axis that there is not.
+/// Unknown for an axis that does not exist.
 Measure of_axis(const MeasureList& axes, int axis) {
   return axis >= 0 && axis < std::ssize(axes) ? axes[static_cast<std::size_t>(axis)] : Measure{};
 }
@@ -43,7 +43,7 @@ MeasureList over_coordinate(Measures& measures, const ast::Expr& operand, int ax
   return list;
 }
 
-/// f/L_i along each axis; of a vector known where lengths are alike.
+/// f/L_i along each axis; for a vector known only if lengths are alike.
 MeasureList gradient_of(const MeasuredAxes& axes, const MeasureList& f) {
   MeasureList list;
   if (axes.lengths.empty()) return of_nothing();
@@ -56,7 +56,7 @@ MeasureList gradient_of(const MeasuredAxes& axes, const MeasureList& f) {
   return list;
 }
 
-/// v_i/L_i, alike along all axes.
+/// v_i/L_i, which must agree along all axes.
 Measure divergence_of(Measures& measures, const MeasureList& v, SourceRange range) {
   const MeasureList& lengths = measures.axes().lengths;
   if (v.size() != 1 && v.size() != lengths.size()) return {};
@@ -118,7 +118,7 @@ MeasureList poisson_bracket(Measures& measures, const ast::Call& e, SourceRange)
   return {quotient(product(measures.one(e.arguments[0].value), measures.one(e.arguments[1].value)), area)};
 }
 
-/// In integral(f(s), s, from = a, to = b) s has the unit of both ends.
+/// In integral(f(s), s, from = a, to = b) s has the unit of both limits.
 MeasureList integral(Measures& measures, const ast::Call& e, SourceRange) {
   const ast::Argument *from = argument_called(e, "from"), *to = argument_called(e, "to");
   if (from != nullptr && to != nullptr) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units that the lines of a model, its scene and its task tell: whether all formulas fit them, and what is in which
-// unit, for pictures and files. Read from the text, once everything in it is known to mean something.
+// Units declared in a model, its scene and its task: checks all formulas, and records units for pictures and files.
+// Works on the text after all names are resolved.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ class UnitLines {
     for (const ast::Item& item : elaboration_.blocks.task->items) check_task(item);
   }
 
-  /// Into the problem, by the names that files and pictures have.
+  /// Stores the units in the problem, by the names in files and pictures.
   void keep() {
     Problem& problem = elaboration_.problem;
     const auto note = [&](const std::string& name, const Measure& measure) {
@@ -109,7 +109,7 @@ class UnitLines {
   }
 
  private:
-  /// As they were written: in a model of several a coefficient that is a field of another one has no line left.
+  /// As written in the text: in a coupled model, a coefficient that is a field of another one has no line left.
   /// Programs have none.
   std::vector<const ast::Model*> models() const {
     std::vector<const ast::Model*> all{
@@ -146,7 +146,7 @@ class UnitLines {
         [](const auto&) {});
   }
 
-  /// Angles are pure numbers, whether that is told or not.
+  /// Angles are pure numbers, with or without a declared unit.
   void measure_axes() {
     MeasuredAxes axes;
     for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.blocks.scene->items))
@@ -167,7 +167,8 @@ class UnitLines {
     measures_.set_axes(std::move(axes));
   }
 
-  /// Lengths of curved coordinates are those of their units times these; an angle counts as a number.
+  /// In curvilinear coordinates a length has the unit of the coordinate times that of its scale; an angle counts as a
+  /// number.
   void stretch(MeasuredAxes& axes, const ast::CoordinatesItem& item) {
     for (Measure& length : axes.lengths) {
       if (length.is_known() && length.unit.is_pure_number()) length = {Measure::Kind::number};
@@ -179,7 +180,7 @@ class UnitLines {
     for (std::size_t a = 0; call != nullptr && a < axes.lengths.size(); ++a) {
       const std::size_t of = std::min(a, call->arguments.size() - 1);
       axes.lengths[a] = product(axes.lengths[a], measures_.one(call->arguments[of].value));
-      // An angle times a number that is written down: whoever wrote it knows the unit.
+      // An angle times a literal number, whose unit is not declared: the length's unit is unknown.
       if (axes.lengths[a].kind == Measure::Kind::number) axes.lengths[a] = {};
     }
   }
@@ -188,8 +189,8 @@ class UnitLines {
     observed_[item.name.name] = item.unit ? told_by(item.unit) : measures_.of(item.value).front();
   }
 
-  /// From a scene: that of the field or observable there, where it is of the same model. Times and places are compared
-  /// with those of this scene.
+  /// A datum of a scene has the unit of the field or observable there, if both have the same model. Times and positions
+  /// are compared with those of this scene.
   void tell_data(const ast::DataItem& item) {
     Measure measure = told_by(item.unit);
     const auto* name = std::get_if<ast::Name>(&item.value->kind);
@@ -251,7 +252,7 @@ class UnitLines {
             if (i.iterations) {
               measures_.fit(start, measures_.of_let(i.unknown.name), i.unknown.name);
             } else {
-              measures_.one(start);  // of any unit: multiples of it are taken
+              measures_.one(start);  // any unit: only multiples of it are used
             }
           }
           look_beside(i.preconditioner);
@@ -264,7 +265,7 @@ class UnitLines {
         [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); }, [](const auto&) {});
   }
 
-  /// What a preconditioner knows beside the residual. What it makes is a direction, of any unit.
+  /// Inputs of a preconditioner other than the residual. Its output is a direction, of any unit.
   void look_beside(const std::optional<ast::Expr>& preconditioner) {
     const auto* call = preconditioner ? std::get_if<ast::Call>(&(*preconditioner)->kind) : nullptr;
     for (std::size_t i = 1; call != nullptr && i < call->arguments.size(); ++i) measures_.one(call->arguments[i].value);
@@ -316,7 +317,7 @@ class UnitLines {
     for (const ast::EventItem::Update& update : item.updates) fit_state(update.value, update.field.name);
   }
 
-  /// What a condition takes: WORD(a, b, c) of a*u + b*du/dn = c, radiating(speed), or a value.
+  /// The arguments of a condition: WORD(a, b, c) of a*u + b*du/dn = c, radiating(speed), or a value.
   void check_side(const std::string& field, const ast::BoundarySide& side) {
     const auto* word = std::get_if<ast::Name>(&side.value->kind);
     if (word != nullptr && is_side_word(word->name)) return;

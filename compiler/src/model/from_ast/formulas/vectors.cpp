@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors: their components, and the operators that range over the axes of the scene.
+// Vectors: their components, and the operators over the axes of the scene.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -30,7 +30,7 @@ namespace formulas {
 
 namespace {
 
-/// Its unit vectors turn from place to place, by one angle on two axes.
+/// Requires unit vectors that rotate from point to point by a single angle: on two axes.
 bool can_take_vector_laplacian(FormulaScope& here, const TypedExpr& operand, SourceRange range) {
   const std::optional<Metric>& metric = here.elaboration.problem.metric;
   const auto is_elsewhere = [&](const Expr& part) {
@@ -111,7 +111,7 @@ TypedExpr vector(FormulaScope& here, const std::string& name, SourceRange range)
   return result;
 }
 
-/// u.x where that is no field by itself: of a let, or a mistake.
+/// u.x if it is not a field itself: a component of a let, or an error.
 TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
   const std::string base = vector_of(name.name);
   const Symbol* meaning = here.elaboration.names.scope.find(base);
@@ -145,7 +145,7 @@ TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
   return {};
 }
 
-/// grad(u).x; on one axis a number is a vector as well.
+/// grad(u).x; on one axis a number also counts as a vector.
 TypedExpr component(FormulaScope& here, const ast::Component& e, SourceRange range) {
   if (const auto* call = std::get_if<ast::Call>(&e.operand->kind)) {
     const DeclaredNetwork* network = find_network(here.elaboration, call->callee);
@@ -220,7 +220,7 @@ TypedExpr advection(FormulaScope& here, const ast::Call& e, SourceRange range) {
     return placements.natural(part) != placements.natural(operand.parts.front());
   };
   const bool has_poles = has_pole(here.elaboration.problem);
-  if (has_poles && std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever flows there
+  if (has_poles && std::ranges::any_of(operand.parts, is_apart)) {  // 0 on the pole, whatever the flow there
     here.elaboration.sink.report(
         "in-curved-coordinates", range, {"advect of a vector on faces", "coordinates with a pole"},
         "write cross(curl(v), v) + grad(dot(v, v)/2), which is the same, or leave `on faces` out");
@@ -235,10 +235,10 @@ TypedExpr advection(FormulaScope& here, const ast::Call& e, SourceRange range) {
   return {operand.type, Coordinates(here.elaboration.problem, {range}).advection(*velocity, operand.parts)};
 }
 
-/// [a, b] = dx(a) dy(b) - dy(a) dx(b), as a third of three forms of it, the others being dx(a dy(b)) - dy(a dx(b)) and
-/// dy(b dx(a)) - dx(b dy(a)). With differences that sum by parts the first form's sum with b is that of the third with
-/// the other sign, the second's is 0, and so in turn for a: sums of a [a, b], b [a, b] and [a, b] itself are 0. With
-/// differences of order 2 these are the nine points of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
+/// [a, b] = dx(a) dy(b) - dy(a) dx(b), as the mean of three forms; the other two are dx(a dy(b)) - dy(a dx(b)) and dy(b
+/// dx(a)) - dx(b dy(a)). If differences satisfy summation by parts, the sums of b times the first and the third form
+/// cancel, and that of b times the second is 0; likewise for a. So the sums of a [a, b], b [a, b] and [a, b] are 0.
+/// With differences of order 2 this is the nine-point form of A. Arakawa, J. Comput. Phys. 1 (1966) 119, equation 46.
 TypedExpr poisson_bracket(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!takes(here, e, 2)) return {};
   const auto a = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
@@ -268,7 +268,7 @@ TypedExpr poisson_bracket(FormulaScope& here, const ast::Call& e, SourceRange ra
   });
 }
 
-/// On two axes dx(v.y) - dy(v.x), a number, or of a number s the vector (dy(s), -dx(s)); on three a vector.
+/// On two axes dx(v.y) - dy(v.x), a number, or for a number s the vector (dy(s), -dx(s)); on three axes a vector.
 TypedExpr curl(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!takes(here, e, 1)) return {};
   const TypedExpr value = numeric(here, e.arguments[0].value);
@@ -297,7 +297,7 @@ TypedExpr curl(FormulaScope& here, const ast::Call& e, SourceRange range) {
   return {TypedExpr::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
 }
 
-/// s k x v, k across both axes.
+/// s k x v, with k normal to both axes.
 TypedExpr cross_product(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!takes(here, e, 2)) return {};
   const auto s = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
@@ -315,14 +315,15 @@ TypedExpr cross_product(FormulaScope& here, const ast::Call& e, SourceRange rang
   return {TypedExpr::Type::vector, Coordinates(here.elaboration.problem, {range}).cross(*s, *parts)};
 }
 
-/// |v| of a number is abs(v).
+/// v|; for a number abs(v).
 TypedExpr magnitude(FormulaScope& here, const ast::Expr& operand, SourceRange range) {
   const TypedExpr value = numeric(here, operand);
   if (value.type == TypedExpr::Type::number) return number_of(model::call(Fn::abs, {value.parts[0]}, {range}));
   return norm(value, range);
 }
 
-/// sqrt(dot(v, v)) with slope 0 where v is 0: there the root, of slope infinity, is taken of 1 and not used.
+/// sqrt(dot(v, v)), with slope 0 at v = 0: there the root has infinite slope, so the root of 1 is computed but not
+/// used.
 TypedExpr norm(const TypedExpr& value, SourceRange range) {
   if (value.type == TypedExpr::Type::none) return {};
   const Origin origin{range};

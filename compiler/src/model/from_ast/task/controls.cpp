@@ -24,7 +24,8 @@ std::vector<double> values_of(Elaboration& elaboration, const Control& control, 
     return {};
   }
   for (int number = 0; number < count; ++number) {
-    const double t = problem.t_begin + (number + 0.5) * control.every * problem.step;  // in whole intervals
+    // the middle of a whole interval, also for the last one, which may be shorter
+    const double t = problem.t_begin + (number + 0.5) * control.every * problem.step;
     const std::optional<double> value = made_once(elaboration, formula, range, t);
     if (!value) return {};
     values.push_back(*value);
