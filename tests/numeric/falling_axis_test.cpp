@@ -79,7 +79,7 @@ double difference(const std::map<std::string, std::vector<double>>& right,
   double worst = 0;
   for (const auto& [name, values] : right) {
     const std::vector<double>& image = left.at(name);
-    const double sign = name.ends_with(".x") ? -1 : 1;  // of what a scheme keeps of it too
+    const double sign = name.ends_with(".x") ? -1 : 1;  // also in stored values of a scheme
     double most = 1e-3, apart = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       most = std::max(most, std::abs(values[i]));

@@ -94,8 +94,8 @@ TEST(Iterations, ComeToTheSolution) {
   }
 }
 
-/// If the solution is known only up to a constant, so is the result.
-/// Wherever a solution may stand: intermediate fields are stored before the kernel that needs them.
+/// Wherever a solution may stand: intermediate fields are stored before the kernel that needs them. If the solution is
+/// known only up to a constant, so is the result.
 TEST(Iterations, StandWhereSolutionsDo) {
   const std::vector<std::string> uses{
       "psi",           "mean(psi^2)",        "lap(psi^2)",         "n(psi)",          "n(2*psi)",

@@ -90,7 +90,7 @@ struct Advect {
 /// The operand at the point displaced by whole cells
 struct Shift {
   Expr operand;
-  std::vector<int> offset;  // one an axis
+  std::vector<int> offset;  // one per axis
   bool operator==(const Shift&) const = default;
 };
 /// The operand, averaged from its own placement to the required one

@@ -229,8 +229,8 @@ TypedExpr vector_gradient(FormulaScope& here, const std::vector<Expr>& v, Source
 
 TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, SourceRange range) {
   if (!can_take_tensor(here, "div of a tensor", range)) return {};
-  if (has_pole(here.elaboration
-                   .problem)) {  // beside a pole its error, divided by the distance twice, does not fall with the cells
+  // Next to a pole the error is divided by the distance twice and does not decrease with the cell size.
+  if (has_pole(here.elaboration.problem)) {
     here.elaboration.sink.report(
         "in-curved-coordinates", range, {"div of a tensor", "coordinates with a pole"},
         "lap(v) is div(grad(v)); let the axis end before the pole, or write the terms of each component");

@@ -57,7 +57,7 @@ class LayerReader {
     fail("bad-network", range, {text}, hint);
   }
 
-  // ---- what is known of values -------------------------------------------------------------------------------------
+  // ---- known properties of values ----------------------------------------------------------------------------------
   int channels(int value) const { return network::channels_of(network_, value); }
   int size(int value) const { return value == 0 ? 1 : sizes_[static_cast<std::size_t>(value) - 1]; }
 
