@@ -71,8 +71,7 @@ TEST(StoredStates, WithoutThoseThatTheWayBackDoesNotRead) {
   expect_same_bits(text);
   const std::int64_t all = gradient_with(text, {}).result.checkpoint_bytes;
   const std::int64_t but_one = gradient_with(text, {.slots = step_count - 2}).result.checkpoint_bytes;
-  // p: one buffer per step, one for the last state, and the seeds; dt(p): three and the seeds. With one slot less: both
-  // in all buffers.
+  // p: one buffer per step and the seeds; dt(p): three and the seeds. With one slot less, both are in all buffers.
   EXPECT_EQ(all * 2 * step_count, but_one * (step_count + 1 + 4));
 }
 

@@ -86,7 +86,7 @@ bool Placements::is_series(const Expr& e) const {
 void Placements::collect(const Expr& e, Fields& found, Placement& placement) const {
   if (found == Fields::several || as<Interpolate>(e) || as<Sample>(e)) return;
   if (const Reduce* reduce = as<Reduce>(e)) {
-    if (!reduce->is_over_all()) found = Fields::several;  // along the other axes it has any placement
+    if (!reduce->is_over_all()) found = Fields::several;  // known everywhere along the reduced axes
     return;
   }
   const Field* field = as<Field>(e);

@@ -70,7 +70,7 @@ class Looking {
     return {true, known != nullptr ? std::optional(known->value) : std::nullopt};
   }
 
-  /// Arithmetic: a uniform operand meets the others.
+  /// Arithmetic: checks uniform operands that are combined with fields.
   Seen look_below(const Expr& e, bool of_factors) {
     std::vector<std::pair<Expr, Seen>> parts;
     for_each_part(e, [&](const Expr& part) { parts.emplace_back(part, look(part)); });

@@ -39,8 +39,8 @@ const ast::Loop* find_loop(const Elaboration& elaboration);
 // task.cpp: unknown parameters first; everything else later
 void mark_unknowns(Elaboration& elaboration);
 void bind_task(Elaboration& elaboration);
-// state_maps.cpp: the lines of the task; in a comparison run of a scene with other states these are replaced by their
-// formulas
+// state_maps.cpp: the lines of the task; in a comparison run of a scene with other states, formulas of the state map
+// are replaced by that scene's states
 std::vector<ast::Item> items_of_task(Elaboration& elaboration);
 // optimiser.cpp
 std::optional<Optimiser> optimiser_of(Elaboration& elaboration, const ast::UsingItem& item);
