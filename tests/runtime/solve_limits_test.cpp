@@ -48,7 +48,7 @@ TEST(LinearSolverLimits, SinglePrecisionKeepsTheMean) {
         const SolveReport report = solver.solve(b, x);
         EXPECT_TRUE(report.converged) << name_of(method);
         EXPECT_EQ(report.incompatible, 0) << name_of(method);
-        EXPECT_NEAR(x[77], 1, 0.2) << name_of(method) << " " << k;  // the diagonal resolves only 1/16 of 1
+        EXPECT_NEAR(x[77], 1, 0.2) << name_of(method) << " " << k;  // the diagonal resolves 1 to 1/16 only
       }
     }
   }
