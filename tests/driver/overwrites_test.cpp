@@ -148,14 +148,22 @@ class Told {
   std::vector<double> told_;
 };
 
+const dpde_program* accumulating_adjoint(const RolloutSetup& setup) {
+  const dpde_adjoint_variant* variant = setup.find_variant(false);
+  return variant == nullptr ? nullptr : variant->adjoint;
+}
+
 std::vector<double> told_by(Session& session, const Asked& way, bool apart) {
   RolloutSetup setup = session.setup();
   const Compiled& compiled = session.compiled();
   const std::string step = compiled.step_name(), loss = session.problem().task->name + "_loss_1";
-  const Apart steps(compiled.program(step)), adjoints(compiled.adjoint_of(step)), totals(session.setup().total_adjoint);
+  const Apart steps(compiled.program(step)), adjoints(compiled.adjoint_of(step)),
+      accumulating(accumulating_adjoint(session.setup()));
   setup.step = apart ? steps.get() : compiled.program(step);
   setup.adjoint = apart ? adjoints.get() : compiled.adjoint_of(step);
-  setup.total_adjoint = apart ? totals.get() : setup.total_adjoint;
+  setup.adjoint_variants.clear();
+  if (const dpde_program* adjoint = apart ? accumulating.get() : accumulating_adjoint(session.setup()))
+    setup.adjoint_variants.push_back({adjoint, nullptr});
   setup.sought = session.rollout().sought();
   LossTerm term;
   term.loss = compiled.program(loss);
@@ -164,7 +172,8 @@ std::vector<double> told_by(Session& session, const Asked& way, bool apart) {
   setup.losses.push_back(term);
   way.set(setup);
   if (setup.steady > 0 || setup.dt > 1) {
-    setup.adjoint = setup.total_adjoint = nullptr;
+    setup.adjoint = nullptr;
+    setup.adjoint_variants.clear();
     setup.losses.clear();
   }
   return Told(session, setup).all();

@@ -45,7 +45,7 @@ TEST(Totals, AreWhatIsAddedUpOutside) {
 TEST(Totals, AreInputsOfAProgram) {
   OpenedScene opened(text, "t", {.adjoint = true});
   const loop::Module& module = opened.session->compiled().loop;
-  const auto program = std::ranges::find(module.programs, "s_step_adjoint_total", &loop::Program::name);
+  const auto program = std::ranges::find(module.programs, "s_step_adjoint_accumulating", &loop::Program::name);
   ASSERT_NE(program, module.programs.end());
   const auto is_input = [&](const char* field) {
     const auto at = std::ranges::find(program->fields, field) - program->fields.begin();

@@ -42,7 +42,8 @@ loop::Module adjoint_loop(const driver::Compiled& compiled) {
   std::vector<std::string> read = adjoints;
   read.push_back(compiled.step_name());  // a variant of the step stores values for the adjoints
   return driver::lower_to_loop(driver::extract(compiled.stencil, read), adjoints, compiled.real(),
-                               driver::totals_of(compiled), driver::kept_of(compiled), driver::values_of(compiled));
+                               driver::step_to_reverse(compiled), driver::values_of(compiled))
+      .module;
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {

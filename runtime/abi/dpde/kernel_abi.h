@@ -360,6 +360,14 @@ typedef struct dpde_program {
   void* context;
 } dpde_program;
 
+/* An adjoint of a step that may replace the plain one. It takes the adjoints of unknown fields as inputs and adds to
+ * them. `step`: null: the scene's; else a step that also outputs the fields that the adjoint reads in place of states.
+ */
+typedef struct {
+  const dpde_program* adjoint;
+  const dpde_program* step;
+} dpde_adjoint_variant;
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 15
+#define DPDE_SCENE_VERSION 16
 
 typedef struct dpde_axis {
   const char* name;
@@ -179,9 +179,8 @@ typedef struct dpde_scene {
                                   their derivatives */
   const dpde_program* program; /* one step */
   const dpde_program* adjoint; /* null without a task, as others that do not apply */
-  const dpde_program* total_adjoint; /* see RolloutSetup::total_adjoint */
-  const dpde_program* keeping_step;  /* see RolloutSetup::keeping_step */
-  const dpde_program* kept_adjoint;
+  int32_t adjoint_variant_count;
+  const dpde_adjoint_variant* adjoint_variants;
   const dpde_program* initial;         /* computes the states that have a formula */
   const dpde_program* initial_adjoint; /* reads the adjoints of the states; its sums are adjoints of parameters */
   const dpde_program* coefficient_formulas;

@@ -36,9 +36,6 @@ Engine::Engine(const dpde_scene& scene, EngineOptions options, std::shared_ptr<c
 std::vector<const dpde_program*> Engine::programs() const {
   std::vector<const dpde_program*> all{scene_.program,
                                        scene_.adjoint,
-                                       scene_.total_adjoint,
-                                       scene_.keeping_step,
-                                       scene_.kept_adjoint,
                                        scene_.initial_adjoint,
                                        scene_.coefficient_adjoint,
                                        scene_.observe,
@@ -47,6 +44,8 @@ std::vector<const dpde_program*> Engine::programs() const {
                                        scene_.trial,
                                        scene_.watched,
                                        scene_.watched_step};
+  for (int32_t i = 0; i < scene_.adjoint_variant_count; ++i)
+    all.insert(all.end(), {scene_.adjoint_variants[i].adjoint, scene_.adjoint_variants[i].step});
   all.insert(all.end(), formulas_.begin(), formulas_.end());
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
@@ -260,9 +259,7 @@ Rollout& Engine::objective() {
     throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no loss", scene_.name));
   RolloutSetup full = setup();
   full.adjoint = scene_.adjoint;
-  full.total_adjoint = scene_.total_adjoint;
-  full.keeping_step = scene_.keeping_step;
-  full.kept_adjoint = scene_.kept_adjoint;
+  full.adjoint_variants.assign(scene_.adjoint_variants, scene_.adjoint_variants + scene_.adjoint_variant_count);
   for (int32_t i = 0; i < scene_.loss_count; ++i)
     full.losses.push_back(loss_term(scene_.losses[i], *scene_.losses[i].loss));
   full.cut = options_.cut;

@@ -57,8 +57,8 @@ void ResolvedSetup::add(const dpde_program* program) {
 }
 
 ResolvedSetup::ResolvedSetup(RolloutSetup from) : RolloutSetup(std::move(from)) {
-  for (const dpde_program* program : {step, adjoint, total_adjoint, keeping_step, kept_adjoint, rate, trial})
-    add(program);
+  for (const dpde_program* program : {step, adjoint, rate, trial}) add(program);
+  for (const dpde_adjoint_variant& variant : adjoint_variants) add(variant.adjoint), add(variant.step);
   const auto place_all = [&](const auto& list, auto name, Places& places) {
     for (std::size_t i = 0; i < list.size(); ++i) places.add(values_.add(list[i].*name), static_cast<int>(i));
   };

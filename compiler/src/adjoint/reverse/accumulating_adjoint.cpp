@@ -53,7 +53,7 @@ bool add_to_totals(Program& program, const std::vector<std::string>& results, Mo
     if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
     stencil::Kernel kernel = stencil::kernel_of(module, run);
     for (stencil::Store& store : kernel.stores) store.accumulate = store.accumulate || is_first(store);
-    run.kernel = add_kernel(module, std::move(kernel), "_total");
+    run.kernel = add_kernel(module, std::move(kernel), "_accumulating");
   });
   return !added_to.empty();
 }
@@ -67,19 +67,21 @@ std::string add_kernel(Module& module, stencil::Kernel kernel, const std::string
   return module.kernels.back().name;
 }
 
-bool add_program_of(const AccumulatingAdjoint& totals, Module& module) {
-  const Program* program = module.find_program(totals.program);
-  if (program == nullptr || module.find_program(totals.name()) != nullptr) return false;
+std::optional<std::string> add_accumulating(const std::string& name, const std::vector<std::string>& results,
+                                            Module& module) {
+  const Program* program = module.find_program(name);
+  std::string added_name = name + "_accumulating";
+  if (program == nullptr || module.find_program(added_name) != nullptr) return std::nullopt;
   Program added = *program;
-  added.name = totals.name();
-  if (!add_to_totals(added, totals.results, module)) return false;
+  added.name = added_name;
+  if (!add_to_totals(added, results, module)) return std::nullopt;
   module.programs.push_back(std::move(added));
-  return true;
+  return added_name;
 }
 
-void make_totals(const AccumulatingAdjoint& totals, Module& module) {
-  const auto program = std::ranges::find(module.programs, totals.program, &Program::name);
-  if (program != module.programs.end()) add_to_totals(*program, totals.results, module);
+void accumulate(const std::string& name, const std::vector<std::string>& results, Module& module) {
+  const auto program = std::ranges::find(module.programs, name, &Program::name);
+  if (program != module.programs.end()) add_to_totals(*program, results, module);
 }
 
 }  // namespace dpde::adjoint

@@ -213,14 +213,14 @@ bool fills_one_of(const Module& module, const stencil::Statement& statement, con
 
 }  // namespace
 
-bool add_kept_programs(const Kept& kept, Module& module) {
-  const Program *step = module.find_program(kept.step), *adjoint = module.find_program(kept.adjoint);
-  if (!step || !adjoint || module.find_program(kept.step_name()) || module.find_program(kept.adjoint_name()))
-    return false;
+std::optional<StoringPair> add_storing_pair(const std::string& of_step, const std::string& of_adjoint, Module& module) {
+  const StoringPair pair{of_step + "_storing", of_adjoint + "_from_stored"};
+  const Program *step = module.find_program(of_step), *adjoint = module.find_program(of_adjoint);
+  if (!step || !adjoint || module.find_program(pair.step) || module.find_program(pair.adjoint)) return std::nullopt;
   Fields states;
   for (const stencil::Swap& swap : step->swaps) states.insert(swap.state);
   const stencil::Run* const run = only_run(*step);
-  if (run == nullptr || !is_plain_adjoint(module, *adjoint, states)) return false;
+  if (run == nullptr || !is_plain_adjoint(module, *adjoint, states)) return std::nullopt;
   NameSupply names = names_in(module);
   StateValues values(states);
   std::vector<KeptValue> found;
@@ -236,29 +236,29 @@ bool add_kept_programs(const Kept& kept, Module& module) {
   }
   Fields spared = states_read(before, states);
   for (const std::string& state : states_read(after, states)) spared.erase(state);
-  if (!pays(found, spared.size())) return false;
+  if (!pays(found, spared.size())) return std::nullopt;
   std::optional<Kernel> keeping = keeping_kernel(stencil::kernel_of(module, *run), found, values, names);
-  if (!keeping) return false;
+  if (!keeping) return std::nullopt;
 
-  Program keeping_step = *step, of_kept = *adjoint;
-  keeping_step.name = kept.step_name();
-  of_kept.name = kept.adjoint_name();
-  for (const auto& [name, value] : found) keeping_step.keeps.push_back(name);
-  const std::string kernel_name = add_kernel(module, std::move(*keeping), "_keeping");
-  stencil::for_each_run(keeping_step, [&](stencil::Run& r) { r.kernel = kernel_name; });
+  Program storing_step = *step, from_stored = *adjoint;
+  storing_step.name = pair.step;
+  from_stored.name = pair.adjoint;
+  for (const auto& [name, value] : found) storing_step.keeps.push_back(name);
+  const std::string kernel_name = add_kernel(module, std::move(*keeping), "_storing");
+  stencil::for_each_run(storing_step, [&](stencil::Run& r) { r.kernel = kernel_name; });
   std::map<std::string, std::string> renamed;
   for (std::size_t k = 0; k < before.size(); ++k) {
     if (!states_read({before[k]}, states).empty())
-      renamed[before[k].name] = add_kernel(module, std::move(after[k]), "_of_kept");
+      renamed[before[k].name] = add_kernel(module, std::move(after[k]), "_from_stored");
   }
-  stencil::for_each_run(of_kept, [&](stencil::Run& r) {
+  stencil::for_each_run(from_stored, [&](stencil::Run& r) {
     if (renamed.contains(r.kernel)) r.kernel = renamed.at(r.kernel);
   });
-  std::erase_if(of_kept.body,
+  std::erase_if(from_stored.body,
                 [&](const stencil::Statement& statement) { return fills_one_of(module, statement, spared); });
-  module.programs.push_back(std::move(keeping_step));
-  module.programs.push_back(std::move(of_kept));
-  return true;
+  module.programs.push_back(std::move(storing_step));
+  module.programs.push_back(std::move(from_stored));
+  return pair;
 }
 
 }  // namespace dpde::adjoint

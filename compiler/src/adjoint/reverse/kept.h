@@ -1,26 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the adjoint of a step reads of a state may be a few values that the step makes anyway. The gradient of a wave by
-// c in dt(dt(u)) = c*lap(u) reads u at every point of lap, and nothing of it but lap(u). Where the step keeps these
-// values, one field for each state that is not read any more, the adjoint evaluates one stencil and not two, and
-// as many fields are stored.
+// The adjoint of a step may read states only through a few values that the step computes anyway. The gradient of a wave
+// by c in dt(dt(u)) = c*lap(u) reads u at every point of lap, but nothing else than lap(u). If the step stores these
+// values, one field for each state that is no longer read, the adjoint evaluates one stencil instead of two, and as
+// many fields are stored.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "stencil/stencil.h"
 
 namespace dpde::adjoint {
 
-/// A step and its adjoint, and what the programs are called that write and read what is kept.
-struct Kept {
+/// The step that also stores the values, and the adjoint that reads them in place of states, under the same names.
+struct StoringPair {
   std::string step, adjoint;
-  std::string step_name() const { return step + "_keeping"; }
-  std::string adjoint_name() const { return adjoint + "_of_kept"; }
 };
 
-/// Adds both programs to the module: the step with stores of what is kept, and the adjoint with these fields as inputs
-/// in place of states. They have the same names in both. False, and nothing is added, where that spares less than a
-/// stencil of 13 points, or the step does not make these values anyway.
-bool add_kept_programs(const Kept& kept, stencil::Module& module);
+/// Adds both programs. nullopt, and nothing is added, if that saves less than a stencil of 13 points, or if the step
+/// does not compute these values.
+std::optional<StoringPair> add_storing_pair(const std::string& step, const std::string& adjoint,
+                                            stencil::Module& module);
 
 }  // namespace dpde::adjoint

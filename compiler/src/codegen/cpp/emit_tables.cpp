@@ -288,10 +288,15 @@ std::string axis(const dpde_axis& a, Tables& tables) {
 /// The scene's programs, and the fields of the last program (output_program) that are outputs.
 std::string programs_of(const dpde_scene& s, Tables& tables) {
   const auto output = [](const dpde_output& o) { return fmt::format("{{{}, {}}}", quoted(o.name), quoted(o.field)); };
-  std::string programs;
-  for (const dpde_program* p :
-       {s.program, s.adjoint, s.total_adjoint, s.keeping_step, s.kept_adjoint, s.initial, s.initial_adjoint,
-        s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe, s.output_program}) {
+  const auto variant = [&](const dpde_adjoint_variant& v) {
+    return fmt::format("{{{}, {}}}", tables.program(v.adjoint), tables.program(v.step));
+  };
+  const std::string variants = tables.array("dpde_adjoint_variant", "adjoint_variants",
+                                            texts(s.adjoint_variants, s.adjoint_variant_count, variant));
+  std::string programs = fmt::format("{}, {}, {}, {}, ", tables.program(s.program), tables.program(s.adjoint),
+                                     s.adjoint_variant_count, variants);
+  for (const dpde_program* p : {s.initial, s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start,
+                                s.observe, s.output_program}) {
     programs += tables.program(p) + ", ";
   }
   const std::string outputs = tables.array("dpde_output", "outputs", texts(s.outputs, s.output_count, output));

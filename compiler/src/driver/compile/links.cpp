@@ -45,10 +45,9 @@ std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
       if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
     }
   }
-  for (const std::string& name : {totals_of(compiled).name(), kept_of(compiled).adjoint_name()}) {
-    if (std::ranges::find(compiled.loop.programs, name, &loop::Program::name) == compiled.loop.programs.end()) continue;
+  for (const AdjointVariant& variant : compiled.variants) {
     programs.push_back(linked(*compiled.derived.at(compiled.step_name()).adjoint));
-    programs.back().program = name;
+    programs.back().program = variant.adjoint;
   }
   return programs;
 }

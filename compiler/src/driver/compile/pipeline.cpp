@@ -417,40 +417,39 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
   return names;
 }
 
-adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled) {
+StepToReverse step_to_reverse(const Compiled& compiled) {
   if (compiled.options.backend == Backend::interpreter) return {};  // the interpreter runs programs as written
   const auto found = compiled.derived.find(compiled.step_name());
   if (!compiled.problem || !compiled.problem->task || found == compiled.derived.end() || !found->second.adjoint)
     return {};
   const adjoint::Derivative& derivative = *found->second.adjoint;
-  adjoint::AccumulatingAdjoint totals{derivative.program, {}};
+  StepToReverse step{compiled.step_name(), derivative.program, {}};
   for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
-    if (const std::string* bar = derivative.field(coefficient.name)) totals.results.push_back(*bar);
+    if (const std::string* bar = derivative.field(coefficient.name)) step.gradients.push_back(*bar);
   }
-  return totals;
+  return step;
 }
 
-adjoint::Kept kept_of(const Compiled& compiled) {
-  const adjoint::AccumulatingAdjoint totals = totals_of(compiled);
-  return {totals.program.empty() ? "" : compiled.step_name(), totals.program};
-}
-
-loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::AccumulatingAdjoint& totals, const adjoint::Kept& kept,
-                           const loop::ParamValues& values) {
+LoweredToLoop lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
+                            const StepToReverse& reversed, const loop::ParamValues& values) {
+  std::vector<AdjointVariant> variants;
   module = adjoint::with_newton_steps(std::move(module));
-  const bool keeps = adjoint::add_kept_programs(kept, module);
+  const auto storing = adjoint::add_storing_pair(reversed.step, reversed.adjoint, module);
   for (const stencil::Pass& pass : stencil::loop_passes) {
     // Regrouping rounds the weights of u + dt*(...) separately. They then do not add up to 1, and f32 states drift.
     if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;
     module = pass.run(module);
   }
-  if (adjoint::add_program_of(totals, module)) programs.push_back(totals.name());
-  if (keeps) {
-    adjoint::make_totals({kept.adjoint_name(), totals.results}, module);
-    programs.insert(programs.end(), {kept.step_name(), kept.adjoint_name()});
+  if (const auto name = adjoint::add_accumulating(reversed.adjoint, reversed.gradients, module)) {
+    variants.push_back({*name, ""});
+    programs.push_back(*name);
   }
-  return loop::from_stencil(module, programs, real, values);
+  if (storing) {
+    adjoint::accumulate(storing->adjoint, reversed.gradients, module);
+    variants.push_back({storing->adjoint, storing->step});
+    programs.insert(programs.end(), {storing->step, storing->adjoint});
+  }
+  return {loop::from_stencil(module, programs, real, values), variants};
 }
 
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
@@ -460,8 +459,10 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(),
-                                totals_of(compiled), kept_of(compiled), values_of(compiled));
+  LoweredToLoop lowered = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real(),
+                                        step_to_reverse(compiled), values_of(compiled));
+  compiled.loop = std::move(lowered.module);
+  compiled.variants = std::move(lowered.variants);
   if (!stages.after(
           "loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); }))
     return std::nullopt;

@@ -75,6 +75,12 @@ struct Watched {
   std::string below = {}, above = {};  // states of the program names.watched_step
 };
 
+/// An adjoint of the step that the run may take in place of the plain one.
+struct AdjointVariant {
+  std::string adjoint;    // adds gradients with respect to coefficients to its inputs
+  std::string step = "";  // "": the scene's. Else a step that also stores the fields that `adjoint` reads
+};
+
 struct Compiled {
   CompileOptions options;  // options it was compiled with
   ast::File ast;
@@ -87,6 +93,7 @@ struct Compiled {
   std::vector<Watched> watched;             // checked by gradients; empty with options.trusts_signs
   std::vector<Origin> unwatched;            // quotients that depend on a sign which gradients do not check
   loop::Module loop;
+  std::vector<AdjointVariant> variants;           // of the step's adjoint
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
   bool code_from_cache = false;
   std::string code_key;  // of the code in the cache; "" without a cache
@@ -112,16 +119,21 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
 /// Variables of differentiation of program `name`: the part of `activity` that it reads.
 adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name);
 
-/// The step's adjoint that accumulates gradients with respect to coefficients.
-adjoint::AccumulatingAdjoint totals_of(const Compiled& compiled);
-/// The step and its adjoint, if the step may store values for the adjoint.
-adjoint::Kept kept_of(const Compiled& compiled);
+/// The step of a scene with a task and its adjoint, for which variants are made; no names if there are none.
+struct StepToReverse {
+  std::string step, adjoint;
+  std::vector<std::string> gradients;  // with respect to coefficients: results of the adjoint
+};
+StepToReverse step_to_reverse(const Compiled& compiled);
 
-/// Rows of the named programs after the optimising passes, as input of the back ends. Includes the programs of `totals`
-/// and `kept`.
-loop::Module lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
-                           const adjoint::AccumulatingAdjoint& totals = {}, const adjoint::Kept& kept = {},
-                           const loop::ParamValues& values = {});
+struct LoweredToLoop {
+  loop::Module module;
+  std::vector<AdjointVariant> variants;
+};
+/// Rows of the named programs after the optimising passes, as input of the back ends, and the variants of the adjoint
+/// of `reversed`, whose programs are added.
+LoweredToLoop lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
+                            const StepToReverse& reversed = {}, const loop::ParamValues& values = {});
 
 /// Part of `module`: the named programs, their kernels, and the loops that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);

@@ -108,9 +108,8 @@ std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const Sto
     tables.set_links(derivative.program, derivative.links);
   RolloutSetup setup = setup_of_run(tables, compiled);
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
-  setup.total_adjoint = tables.find(totals_of(compiled).name());
-  setup.keeping_step = tables.find(kept_of(compiled).step_name());
-  setup.kept_adjoint = tables.find(kept_of(compiled).adjoint_name());
+  for (const AdjointVariant& variant : compiled.variants)
+    setup.adjoint_variants.push_back({tables.find(variant.adjoint), tables.find(variant.step)});
   setup.team = options.threads;
   setup.checkpoint_bytes = budget_of_states(options);
   if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;

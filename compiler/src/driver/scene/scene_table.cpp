@@ -104,6 +104,7 @@ struct SceneTable::Storage {
     std::vector<dpde_unit> units;
     std::vector<dpde_watched> watched;
     std::vector<dpde_output> outputs;
+    std::vector<dpde_adjoint_variant> adjoint_variants;
   };
   Facts facts;
   dpde_scene scene{};
@@ -250,9 +251,10 @@ void SceneTable::Storage::add_task(const model::Task& task) {
 void SceneTable::Storage::add_step() {
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
-  scene.total_adjoint = compiled->program(totals_of(*compiled).name());
-  scene.keeping_step = compiled->program(kept_of(*compiled).step_name());
-  scene.kept_adjoint = compiled->program(kept_of(*compiled).adjoint_name());
+  for (const AdjointVariant& variant : compiled->variants)
+    facts.adjoint_variants.push_back({compiled->program(variant.adjoint), compiled->program(variant.step)});
+  scene.adjoint_variant_count = static_cast<int32_t>(facts.adjoint_variants.size());
+  scene.adjoint_variants = facts.adjoint_variants.data();
 }
 
 /// Substeps of steps.

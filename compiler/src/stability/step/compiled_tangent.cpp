@@ -127,9 +127,9 @@ std::unique_ptr<CompiledTangent> CompiledTangent::make(const LinearStep& linear,
   ApartModule apart = with_fixed_part_apart(module, perturbations);
   std::vector<std::string> programs{program.name};
   if (!apart.fixed.empty()) programs.push_back(apart.fixed);
-  auto code =
-      codegen::jit(driver::lower_to_loop(std::move(apart.module), programs, Precision::f64), {.reciprocals = with_more})
-          .module;
+  auto code = codegen::jit(driver::lower_to_loop(std::move(apart.module), programs, Precision::f64).module,
+                           {.reciprocals = with_more})
+                  .module;
   const auto is_there = [&](const std::string& name) { return code->find(name) != nullptr; };
   if (code == nullptr || !std::ranges::all_of(programs, is_there)) return nullptr;
   return std::unique_ptr<CompiledTangent>(new CompiledTangent(linear, std::move(code), std::move(apart.fixed)));

@@ -118,13 +118,18 @@ struct StepRecord {
 struct RolloutSetup {
   const dpde_program* step = nullptr;
   const dpde_program* adjoint = nullptr;  // null: forward only
-  /// An adjoint that takes adjoints of unknown fields as inputs and adds to them; null: none. It replaces `adjoint` if
-  /// steps are reversed one by one.
-  const dpde_program* total_adjoint = nullptr;
-  /// A step that also outputs intermediate fields, and an adjoint that reads these in place of states; null: none. They
-  /// replace `step` and `adjoint` if all states fit in memory: then these fields are stored for each step.
-  const dpde_program* keeping_step = nullptr;
-  const dpde_program* kept_adjoint = nullptr;
+  /// Adjoints that may replace `adjoint`. They take adjoints of unknown fields as inputs and add to them. The one
+  /// without a step is taken if steps are reversed one by one. The one with a step, which also outputs the fields that
+  /// the adjoint reads in place of states, replaces `step` too, if all states fit in memory: then these fields are
+  /// stored for each step.
+  std::vector<dpde_adjoint_variant> adjoint_variants;
+  /// nullptr if there is no such variant.
+  const dpde_adjoint_variant* find_variant(bool has_step) const {
+    for (const dpde_adjoint_variant& variant : adjoint_variants) {
+      if ((variant.step != nullptr) == has_step) return &variant;
+    }
+    return nullptr;
+  }
   dpde_layout layout{};
   int steps = 0;
   double t0 = 0, dt = 0;
@@ -262,9 +267,9 @@ struct GradientPlan {
   int block_steps = 1;         // steps whose adjoints are done in one pass
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
-  int64_t tape_bytes = 0;          // of intermediate results of networks and solves, in addition
-  int64_t field_bytes = 0;         // all states, adjoints, temporaries and checkpoints in memory
-  int64_t kept_fields = 0;         // fields stored in place of states, over all steps; see RolloutSetup::keeping_step
+  int64_t tape_bytes = 0;   // of intermediate results of networks and solves, in addition
+  int64_t field_bytes = 0;  // all states, adjoints, temporaries and checkpoints in memory
+  int64_t kept_fields = 0;  // fields stored in place of states, over all steps; see RolloutSetup::adjoint_variants
   std::vector<OwnedMemory> owned;  // further memory: networks, transforms, solves, repeats
 };
 /// The plan that a rollout of `setup` would choose. Fields, parameters, weights and data need not be bound, and nothing

@@ -6,8 +6,8 @@
 
 namespace dpde {
 
-std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup) {
-  const dpde_program &step = *setup.keeping_step, &adjoint = *setup.kept_adjoint;
+std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup, const dpde_adjoint_variant& variant) {
+  const dpde_program &step = *variant.step, &adjoint = *variant.adjoint;
   const std::span swaps(step.swaps, static_cast<size_t>(step.swap_count));
   std::vector<std::pair<int, int>> kept;
   for (int field = step.input_count; field < step.field_count; ++field) {
@@ -18,17 +18,18 @@ std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup) {
   return kept;
 }
 
-KeptSteps::KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder)
+KeptSteps::KeptSteps(const ResolvedSetup& setup, const dpde_adjoint_variant& variant, const StepInputs& inputs,
+                     int steps, Binder& binder)
     : setup_(setup),
       inputs_(inputs),
       steps_(steps),
-      kept_(kept_fields(setup)),
-      step_(binder.bind_step(*setup.keeping_step, ids_of(kept_))) {}
+      program_(*variant.step),
+      kept_(kept_fields(setup, variant)),
+      step_(binder.bind_step(program_, ids_of(kept_))) {}
 
 std::vector<ValueId> KeptSteps::ids_of(const std::vector<std::pair<int, int>>& kept) const {
   std::vector<ValueId> ids;
-  for (const auto& [field, input] : kept)
-    ids.push_back(setup_.ids(*setup_.keeping_step).fields[static_cast<size_t>(field)]);
+  for (const auto& [field, input] : kept) ids.push_back(setup_.ids(program_).fields[static_cast<size_t>(field)]);
   return ids;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step that stores intermediate fields for its adjoint in place of states; see RolloutSetup::keeping_step. Inside
-// the runtime only.
+// The step that stores intermediate fields for its adjoint in place of states; see RolloutSetup::adjoint_variants.
+// Inside the runtime only.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,12 @@
 namespace dpde {
 
 /// Inputs of the adjoint that the step computes, apart from states: pairs of a field of the step and of the adjoint.
-std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup);
+std::vector<std::pair<int, int>> kept_fields(const ResolvedSetup& setup, const dpde_adjoint_variant& variant);
 
 class KeptSteps {
  public:
-  KeptSteps(const ResolvedSetup& setup, const StepInputs& inputs, int steps, Binder& binder);
+  KeptSteps(const ResolvedSetup& setup, const dpde_adjoint_variant& variant, const StepInputs& inputs, int steps,
+            Binder& binder);
   void allocate(RunMemory& memory) { pool_ = memory.pool(setup_.layout, fields()); }
   /// Ids of these fields.
   std::vector<ValueId> ids() const { return ids_of(kept_); }
@@ -42,6 +43,7 @@ class KeptSteps {
   const ResolvedSetup& setup_;
   const StepInputs& inputs_;
   int steps_;
+  const dpde_program& program_;
   std::vector<std::pair<int, int>> kept_;
   BoundStep step_;
   FieldPool pool_;  // all fields of a step, step by step

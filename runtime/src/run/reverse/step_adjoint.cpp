@@ -46,9 +46,9 @@ void StepAdjoint::replace(const dpde_program& program, Binder& binder, RunMemory
   bound_.emplace(binder.bind_adjoint(program, kept_ ? kept_->ids() : std::vector<ValueId>()));
 }
 
-void StepAdjoint::replace_by_kept(int steps, Binder& binder, RunMemory& memory) {
-  kept_.emplace(setup_, inputs_, steps, binder);
-  replace(*setup_.kept_adjoint, binder, memory);
+void StepAdjoint::replace_by_kept(const dpde_adjoint_variant& variant, int steps, Binder& binder, RunMemory& memory) {
+  kept_.emplace(setup_, variant, inputs_, steps, binder);
+  replace(*variant.adjoint, binder, memory);
 }
 
 void StepAdjoint::allocate(RunMemory& memory) {

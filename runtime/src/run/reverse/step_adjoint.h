@@ -41,7 +41,7 @@ class StepAdjoint {
   // Preparation
   /// Replaces the adjoint's program; only one of them holds memory at a time.
   void replace(const dpde_program& program, Binder& binder, RunMemory& memory);
-  void replace_by_kept(int steps, Binder& binder, RunMemory& memory);
+  void replace_by_kept(const dpde_adjoint_variant& variant, int steps, Binder& binder, RunMemory& memory);
   void allocate(RunMemory& memory);
   /// Largest number of stored states between the substeps of a step.
   void set_part_slots(int slots) { part_slots_ = slots; }

@@ -70,13 +70,13 @@ int Trajectory::least_of_ranks(int64_t slots) const {
 
 /// Whether storing intermediate fields replaces at least as many stored states, within the budget. States that are not
 /// stored need three work buffers.
-bool Trajectory::keeps_less_than(const std::vector<char>& read, const BoundProgram* rate, const Legs& legs) const {
-  if (setup_.keeping_step == nullptr || setup_.kept_adjoint == nullptr || legs.block_steps() > 1 || has_parts(setup_) ||
-      setup_.ranks != nullptr || !setup_.checkpoint_folder.empty())
+bool Trajectory::stores_less(const dpde_adjoint_variant& variant, const std::vector<char>& read,
+                             const BoundProgram* rate, const Legs& legs) const {
+  if (legs.block_steps() > 1 || has_parts(setup_) || setup_.ranks != nullptr || !setup_.checkpoint_folder.empty())
     return false;
   const int last = losses_.last();
-  const std::vector<char> still_read = states_read(*setup_.kept_adjoint, rate);
-  const int64_t kept = std::ssize(kept_fields(setup_)), all = std::ranges::count(read, char{1}),
+  const std::vector<char> still_read = states_read(*variant.adjoint, rate);
+  const int64_t kept = std::ssize(kept_fields(setup_, variant)), all = std::ranges::count(read, char{1}),
                 others = std::ranges::count(still_read, char{1});
   const int64_t buffers = std::max<int64_t>(last, 3);
   const int64_t fields = kept * last + others * buffers + 3 * (count() - others) + count();
@@ -104,13 +104,15 @@ void Trajectory::plan_way_back(const BoundProgram* rate, WayBack& back, std::vec
   is_stored_ = std::ranges::find(read, char{1}) != read.end();
   back.legs.plan(is_stored_);
   // Blocks of steps add rows to sums while these are in the first-level cache.
-  if (setup_.total_adjoint != nullptr && back.legs.block_steps() == 1)
-    back.adjoint.replace(*setup_.total_adjoint, binder, memory);
+  const dpde_adjoint_variant* accumulating = setup_.find_variant(false);
+  if (accumulating != nullptr && back.legs.block_steps() == 1)
+    back.adjoint.replace(*accumulating->adjoint, binder, memory);
   if (!is_stored_) return;
   slots_ = least_of_ranks(plan_slots(read, back.legs));
-  if (slots_ >= losses_.last() - 1 && keeps_less_than(read, rate, back.legs)) {
-    read = states_read(*setup_.kept_adjoint, rate);
-    back.adjoint.replace_by_kept(losses_.last(), binder, memory);
+  const dpde_adjoint_variant* storing = setup_.find_variant(true);
+  if (storing != nullptr && slots_ >= losses_.last() - 1 && stores_less(*storing, read, rate, back.legs)) {
+    read = states_read(*storing->adjoint, rate);
+    back.adjoint.replace_by_kept(*storing, losses_.last(), binder, memory);
   }
   if (!memory.is_plan()) reversal_ = Reversal(back.legs.count(), slots_);
   recomputed_ = count_recomputed(back.legs);

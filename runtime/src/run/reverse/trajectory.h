@@ -37,7 +37,8 @@ class Trajectory {
   int plan_slots(const std::vector<char>& read, const Legs& legs);
   int least_of_ranks(int64_t slots) const;
   int64_t count_recomputed(const Legs& legs) const;
-  bool keeps_less_than(const std::vector<char>& read, const BoundProgram* rate, const Legs& legs) const;
+  bool stores_less(const dpde_adjoint_variant& variant, const std::vector<char>& read, const BoundProgram* rate,
+                   const Legs& legs) const;
   void plan_way_back(const BoundProgram* rate, WayBack& back, std::vector<char>& read, Binder& binder,
                      RunMemory& memory);
   void plan_tapes(Executor& step, Executor& adjoint, Losses& losses, int64_t left, bool is_plan);
