@@ -5,7 +5,7 @@
 #include "loop/from_stencil.h"
 #include "random/check_program.h"
 #include "random/variants.h"
-#include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 
 namespace dpde::testing {
 
@@ -18,7 +18,7 @@ Module with_suffix(Module module, const std::string& suffix) {
   for (Kernel& kernel : module.kernels) kernel.name += suffix;
   for (Program& program : module.programs) {
     program.name += suffix;
-    for_each_run(program, [&](Run& run) { run.kernel += suffix; });
+    for_each_kind<Run>(program.body, [&](Run& run) { run.kernel += suffix; });
   }
   return module;
 }

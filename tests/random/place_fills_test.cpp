@@ -10,6 +10,7 @@
 #include "stencil/analyse/effects.h"
 #include "stencil/analyse/verify_stencil.h"
 #include "stencil/text/print_stencil.h"
+#include "stencil/walk.h"
 #include "support/halo_rules.h"
 #include "support/program_cases.h"
 #include "support/setting.h"
@@ -46,7 +47,7 @@ bool has_one_rule_each(const Module& module, const std::vector<Statement>& body)
 
 int fills_in(const Program& program) {
   int count = 0;
-  for_each_fill(program, [&](const Fill&) { ++count; });
+  for_each_kind<Fill>(program.body, [&](const Fill&) { ++count; });
   return count;
 }
 

@@ -8,6 +8,7 @@
 #include "analysis/unused.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 
 namespace dpde::analysis {
 
@@ -50,7 +51,7 @@ bool commutes_with_shifts(const driver::Compiled& compiled, const std::string& n
   if (program->axes[axis] == Topology::periodic) return true;
   if (!stencil::interface_of(compiled.stencil, *program).networks.empty()) return false;  // they pad at walls
   bool continues_all = true;
-  stencil::for_each_fill(*program, [&](const stencil::Fill& fill) {
+  for_each_kind<stencil::Fill>(program->body, [&](const stencil::Fill& fill) {
     continues_all = continues_all && continues(fill.axes[axis].low) && continues(fill.axes[axis].high);
   });
   return continues_all && !asks_for_the_wall(compiled.stencil, *program, axis);

@@ -5,7 +5,7 @@
 
 #include "adjoint/reverse/plan.h"
 #include "stencil/build.h"
-#include "support/match.h"
+#include "stencil/walk.h"
 
 namespace dpde::analysis {
 
@@ -64,18 +64,10 @@ bool bends(const network::Layer& layer) {
 }
 
 bool has_extremes(const std::vector<stencil::Statement>& statements, const adjoint::Varied& varied) {
-  return std::ranges::any_of(statements, [&](const stencil::Statement& statement) {
-    return match(
-        statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
-        [&](const stencil::Reduce& reduce) {
-          return (reduce.kind == Reduction::max || reduce.kind == Reduction::min) &&
-                 varied.fields.contains(reduce.field);
-        },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Run&) { return false; },
-        [&](const stencil::Solve& solve) { return has_extremes(solve.body, varied); },
-        [&](const stencil::Repeat& repeat) { return has_extremes(repeat.body, varied); });
-  });
+  const auto is_extreme = [&](const stencil::Reduce& reduce) {
+    return (reduce.kind == Reduction::max || reduce.kind == Reduction::min) && varied.fields.contains(reduce.field);
+  };
+  return find_kind<stencil::Reduce>(statements, is_extreme) != nullptr;
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "driver/memory/savings.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
 

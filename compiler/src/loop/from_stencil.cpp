@@ -18,6 +18,7 @@
 #include "stencil/analyse/operator_traits.h"
 #include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -76,7 +77,7 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
   std::set<std::string> fields, states;
   for (const stencil::Program& program : module.programs) {
     for (const stencil::Swap& swap : program.swaps) states.insert(swap.state);
-    stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+    for_each_kind<stencil::Fill>(program.body, [&](const stencil::Fill& fill) {
       if (first.try_emplace(fill.field, &fill).first->second->axes != fill.axes) fields.insert(fill.field);
     });
   }
@@ -89,7 +90,7 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
 std::set<std::string> time_dependent_fields(const stencil::Program& program, std::vector<std::string> counters) {
   std::set<std::string> fields;
   counters.push_back("t");
-  stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+  for_each_kind<stencil::Fill>(program.body, [&](const stencil::Fill& fill) {
     stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
       stencil::visit(value, [&](const stencil::Expr& e) {
         const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);

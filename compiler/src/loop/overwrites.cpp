@@ -19,15 +19,11 @@ namespace {
 /// solves may, leaves its state to whoever wants to know.
 std::vector<const Sweep*> sweeps_of(const Program& program) {
   std::vector<const Sweep*> sweeps;
-  bool is_simple = true;
   for (const Operation& operation : program.body) {
-    match(
-        operation, [](const Fill&) {}, [](const Fold&) {}, [&](const Sweep& sweep) { sweeps.push_back(&sweep); },
-        [&](const Reduce&) { is_simple = false; }, [&](const NetworkCall&) { is_simple = false; },
-        [&](const Transform&) { is_simple = false; }, [&](const Solve&) { is_simple = false; },
-        [&](const Repeat&) { is_simple = false; });
+    if (!is_one_of<Fill, Fold, Sweep>(operation)) return {};
+    match_some(operation, [&](const Sweep& sweep) { sweeps.push_back(&sweep); });
   }
-  return is_simple ? sweeps : std::vector<const Sweep*>();
+  return sweeps;
 }
 
 bool is_in(const Fill& fill, const std::string& field) {
@@ -45,8 +41,7 @@ bool is_filled(const Program& program, const std::string& field) {
         operation, [&](const Fill& fill) { found = found || is_its(fill); },
         [&](const Fold& fold) { found = found || fold.field == field; },
         [&](const Sweep& sweep) { found = found || std::any_of(sweep.then.begin(), sweep.then.end(), is_its); },
-        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Solve&) {},
-        [](const Repeat&) {});
+        ignored<Reduce, NetworkCall, Transform, Solve, Repeat>);
   }
   return found;
 }

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "loop/expressions.h"
+#include "loop/walk.h"
 #include "support/assert.h"
-#include "support/match.h"
 #include "support/names/name_supply.h"
 
 namespace dpde::loop {
@@ -273,12 +273,7 @@ class Sharing {
   }
 
   void bind(std::vector<Operation>& operations) const {
-    for (Operation& operation : operations) {
-      match(
-          operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-          [](const Transform&) {}, [&](Sweep& sweep) { bind(sweep); },
-          [&](Solve& solve) { bind(solve.body), bind(solve.step); }, [&](Repeat& repeat) { bind(repeat.body); });
-    }
+    for_each_kind<Sweep>(operations, [&](Sweep& sweep) { bind(sweep); });
   }
 
   void bind(Sweep& sweep) const {

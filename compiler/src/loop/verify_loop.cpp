@@ -302,8 +302,7 @@ void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
 void Verifier::check_operations(const Program& program, const std::vector<Operation>& operations) {
   for (const Operation& operation : operations) {
     match(
-        operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
+        operation, [&](const OneOf<Fill, Fold> auto& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Reduce& r) { check_reduce(program, r); }, [&](const NetworkCall& i) { check_network(program, i); },
         [&](const Transform& t) { check_transform(program, t); }, [&](const Sweep& s) { check_sweep(program, s); },
         [&](const Solve& s) { check_solve(program, s); }, [&](const Repeat& r) { check_repeat(program, r); });

@@ -6,6 +6,7 @@
 #include "stability/waves/coupled_waves.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -21,15 +22,6 @@ bool holds_interp(const Expr& e) {
   return found;
 }
 
-void forget_guesses(std::vector<Statement>& body) {
-  for (Statement& statement : body) {
-    match(
-        statement, [](Fill&) {}, [](Fold&) {}, [](Reduce&) {}, [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {},
-        [](Solve& solve) { solve.guesses.clear(), solve.preconditioner.reset(); },
-        [](Repeat& repeat) { forget_guesses(repeat.body); });
-  }
-}
-
 }  // namespace
 
 Module without_guesses(Module module) {
@@ -38,9 +30,9 @@ Module without_guesses(Module module) {
 }
 
 void survey(const Module& module, const std::vector<Statement>& body, StepCapabilities& result) {
-  for (const Statement& statement : body) {
+  const auto look_at = [&](const Statement& statement) {
     match(
-        statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
+        statement, ignored<Fill>, [&](const Fold&) { result.why = "it folds halos"; },
         [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.has_networks = true; },
         [&](const Transform& transform) {
           const auto solves = [](const Transform::Term& t) {
@@ -58,21 +50,15 @@ void survey(const Module& module, const std::vector<Statement>& body, StepCapabi
         },
         [&](const Solve& solve) {
           result.solves = true;
-          const auto is_run = [](const Statement& s) {
-            return match(
-                s, [](const Run&) { return true; }, [](const Fill&) { return true; }, [](const Fold&) { return false; },
-                [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
-                [](const Transform&) { return false; }, [](const Solve&) { return false; },
-                [](const Repeat&) { return false; });
-          };
+          const auto is_run = [](const Statement& s) { return is_one_of<Fill, Run>(s); };
           if (solve.unknowns.size() > most_coupled) result.why = "a solve for many fields at once is in it";
           if (!std::ranges::all_of(solve.body, is_run)) result.why = "a solve of more than kernels is in it";
         },
         [&](const Repeat& repeat) {
           if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
-          survey(module, repeat.body, result);
         });
-  }
+  };
+  for_each_statement(body, look_at, Blocks::passes);
 }
 
 }  // namespace dpde::stability

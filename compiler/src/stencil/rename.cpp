@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/rename.h"
 
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -15,9 +15,9 @@ class Renamer {
       : module_(module), renaming_(renaming), kernels_(kernels) {}
 
   std::vector<Statement> run(std::vector<Statement> statements) {
-    for (Statement& statement : statements) {
+    for_each_statement(statements, [&](Statement& statement) {
       match(
-          statement, [&](Fill& fill) { rename_sides(fill); }, [&](Fold& fold) { rename_sides(fold); },
+          statement, [&](OneOf<Fill, Fold> auto& halo) { rename_sides(halo); },
           [&](Reduce& reduce) { rename(reduce.field), rename(reduce.result); },
           [&](NetworkCall& network_call) { rename_fields_of(network_call); },
           [&](Transform& transform) {
@@ -31,17 +31,14 @@ class Renamer {
             }
             for (std::string& guess : solve.guesses) rename(guess);
             if (solve.preconditioner) rename_fields_of(*solve.preconditioner);
-            solve.body = this->run(std::move(solve.body));
-            solve.step = this->run(std::move(solve.step));
           },
           [&](Repeat& repeat) {
             for (LoopCarried& carry : repeat.carries) rename(carry.state), rename(carry.next), rename(carry.result);
             for (auto* all : {&repeat.saves, &repeat.loads}) {
               for (TapeEntry& stacked : *all) rename(stacked.field), rename(stacked.stack);
             }
-            repeat.body = this->run(std::move(repeat.body));
           });
-    }
+    });
     return statements;
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 #include "support/contains.h"
 #include "support/match.h"
 
@@ -18,7 +19,7 @@ bool has_bounded_axis(const std::vector<Topology>& axes) {
 int reach(const Module& module, const Program& program, const Varied& varied) {
   if (!has_bounded_axis(program.axes)) return 0;
   int result = 0;
-  for_each_run(program, [&](const Run& run) {
+  for_each_kind<Run>(program.body, [&](const Run& run) {
     const Kernel& kernel = *module.find_kernel(run.kernel);
     for (const Scatter& scatter : kernel.scatters) {
       if (varied.fields.contains(scatter.target.field))
@@ -43,10 +44,7 @@ std::map<std::string, const Fill*> fills_at_the_end(const Module& module, const 
     for (const auto* changed : {&e.writes, &e.updates}) {
       for (const std::string& field : *changed) fills.erase(field);
     }
-    match(
-        statement, [&](const Fill& fill) { fills[fill.field] = &fill; }, [](const Fold&) {}, [](const Reduce&) {},
-        [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {}, [](const Solve&) {},
-        [](const Repeat&) {});
+    match_some(statement, [&](const Fill& fill) { fills[fill.field] = &fill; });
   }
   return fills;
 }
@@ -64,23 +62,13 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
           read.merge(wall_fields(fold.axes));
           read.insert(fold.field);
         },
-        [&](const Reduce& reduce) { read.insert(reduce.field); },
-        [&](const NetworkCall& network_call) {
-          for (const std::string& field : fields_read(network_call)) read.insert(field);
-        },
-        [&](const Transform& transform) {
-          for (const Transform::Term& term : transform.terms) read.insert(term.field);
-        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           for (const auto& one : signature(kernel).reads) read.insert(one.field);
           for (const Scatter& scatter : kernel.scatters) read.insert(scatter.target.field);
         },
-        [&](const Solve& solve) {
-          for (const std::string& field : effects(module, solve).reads) read.insert(field);
-        },
-        [&](const Repeat& repeat) {
-          for (const std::string& field : effects(module, repeat).reads) read.insert(field);
+        [&](const OneOf<Reduce, NetworkCall, Transform, Solve, Repeat> auto& other) {
+          for (const std::string& field : effects(module, other).reads) read.insert(field);
         });
   }
   return read;
@@ -90,11 +78,8 @@ bool is_read_by(const Module& kernels, const std::vector<Statement>& body, const
   return std::ranges::any_of(body, [&](const Statement& statement) {
     const auto is_read = [&] { return contains(effects(kernels, statement).reads, field); };
     return match(
-        statement, [&](const Fill& fill) { return wall_fields(fill.axes).contains(field); },
-        [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
-        [&](const Reduce&) { return is_read(); }, [&](const NetworkCall&) { return is_read(); },
-        [&](const Transform&) { return is_read(); }, [&](const Run&) { return is_read(); },
-        [&](const Solve&) { return is_read(); }, [&](const Repeat&) { return is_read(); });
+        statement, [&](const OneOf<Fill, Fold> auto& halo) { return wall_fields(halo.axes).contains(field); },
+        [&](const OneOf<Reduce, NetworkCall, Transform, Run, Solve, Repeat> auto&) { return is_read(); });
   });
 }
 
@@ -108,7 +93,7 @@ std::vector<AxisBoundary> boundary_around(const std::vector<Topology>& axes) {
 std::set<std::string> grown_fields(const Module& module, const Program& program) {
   std::set<std::string> fields;
   if (!has_bounded_axis(program.axes)) return fields;
-  for_each_run(program, [&](const Run& run) {
+  for_each_kind<Run>(program.body, [&](const Run& run) {
     if (run.grow == 0) return;
     const Signature s = signature(*module.find_kernel(run.kernel));
     fields.insert(s.writes.begin(), s.writes.end());

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "adjoint/rules.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 
 namespace dpde::adjoint {

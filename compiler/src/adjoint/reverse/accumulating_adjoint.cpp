@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 #include "support/contains.h"
 #include "support/match.h"
 
@@ -32,10 +33,8 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
           return std::ranges::none_of(kernel.scatters,
                                       [&](const stencil::Scatter& s) { return s.target.field == field; });
         },
-        [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
-        [](const stencil::Transform&) { return false; }, [](const stencil::Solve&) { return false; },
-        [](const stencil::Repeat&) { return false; });
+        always<false, stencil::Fill, stencil::Fold, stencil::Reduce, stencil::NetworkCall, stencil::Transform,
+               stencil::Solve, stencil::Repeat>);
     if (uses || !is_row_wise || writes == is_stored) return false;
     is_stored = true;
   }
@@ -48,7 +47,7 @@ bool add_to_totals(Program& program, const std::vector<std::string>& results, Mo
   for (const std::string& result : results) {
     if (contains(program.keeps, result) && is_stored_once(module, program, result)) added_to.insert(result);
   }
-  stencil::for_each_run(program, [&](stencil::Run& run) {
+  for_each_kind<stencil::Run>(program.body, [&](stencil::Run& run) {
     const auto is_first = [&](const stencil::Store& s) { return !s.accumulate && added_to.contains(s.field); };
     if (std::ranges::none_of(stencil::kernel_of(module, run).stores, is_first)) return;
     stencil::Kernel kernel = stencil::kernel_of(module, run);

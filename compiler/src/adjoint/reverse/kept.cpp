@@ -13,6 +13,7 @@
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 #include "support/names/name_supply.h"
 
@@ -36,11 +37,10 @@ const stencil::Run* only_run(const Program& program) {
   const stencil::Run* found = nullptr;
   for (const stencil::Statement& statement : program.body) {
     const bool is_plain = match(
-        statement, [](const stencil::Fill&) { return true; },
+        statement, always<true, stencil::Fill>,
         [&](const stencil::Run& run) { return std::exchange(found, &run) == nullptr && run.grow == 0; },
-        [](const stencil::Fold&) { return false; }, [](const stencil::Reduce&) { return false; },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
+        always<false, stencil::Fold, stencil::Reduce, stencil::NetworkCall, stencil::Transform, stencil::Solve,
+               stencil::Repeat>);
     if (!is_plain) return nullptr;
   }
   return found;
@@ -53,12 +53,8 @@ bool is_plain_adjoint(const Module& module, const Program& program, const Fields
     const auto touches = [&](const std::vector<std::string>& fields) {
       return std::ranges::any_of(fields, [&](const std::string& field) { return states.contains(field); });
     };
-    if (touches(e.writes) || touches(e.updates)) return false;
-    return match(
-        statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return true; },
-        [](const stencil::Run&) { return true; }, [](const stencil::Reduce&) { return false; },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
+    return !touches(e.writes) && !touches(e.updates) &&
+           is_one_of<stencil::Fill, stencil::Fold, stencil::Run>(statement);
   });
 }
 
@@ -201,8 +197,8 @@ std::optional<Kernel> keeping_kernel(const Kernel& step, const std::vector<KeptV
 
 bool grows(const Program& program, const std::string& kernel) {
   bool grows = false;
-  stencil::for_each_run(program,
-                        [&](const stencil::Run& run) { grows = grows || (run.kernel == kernel && run.grow > 0); });
+  for_each_kind<stencil::Run>(
+      program.body, [&](const stencil::Run& run) { grows = grows || (run.kernel == kernel && run.grow > 0); });
   return grows;
 }
 
@@ -245,13 +241,13 @@ std::optional<StoringPair> add_storing_pair(const std::string& of_step, const st
   from_stored.name = pair.adjoint;
   for (const auto& [name, value] : found) storing_step.keeps.push_back(name);
   const std::string kernel_name = add_kernel(module, std::move(*keeping), "_storing");
-  stencil::for_each_run(storing_step, [&](stencil::Run& r) { r.kernel = kernel_name; });
+  for_each_kind<stencil::Run>(storing_step.body, [&](stencil::Run& r) { r.kernel = kernel_name; });
   std::map<std::string, std::string> renamed;
   for (std::size_t k = 0; k < before.size(); ++k) {
     if (!states_read({before[k]}, states).empty())
       renamed[before[k].name] = add_kernel(module, std::move(after[k]), "_from_stored");
   }
-  stencil::for_each_run(from_stored, [&](stencil::Run& r) {
+  for_each_kind<stencil::Run>(from_stored.body, [&](stencil::Run& r) {
     if (renamed.contains(r.kernel)) r.kernel = renamed.at(r.kernel);
   });
   std::erase_if(from_stored.body,

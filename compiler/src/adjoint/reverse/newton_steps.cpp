@@ -4,6 +4,7 @@
 #include "adjoint/solves.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/passes/passes.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -17,15 +18,11 @@ class NewtonSteps {
   explicit NewtonSteps(Module& module) : module_(module) {}
 
   void add_to(std::vector<Statement>& statements, const Program& program) {
-    for (Statement& statement : statements) {
-      match(
-          statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-          [](const Transform&) {}, [](const Run&) {},
-          [&](Solve& solve) {
-            add_to(solve.body, program);
-            if (!solve.is_linear && solve.step.empty()) solve.step = {step_of(solve, program)};
-          },
-          [&](Repeat& repeat) { add_to(repeat.body, program); });
+    for (Statement& statement : statements) {  // those inside first: a step is made of what is inside
+      for_each_block(statement, Blocks::all, [&](auto& block) { add_to(block, program); });
+      match_some(statement, [&](Solve& solve) {
+        if (!solve.is_linear && solve.step.empty()) solve.step = {step_of(solve, program)};
+      });
     }
   }
 

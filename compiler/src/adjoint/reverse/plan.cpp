@@ -9,6 +9,7 @@
 #include "adjoint/reverse/weights.h"
 #include "adjoint/solves.h"
 #include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -17,18 +18,6 @@ namespace dpde::adjoint {
 using namespace stencil;
 
 namespace {
-
-void add_stacks(const std::vector<Statement>& statements, std::set<std::string>& names) {
-  for (const Statement& statement : statements) {
-    match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {}, [&](const Solve& solve) { add_stacks(solve.body, names); },
-        [&](const Repeat& repeat) {
-          for (const TapeEntry& save : repeat.saves) names.insert(save.stack);
-          add_stacks(repeat.body, names);
-        });
-  }
-}
 
 /// Fields, parameters, sums, networks and stacks: what derivatives are told of by name.
 std::set<std::string> values_of(const Module& module) {
@@ -44,7 +33,9 @@ std::set<std::string> values_of(const Module& module) {
     for (const auto* names : {&known.inputs, &known.written, &known.params})
       values.insert(names->begin(), names->end());
     for (const Swap& swap : program.swaps) values.insert({swap.state, swap.next});
-    add_stacks(program.body, values);
+    for_each_kind<Repeat>(program.body, [&](const Repeat& repeat) {
+      for (const TapeEntry& save : repeat.saves) values.insert(save.stack);
+    });
   }
   return values;
 }
@@ -242,13 +233,11 @@ bool check_statements(const Module& module, const std::vector<Statement>& statem
   for (const Statement& statement : statements) {
     good &= match(
         statement,  //
-        [&](const Fill& fill) { return check_sides(fill, varied, sink); },
-        [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
+        [&](const OneOf<Fill, Fold> auto& halo) { return check_sides(halo, varied, sink); },
         [&](const NetworkCall& network_call) { return check_network(module, network_call, varied, way, sink); },
-        [](const Transform&) { return true; },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
-        [&](const Solve& solve) { return check_statements(module, solve.body, varied, way, sink); },
-        [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, way, sink); });
+        [&](const OneOf<Solve, Repeat> auto& block) { return check_statements(module, block.body, varied, way, sink); },
+        always<true, Reduce, Transform>);
   }
   return good;
 }
@@ -266,13 +255,13 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
   for (const Statement& statement : program.body) {
     std::set<std::string> folded;
     match(
-        statement, [](const Fill&) {}, [&](const Fold& fold) { folded = wall_fields(fold.axes); }, [](const Reduce&) {},
-        [](const NetworkCall&) {}, [](const Transform&) {},
+        statement, [&](const Fold& fold) { folded = wall_fields(fold.axes); },
         [&](const Run& run) {
           if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
         },
         [&](const Solve& solve) { good = good && check_folds(module, operator_of(solve, program), varied, sink); },
-        [&](const Repeat& repeat) { good = good && check_folds(module, pass_of(repeat, program), varied, sink); });
+        [&](const Repeat& repeat) { good = good && check_folds(module, pass_of(repeat, program), varied, sink); },
+        ignored<Fill, Reduce, NetworkCall, Transform>);
     if (!good) return false;
     if (scatters.empty()) continue;
     for (const std::string& wall : folded) {

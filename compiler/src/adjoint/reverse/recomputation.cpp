@@ -10,6 +10,7 @@
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "stencil/text/as_written.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -27,13 +28,9 @@ struct PlacedFill {
 PlacedFill last_fill(const Program& program, const std::string& field, std::size_t end) {
   PlacedFill last;
   for (std::size_t i = 0; i < end; ++i) {
-    match(
-        program.body[i],
-        [&](const Fill& fill) {
-          if (fill.field == field) last = {&fill, i};
-        },
-        [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Transform&) {}, [](const Run&) {},
-        [](const Solve&) {}, [](const Repeat&) {});
+    match_some(program.body[i], [&](const Fill& fill) {
+      if (fill.field == field) last = {&fill, i};
+    });
   }
   return last;
 }
@@ -72,18 +69,15 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
 /// computed beyond the interior, where its first fill changes it too.
 bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
   const auto is_filled_anew = [&] {
-    bool found = false;
-    for_each_fill(std::span(program.body).subspan(index, 1),
-                  [&](const Fill& fill) { found = found || (fill.field == field && is_grown); });
-    return found;
+    const auto is_its = [&](const Fill& fill) { return fill.field == field; };
+    return is_grown && find_kind<Fill>(std::span(program.body).subspan(index, 1), is_its) != nullptr;
   };
   return match(
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(module, program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
-      [](const Transform&) { return false; }, [](const Run&) { return false; },
-      [&](const Solve&) { return is_filled_anew(); }, [&](const Repeat&) { return is_filled_anew(); });
+      always<false, Reduce, NetworkCall, Transform, Run>,
+      [&](const OneOf<Solve, Repeat> auto&) { return is_filled_anew(); });
 }
 
 /// Goes back along a program: from the fields that are needed behind it to the statements that make them.

@@ -11,6 +11,7 @@
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "stencil/passes/place_fills.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -78,7 +79,7 @@ std::vector<Statement> Reversal::statements(Module& kernels) {
   FillPlacer placer(program_.axes, halos);
   for (const Statement& statement : all) placer.pass(module_, statement);
   for (const Statement& statement : body) placer.add(kernels_, statement, all);
-  for_each_fill(std::span(all).subspan(recomputed), [&](const Fill& fill) {
+  for_each_kind<Fill>(std::span(all).subspan(recomputed), [&](const Fill& fill) {
     const auto reader = needed.find(fill.field);
     if (reader == needed.end()) return;
     for (const std::string& wall : wall_fields(fill.axes)) {

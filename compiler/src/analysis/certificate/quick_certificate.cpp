@@ -22,8 +22,8 @@
 #include "loop/print_loop.h"
 #include "model/print/print_model.h"
 #include "network/symmetrise.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::analysis {
@@ -74,9 +74,8 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
   Size size;
   for (const stencil::Statement& statement : statements) {
     const Size more = match(
-        statement, [](const stencil::Fill&) { return Size{}; }, [](const stencil::Fold&) { return Size{}; },
-        [](const stencil::Reduce&) { return Size{}; }, [](const stencil::NetworkCall&) { return Size{}; },
-        [](const stencil::Transform&) { return Size{}; },
+        statement,
+        always<Size{}, stencil::Fill, stencil::Fold, stencil::Reduce, stencil::NetworkCall, stencil::Transform>,
         [&](const stencil::Run& run) {
           const double nodes = size_of(*module.find_kernel(run.kernel));
           return Size{nodes, nodes};
@@ -224,14 +223,10 @@ std::vector<DotCase> cases_of(const driver::Compiled& compiled, const std::strin
 /// Whether a solve of the program leaves more than rounding, or may. Then tangent and adjoint do not agree to the last
 /// digits.
 bool leaves_residuals(const std::vector<stencil::Statement>& statements) {
-  return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
-    return match(
-        statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
-        [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return false; },
-        [](const stencil::Solve& solve) { return solve.by.warns || solve.by.tolerance > SolveBy{}.tolerance; },
-        [](const stencil::Repeat& repeat) { return leaves_residuals(repeat.body); });
-  });
+  const auto leaves_some = [](const stencil::Solve& solve) {
+    return solve.by.warns || solve.by.tolerance > SolveBy{}.tolerance;
+  };
+  return find_kind<stencil::Solve>(statements, leaves_some) != nullptr;
 }
 
 std::string help_for(const driver::Compiled& compiled) {

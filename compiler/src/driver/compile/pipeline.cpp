@@ -37,6 +37,7 @@
 #include "stencil/passes/passes.h"
 #include "stencil/text/from_ast.h"
 #include "stencil/text/print_stencil.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "syntax/parser.h"
@@ -94,7 +95,7 @@ stencil::Module with_own_kernels(stencil::Module module, const stencil::Module& 
     kernel.name = name;
   }
   for (stencil::Program& program : module.programs) {
-    stencil::for_each_run(program, [&](stencil::Run& run) {
+    for_each_kind<stencil::Run>(program.body, [&](stencil::Run& run) {
       if (renamed.contains(run.kernel)) run.kernel = renamed.at(run.kernel);
     });
   }

@@ -10,7 +10,7 @@
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "stencil/passes/displaced_values.h"
-#include "support/match.h"
+#include "stencil/walk.h"
 
 namespace dpde::driver {
 
@@ -49,23 +49,14 @@ void look_at(const Kernel& kernel, Reaches& farthest) {
   }
 }
 
-void look_at(const Module& module, const std::vector<Statement>& body, Reaches& farthest) {
-  for (const Statement& statement : body) {
-    match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [&](const Run& run) { look_at(kernel_of(module, run), farthest); },
-        [&](const Solve& solve) { look_at(module, solve.body, farthest); },
-        [&](const Repeat& repeat) { look_at(module, repeat.body, farthest); });
-  }
-}
-
 }  // namespace
 
 void tell_wide_formulas(const Module& module, const Program& program, const model::Problem& problem,
                         DiagnosticSink& sink) {
   Reaches farthest;
   const Module whole = with_values_in_place(module);
-  look_at(whole, whole.find_program(program.name)->body, farthest);
+  for_each_kind<Run>(whole.find_program(program.name)->body,
+                     [&](const Run& run) { look_at(kernel_of(whole, run), farthest); });
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];
     const int points = farthest[a].cells;

@@ -143,21 +143,11 @@ const stencil::Program* written_step(const Compiled& compiled) {
   return compiled.problem->program.empty() ? nullptr : compiled.stencil.find_program(compiled.step_name());
 }
 
-void forget_guesses(std::vector<stencil::Statement>& body) {
-  for (stencil::Statement& statement : body) {
-    match(
-        statement, [](stencil::Fill&) {}, [](stencil::Fold&) {}, [](stencil::Reduce&) {}, [](stencil::NetworkCall&) {},
-        [](stencil::Transform&) {}, [](stencil::Run&) {},
-        [](stencil::Solve& solve) { solve.guesses.clear(), solve.preconditioner.reset(); },
-        [](stencil::Repeat& repeat) { forget_guesses(repeat.body); });
-  }
-}
-
 /// The program in its own module, without code that is only needed for initial guesses of solves.
 stencil::Module without_guesses(const stencil::Module& module, const stencil::Program& program) {
   stencil::Module alone = module;
   alone.programs = {program};
-  forget_guesses(alone.programs.front().body);
+  stencil::forget_guesses(alone.programs.front().body);
   return stencil::remove_dead_code(alone);
 }
 

@@ -99,7 +99,7 @@ Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Oper
   Cost total;
   for (const loop::Operation& operation : operations) {
     match(
-        operation, [](const loop::Fill&) {}, [](const loop::Fold&) {},
+        operation, ignored<loop::Fill, loop::Fold>,
         [&](const loop::Reduce&) {
           total += {2.0 * static_cast<double>(bytes_of(module.real)), 1};  // reads one field and writes one
         },

@@ -85,16 +85,15 @@ class Costs {
       return WholeGridCost{};
     };
     return match(
-        operation, [&](const loop::Transform& one) { return of_kind(one); },
-        [&](const loop::Solve& one) { return of_kind(one); },
+        operation, [&](const OneOf<loop::Transform, loop::Solve> auto& one) { return of_kind(one); },
         [&](const loop::Repeat& repeat) {
           WholeGridCost pass = of(repeat.body);
           pass.flops *= repeat.count;
           return pass;
         },
-        [](const loop::Fill&) { return WholeGridCost{}; }, [](const loop::Fold&) { return WholeGridCost{}; },
-        [](const loop::Reduce&) { return WholeGridCost{}; }, [](const loop::NetworkCall&) { return WholeGridCost{}; },
-        [](const loop::Sweep&) { return WholeGridCost{}; });
+        [](const OneOf<loop::Fill, loop::Fold, loop::Reduce, loop::NetworkCall, loop::Sweep> auto&) {
+          return WholeGridCost{};
+        });
   }
 
   const Compiled& compiled_;

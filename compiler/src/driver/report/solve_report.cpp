@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "support/match.h"
+#include "stencil/walk.h"
 
 namespace dpde::driver {
 
@@ -14,19 +14,8 @@ namespace {
 
 /// The solve for a field, also inside repeats; null if there is none.
 const stencil::Solve* find_solve(const std::vector<stencil::Statement>& statements, const std::string& unknown) {
-  for (const stencil::Statement& statement : statements) {
-    const stencil::Solve* found = match(
-        statement, [](const stencil::Fill&) -> const stencil::Solve* { return nullptr; },
-        [](const stencil::Fold&) -> const stencil::Solve* { return nullptr; },
-        [](const stencil::Reduce&) -> const stencil::Solve* { return nullptr; },
-        [](const stencil::NetworkCall&) -> const stencil::Solve* { return nullptr; },
-        [](const stencil::Transform&) -> const stencil::Solve* { return nullptr; },
-        [](const stencil::Run&) -> const stencil::Solve* { return nullptr; },
-        [&](const stencil::Solve& solve) { return solve.unknowns.front() == unknown ? &solve : nullptr; },
-        [&](const stencil::Repeat& repeat) { return find_solve(repeat.body, unknown); });
-    if (found != nullptr) return found;
-  }
-  return nullptr;
+  const auto is_it = [&](const stencil::Solve& solve) { return solve.unknowns.front() == unknown; };
+  return find_kind<stencil::Solve>(statements, is_it, Blocks::passes);
 }
 
 /// Merges notes: all stages of a step solve the same equation.

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "model/build.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/names/bound_names.h"
 
 namespace dpde::driver {
@@ -22,7 +22,7 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
     });
   };
   for (const stencil::Program& program : module.programs) {
-    stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+    for_each_kind<stencil::Fill>(program.body, [&](const stencil::Fill& fill) {
       stencil::for_each_side(fill.axes, [&](const stencil::Side& side) { collect(side.value); });
     });
   }

@@ -10,7 +10,7 @@
 #include "model/boundary/metric.h"
 #include "model/boundary/wall_coefficient.h"
 #include "model/build.h"
-#include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 
 namespace dpde::driver {
 
@@ -49,7 +49,7 @@ void look_at(const Session& session, const model::Coefficient& coefficient, cons
 void for_each_led_beyond(const Compiled& compiled, const Look& look) {
   const stencil::Program* step = compiled.stencil.find_program(compiled.step_name());
   if (step == nullptr) return;
-  stencil::for_each_fill(*step, [&](const stencil::Fill& fill) {
+  for_each_kind<stencil::Fill>(step->body, [&](const stencil::Fill& fill) {
     const model::Coefficient* coefficient = compiled.problem->find_coefficient(fill.field);
     for (std::size_t axis = 0; coefficient != nullptr && axis < fill.axes.size(); ++axis) {
       if (fill.axes[axis].topology == Topology::periodic) continue;

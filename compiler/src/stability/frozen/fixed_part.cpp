@@ -18,13 +18,7 @@ using namespace stencil;
 
 namespace {
 
-bool can_be_apart(const Statement& statement) {
-  return match(
-      statement, [](const Fill&) { return true; }, [](const Fold&) { return false; },
-      [](const Reduce&) { return true; }, [](const NetworkCall&) { return false; },
-      [](const Transform&) { return true; }, [](const Run&) { return true; }, [](const Solve&) { return true; },
-      [](const Repeat&) { return false; });
-}
+bool can_be_apart(const Statement& statement) { return is_one_of<Fill, Reduce, Transform, Run, Solve>(statement); }
 
 /// Which statements of a program make the same each time.
 class FixedPart {

@@ -31,9 +31,8 @@ class Unperturbed {
     std::set<std::string>& made = is_in_solve ? perturbed_ : made_;
     for (const stencil::Statement& statement : body) {
       match(
-          statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
-          [&](const stencil::Reduce& reduce) { made.insert(reduce.result); }, [](const stencil::NetworkCall&) {},
-          [&](const stencil::Transform& transform) { made.insert(transform.result); },
+          statement, ignored<stencil::Fill, stencil::Fold, stencil::NetworkCall>,
+          [&](const OneOf<stencil::Reduce, stencil::Transform> auto& one) { made.insert(one.result); },
           [&](const stencil::Run& run) {
             for (const stencil::Store& store : stencil::kernel_of(module_, run).stores) made.insert(store.field);
           },
@@ -274,13 +273,8 @@ class FrozenKernels::StepDependence {
 namespace {
 
 bool is_of_kernels_alone(const std::vector<stencil::Statement>& body) {
-  return std::ranges::all_of(body, [](const stencil::Statement& statement) {
-    return match(
-        statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce&) { return false; }, [](const stencil::NetworkCall&) { return false; },
-        [](const stencil::Transform&) { return false; }, [](const stencil::Run&) { return true; },
-        [](const stencil::Solve&) { return false; }, [](const stencil::Repeat&) { return false; });
-  });
+  return std::ranges::all_of(
+      body, [](const stencil::Statement& statement) { return is_one_of<stencil::Fill, stencil::Run>(statement); });
 }
 
 }  // namespace
@@ -288,15 +282,13 @@ bool is_of_kernels_alone(const std::vector<stencil::Statement>& body) {
 void FrozenKernels::add_fields_of(const std::vector<stencil::Statement>& body) {
   for (const stencil::Statement& statement : body) {
     match(
-        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+        statement, ignored<stencil::Fill, stencil::Fold, stencil::NetworkCall, stencil::Run>,
         [&](const stencil::Reduce& reduce) { add_field(reduce.field), add_field(reduce.result); },
-        [](const stencil::NetworkCall&) {},
         [&](const stencil::Transform& transform) {
           const Id result = add_field(transform.result);
           for (const stencil::Transform::Term& term : transform.terms) add_waves_of(term, result);
           add_symbols_of(transform);
         },
-        [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {
           for (const auto* names : {&solve.images, &solve.rights, &solve.unknowns})
             std::ranges::for_each(*names, [&](const std::string& name) { add_field(name); });

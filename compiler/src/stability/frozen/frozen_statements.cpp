@@ -6,7 +6,6 @@
 
 #include "stability/frozen/frozen_evaluation.h"
 #include "stability/waves/coupled_waves.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
 #include "support/assert.h"
@@ -167,19 +166,17 @@ Value Evaluation::solved(const std::string& field, const std::string& unknown) c
 
 /// Nothing in it is a stage of the states.
 void Evaluation::run_block(const Solve& solve) {
-  const auto no = [](const auto&) {
-    unreachable("a statement that step_capabilities.h refuses in the block of a solve");
-  };
   for (const Statement& statement : solve.body) {
     match(
-        statement, [](const Fill&) {},
+        statement, ignored<Fill>,
         [&](const Run& run) {
           const FrozenKernels::Kernel& kernel = kernels_.kernel(run.kernel);
           std::vector<Value> values = stored_values(kernel);
           for (std::size_t i = 0; i < values.size(); ++i) set(kernel.stores[i].field, std::move(values[i]));
         },
-        [&](const Fold& s) { no(s); }, [&](const Reduce& s) { no(s); }, [&](const NetworkCall& s) { no(s); },
-        [&](const Transform& s) { no(s); }, [&](const Solve& s) { no(s); }, [&](const Repeat& s) { no(s); });
+        [](const OneOf<Fold, Reduce, NetworkCall, Transform, Solve, Repeat> auto&) {
+          unreachable("a statement that step_capabilities.h refuses in the block of a solve");
+        });
   }
 }
 
@@ -263,7 +260,7 @@ void Evaluation::repeat(const Repeat& repeat) {
 void Evaluation::run(const std::vector<Statement>& body) {
   for (const Statement& statement : body) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
+        statement, ignored<Fill, Fold>, [&](const Reduce& r) { reduce(r); },
         [&](const NetworkCall&) { is_too_far_ = true; }, [&](const Transform& t) { transform(t); },
         [&](const Run& r) { run_kernel(kernels_.kernel(r.kernel)); }, [&](const Solve& s) { solve(s); },
         [&](const Repeat& r) { repeat(r); });

@@ -8,7 +8,6 @@
 #include "stability/frozen/zero_step.h"
 #include "stability/report/known_networks.h"
 #include "stability/step/whole_fields.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/build.h"
 #include "support/contains.h"
 

@@ -14,7 +14,7 @@
 #include "stability/equations.h"
 #include "stability/report/verdict_cache.h"
 #include "stability/step_capabilities.h"
-#include "support/match.h"
+#include "stencil/walk.h"
 
 namespace dpde::stability {
 
@@ -103,17 +103,11 @@ bool has_masks(const model::Problem& problem) {
 
 /// Whether it reduces to what means of cells have as well.
 bool reduces_to_means(const std::vector<stencil::Statement>& body, int rank, bool is_staggered) {
-  return std::ranges::all_of(body, [&](const stencil::Statement& statement) {
-    return match(
-        statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return true; },
-        [&](const stencil::Reduce& reduce) {
-          const bool is_of_all = std::ranges::count(reduce.over, true) == rank;
-          return reduce.kind == Reduction::mean && (is_of_all || !is_staggered);
-        },
-        [](const stencil::NetworkCall&) { return true; }, [](const stencil::Transform&) { return true; },
-        [](const stencil::Run&) { return true; }, [](const stencil::Solve&) { return true; },
-        [&](const stencil::Repeat& repeat) { return reduces_to_means(repeat.body, rank, is_staggered); });
-  });
+  const auto is_other = [&](const stencil::Reduce& reduce) {
+    const bool is_of_all = std::ranges::count(reduce.over, true) == rank;
+    return reduce.kind != Reduction::mean || (!is_of_all && is_staggered);
+  };
+  return find_kind<stencil::Reduce>(body, is_other, Blocks::passes) == nullptr;
 }
 
 }  // namespace

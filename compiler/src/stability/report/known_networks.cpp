@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "stability/frozen/zero_step.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -20,24 +21,17 @@ bool is_known(const Module& module, const NetworkCall& call) {
 
 /// Solves keep theirs: nothing looks into a block that has any.
 void take_out_networks(const Module& module, std::vector<Statement>& body, std::set<std::string>& results) {
-  std::vector<Statement> others;
-  for (Statement& statement : body) {
-    const bool is_taken = match(
-        statement, [](const Fill&) { return false; }, [](const Fold&) { return false; },
-        [](const Reduce&) { return false; },
-        [&](const NetworkCall& call) {
-          if (!is_known(module, call)) return false;
-          for (const std::string& result : fields_written(call)) results.insert(result);
-          return true;
-        },
-        [](const Transform&) { return false; }, [](const Run&) { return false; }, [](const Solve&) { return false; },
-        [&](Repeat& repeat) {
-          take_out_networks(module, repeat.body, results);
-          return false;
-        });
-    if (!is_taken) others.push_back(std::move(statement));
-  }
-  body = std::move(others);
+  const auto add_results = [&](const NetworkCall& call) {
+    if (!is_known(module, call)) return;
+    for (const std::string& result : fields_written(call)) results.insert(result);
+  };
+  for_each_kind<NetworkCall>(body, add_results, Blocks::passes);
+  const auto is_out = [&](const Statement& statement) {
+    bool is_known_call = false;
+    match_some(statement, [&](const NetworkCall& call) { is_known_call = is_known(module, call); });
+    return is_known_call;
+  };
+  erase_statements(body, is_out, Blocks::passes);
 }
 
 }  // namespace

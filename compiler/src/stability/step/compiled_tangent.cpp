@@ -32,10 +32,9 @@ namespace {
 bool is_of_kernels(const std::vector<stencil::Statement>& body, bool or_more) {
   return std::ranges::all_of(body, [&](const stencil::Statement& statement) {
     return match(
-        statement, [](const stencil::Fill&) { return true; }, [](const stencil::Fold&) { return false; },
-        [](const stencil::Reduce&) { return true; }, [](const stencil::NetworkCall&) { return false; },
-        [&](const stencil::Transform&) { return or_more; }, [](const stencil::Run&) { return true; },
-        [&](const stencil::Solve&) { return or_more; },
+        statement, always<true, stencil::Fill, stencil::Reduce, stencil::Run>,
+        always<false, stencil::Fold, stencil::NetworkCall>,
+        [&](const OneOf<stencil::Transform, stencil::Solve> auto&) { return or_more; },
         [&](const stencil::Repeat& repeat) { return is_of_kernels(repeat.body, or_more); });
   });
 }

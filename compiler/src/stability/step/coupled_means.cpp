@@ -16,8 +16,8 @@
 #include "stability/waves/amplification.h"
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/contains.h"
-#include "support/match.h"
 
 namespace dpde::stability {
 
@@ -47,23 +47,15 @@ bool is_weighted(const Module& module, const Program& program, const Reduce& red
   });
 }
 
+/// Solves have none: they are of kernels alone, see step_capabilities.h.
 void take_out(Module& module, const Program& program, std::vector<Statement>& body,
               const std::function<bool(const Reduce&)>& is_out) {
-  for (Statement& statement : body) {
-    const Reduce* out = nullptr;
-    match(
-        statement, [](Fill&) {}, [](Fold&) {},
-        [&](const Reduce& reduce) {
-          if (is_out(reduce)) out = &reduce;
-        },
-        [](NetworkCall&) {}, [](Transform&) {}, [](Run&) {},
-        [](Solve&) {},  // of kernels alone: see step_capabilities.h
-        [&](Repeat& repeat) { take_out(module, program, repeat.body, is_out); });
-    if (out == nullptr) continue;
-    Kernel nothing{"no_" + out->result, static_cast<int>(program.axes.size())};
-    nothing.stores.push_back({out->result, false, 0.0, {}});
-    statement = Run{add_kernel(module, std::move(nothing))};
-  }
+  body = replace_kind<Reduce>(std::move(body), [&](const Reduce& reduce) -> std::vector<Statement> {
+    if (!is_out(reduce)) return {reduce};
+    Kernel nothing{"no_" + reduce.result, static_cast<int>(program.axes.size())};
+    nothing.stores.push_back({reduce.result, false, 0.0, {}});
+    return {Run{add_kernel(module, std::move(nothing))}};
+  });
 }
 
 }  // namespace

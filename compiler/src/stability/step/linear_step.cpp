@@ -9,7 +9,6 @@
 #include "stability/report/known_networks.h"
 #include "stability/step/coupled_means.h"
 #include "stability/step_capabilities.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/passes/displaced_values.h"
 #include "stencil/passes/passes.h"
 #include "support/contains.h"

@@ -5,6 +5,7 @@
 
 #include "model/analyse/solves.h"
 #include "stability/frozen/zero_step.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -17,11 +18,9 @@ using Names = std::map<std::string, std::string>;  // fields of the step, by wha
 
 /// `unknowns`: of the model; null in programs.
 void collect(const std::vector<Statement>& body, const std::vector<const model::Solve*>* unknowns, Names& found) {
-  for (const Statement& statement : body) {
+  const auto add = [&](const Statement& statement) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {},
-        [&](const Reduce& reduce) { found.emplace(reduce.result, reduce.result); }, [](const NetworkCall&) {},
-        [](const Run&) {},
+        statement, [&](const Reduce& reduce) { found.emplace(reduce.result, reduce.result); },
         [&](const Transform& transform) {
           const auto solves = [](const Transform::Term& t) {
             return t.by.function.kind == WaveFunction::Kind::inverse;
@@ -35,8 +34,9 @@ void collect(const std::vector<Statement>& body, const std::vector<const model::
           else if (std::ranges::any_of(*unknowns, is_it))
             found.emplace(solve.written.field, solve.unknowns.front());
         },
-        [&](const Repeat& repeat) { collect(repeat.body, unknowns, found); });
-  }
+        ignored<Fill, Fold, NetworkCall, Run, Repeat>);
+  };
+  for_each_statement(body, add, Blocks::passes);
 }
 
 Names whole_names(const driver::Session& session) {

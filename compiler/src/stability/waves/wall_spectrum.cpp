@@ -12,6 +12,7 @@
 #include "stability/waves/ring_spectrum.h"
 #include "stencil/build.h"
 #include "stencil/interpret/interpret.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stability {
@@ -34,13 +35,12 @@ using Names = std::map<std::string, std::string>;  // fields of a program, and w
 /// Fields in `body` that solves or means make, and that are known: of a solve all of them, or none.
 void find_known(const std::vector<stencil::Statement>& body, const LinearStep& linear,
                 const std::map<std::string, FrozenValue>& whole, Names& found) {
-  for (const stencil::Statement& statement : body) {
+  const auto add = [&](const stencil::Statement& statement) {
     match(
-        statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+        statement,
         [&](const stencil::Reduce& reduce) {
           if (whole.contains(reduce.result)) found.emplace(reduce.result, reduce.result);
         },
-        [](const stencil::NetworkCall&) {}, [](const stencil::Transform&) {}, [](const stencil::Run&) {},
         [&](const stencil::Solve& solve) {
           if (linear.is_perturbation(solve.unknowns.front())) return;
           Names of_all;
@@ -49,29 +49,22 @@ void find_known(const std::vector<stencil::Statement>& body, const LinearStep& l
               if (whole.contains(name)) of_all.emplace(field, name);
           if (of_all.size() == solve.unknowns.size()) found.merge(of_all);
         },
-        [&](const stencil::Repeat& repeat) { find_known(repeat.body, linear, whole, found); });
-  }
+        ignored<stencil::Fill, stencil::Fold, stencil::NetworkCall, stencil::Transform, stencil::Run, stencil::Repeat>);
+  };
+  for_each_statement(body, add, Blocks::passes);
 }
 
 /// Without solves for these fields, their means, and what fills their halos: in repeats those of fields from outside,
 /// too.
 void take_out(std::vector<stencil::Statement>& body, const Names& known) {
-  std::vector<stencil::Statement> others;
-  for (stencil::Statement& statement : body) {
-    const bool is_known = match(
+  const auto is_known = [&](const stencil::Statement& statement) {
+    return match(
         statement, [&](const stencil::Fill& fill) { return known.contains(fill.field); },
-        [](const stencil::Fold&) { return false; },
         [&](const stencil::Reduce& reduce) { return known.contains(reduce.result); },
-        [](const stencil::NetworkCall&) { return false; }, [](const stencil::Transform&) { return false; },
-        [](const stencil::Run&) { return false; },
         [&](const stencil::Solve& solve) { return known.contains(solve.unknowns.front()); },
-        [&](stencil::Repeat& repeat) {
-          take_out(repeat.body, known);
-          return false;
-        });
-    if (!is_known) others.push_back(std::move(statement));
-  }
-  body = std::move(others);
+        always<false, stencil::Fold, stencil::NetworkCall, stencil::Transform, stencil::Run, stencil::Repeat>);
+  };
+  erase_statements(body, is_known, Blocks::passes);
 }
 
 class SmallGrid {

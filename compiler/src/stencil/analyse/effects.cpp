@@ -5,6 +5,7 @@
 
 #include "stencil/analyse/symbol.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
@@ -86,7 +87,7 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
     e.writes.push_back(carry.result);
   }
   for (const TapeEntry& load : repeat.loads) add_new(e.inner, load.field);
-  for_each_fill(pass, [&](const Fill& fill) {
+  for_each_kind<Fill>(pass.body, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.invalidates_halo, fill.field);
   });
   return e;
@@ -120,7 +121,7 @@ Effects of_solve(const Module& module, const Solve& solve) {
     e.inner.insert(e.inner.end(), {solve.preconditioner->inputs.front(), solve.preconditioner->results.front()});
   }
   for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
-  for_each_fill(block, [&](const Fill& fill) {
+  for_each_kind<Fill>(block.body, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.invalidates_halo, fill.field);
   });
   for (const std::string& right : solve.rights) add_new(e.reads, right);
@@ -153,20 +154,11 @@ Program pass_of(const Repeat& repeat, const Program& program) {
   return pass;
 }
 
-NameList counters_of(std::span<const Statement> statements) {
+NameList counters_of(const std::vector<Statement>& statements) {
   NameList counters;
-  for (const Statement& statement : statements) {
-    match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-        [](const Transform&) {}, [](const Run&) {},
-        [&](const Solve& solve) {
-          for (const std::string& inner : counters_of(solve.body)) counters.push_back(inner);
-        },
-        [&](const Repeat& repeat) {
-          if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
-          for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);
-        });
-  }
+  for_each_kind<Repeat>(statements, [&](const Repeat& repeat) {
+    if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
+  });
   return counters;
 }
 
@@ -183,56 +175,38 @@ Effects effects(const Module& module, const Statement& statement) {
 
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program) {
   std::vector<const Kernel*> kernels;
-  for_each_run(program, [&](const Run& run) {
+  for_each_kind<Run>(program.body, [&](const Run& run) {
     const Kernel* kernel = &kernel_of(module, run);
     if (std::ranges::find(kernels, kernel) == kernels.end()) kernels.push_back(kernel);
   });
   return kernels;
 }
 
-namespace {
-
-void add_parts(const std::vector<Statement>& statements, Parts& parts) {
-  for (const Statement& statement : statements) {
-    match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
-        [&](const NetworkCall& network_call) { add_new(parts.networks, network_call.network); },
-        [](const Transform&) {}, [&](const Run& run) { parts.kernels.insert(run.kernel); },
-        [&](const Solve& solve) {
-          add_parts(solve.body, parts);
-          add_parts(solve.step, parts);
-          if (solve.preconditioner) add_new(parts.networks, solve.preconditioner->network);
-        },
-        [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
-  }
-}
-
-}  // namespace
-
 Parts parts_of(const std::vector<Program>& programs) {
   Parts parts;
-  for (const Program& program : programs) add_parts(program.body, parts);
+  const auto add = [&](const Statement& statement) {
+    match(
+        statement, [&](const NetworkCall& call) { add_new(parts.networks, call.network); },
+        [&](const Run& run) { parts.kernels.insert(run.kernel); },
+        [&](const Solve& solve) {
+          if (solve.preconditioner) add_new(parts.networks, solve.preconditioner->network);
+        },
+        ignored<Fill, Fold, Reduce, Transform, Repeat>);
+  };
+  for (const Program& program : programs) for_each_statement(program.body, add);
   return parts;
 }
 
-std::vector<Statement> without_fills(const std::vector<Statement>& statements) {
-  std::vector<Statement> kept;
-  for (const Statement& statement : statements) {
-    const auto keep = [&](const auto& same) { kept.push_back(same); };
-    match(
-        statement, [](const Fill&) {}, [&](const Fold& fold) { keep(fold); },
-        [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
-        [&](const Transform& transform) { keep(transform); }, [&](const Run& run) { keep(run); },
-        [&](Solve solve) {
-          solve.body = without_fills(solve.body);
-          keep(solve);
-        },
-        [&](Repeat repeat) {
-          repeat.body = without_fills(repeat.body);
-          keep(repeat);
-        });
-  }
-  return kept;
+std::vector<Statement> without_fills(std::vector<Statement> statements) {
+  erase_statements(statements, [](const Statement& statement) { return is_one_of<Fill>(statement); });
+  return statements;
+}
+
+void forget_guesses(std::vector<Statement>& statements) {
+  for_each_kind<Solve>(statements, [](Solve& solve) {
+    solve.guesses.clear();
+    solve.preconditioner.reset();
+  });
 }
 
 }  // namespace dpde::stencil

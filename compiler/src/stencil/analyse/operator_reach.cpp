@@ -43,11 +43,9 @@ class ReachFinder {
       }
     };
     match(
-        statement, [&](const Fill& fill) { add_walls(fill.field, fill.axes); },
-        [&](const Fold& fold) { add_walls(fold.field, fold.axes); }, [&](const Reduce&) { far(); },
-        [&](const NetworkCall&) { far(); }, [&](const Transform&) { far(); },
-        [&](const Run& run) { add_kernel(kernel_of(module_, run)); }, [&](const Solve&) { far(); },
-        [&](const Repeat&) { far(); });
+        statement, [&](const OneOf<Fill, Fold> auto& halo) { add_walls(halo.field, halo.axes); },
+        [&](const Run& run) { add_kernel(kernel_of(module_, run)); },
+        [&](const OneOf<Reduce, NetworkCall, Transform, Solve, Repeat> auto&) { far(); });
   }
 
   void set_anywhere(const std::string& field) {

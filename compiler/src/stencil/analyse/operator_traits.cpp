@@ -14,6 +14,7 @@
 #include "stencil/passes/place_fills.h"
 #include "stencil/space/comparisons.h"
 #include "support/assert.h"
+#include "support/match.h"
 
 namespace dpde::stencil {
 
@@ -163,10 +164,8 @@ bool is_plain(const Kernel& kernel) {
 bool is_plain(const Module& module, const Solve& solve) {
   return std::ranges::all_of(solve.body, [&](const Statement& statement) {
     return match(
-        statement, [](const Fill&) { return true; }, [](const Fold&) { return true; },
-        [](const Reduce&) { return false; }, [](const NetworkCall&) { return false; },
-        [](const Transform&) { return false; }, [&](const Run& run) { return is_plain(kernel_of(module, run)); },
-        [](const Solve&) { return false; }, [](const Repeat&) { return false; });
+        statement, [&](const Run& run) { return is_plain(kernel_of(module, run)); }, always<true, Fill, Fold>,
+        always<false, Reduce, NetworkCall, Transform, Solve, Repeat>);
   });
 }
 

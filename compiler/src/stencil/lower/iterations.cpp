@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_traits.h"
 #include "stencil/build.h"
 #include "support/assert.h"

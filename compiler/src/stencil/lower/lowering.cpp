@@ -64,16 +64,12 @@ std::vector<Signature::Read> reads_of(const Prerequisite& preparation) {
 
 /// In its block.
 int width_inside(const Prerequisite& preparation) {
-  const auto none = [](const auto&) { return 0; };
-  return match(
-      preparation, [&](const Kernel& k) { return none(k); }, [&](const Reduce& r) { return none(r); },
-      [&](const NetworkCall& n) { return none(n); }, [&](const Transform& t) { return none(t); },
-      [](const PreparedSolve& solve) {
-        int width = 0;
-        for (const Signature::Read& read : signature(solve.kernel).reads)
-          width = std::max(width, *std::ranges::max_element(read.halo));
-        return width;
-      });
+  return match(preparation, always<0, Kernel, Reduce, NetworkCall, Transform>, [](const PreparedSolve& solve) {
+    int width = 0;
+    for (const Signature::Read& read : signature(solve.kernel).reads)
+      width = std::max(width, *std::ranges::max_element(read.halo));
+    return width;
+  });
 }
 
 /// Of a stage that is nothing but what is done before it.

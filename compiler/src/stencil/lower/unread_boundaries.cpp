@@ -147,11 +147,10 @@ class Readers {
     };
     for (const Prerequisite& preparation : at_point.preparations()) {
       match(
-          preparation, note_reads, [](const Reduce&) {},  // of points inside
+          preparation, note_reads, ignored<Reduce, Transform>,  // of points inside, and of rings
           [&](const NetworkCall& call) {
             for (const std::string& input : call.inputs) note_all(input, sides);
           },
-          [](const Transform&) {},  // of rings
           [&](const PreparedSolve& solve) { note_reads(solve.kernel); });
     }
   }

@@ -14,6 +14,7 @@
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
 #include "stencil/space/comparisons.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/names/name_supply.h"
@@ -425,8 +426,7 @@ class InPlace {
           [&](const Fill& fill) {
             if (!values_.contains(fill.field)) keep(fill);
           },
-          [&](const Fold& fold) { keep(fold); }, [&](const Reduce& reduce) { keep(reduce); },
-          [&](const NetworkCall& call) { keep(call); }, [&](const Transform& transform) { keep(transform); },
+          [&](const OneOf<Fold, Reduce, NetworkCall, Transform> auto& same) { keep(same); },
           [&](const Run& run) {
             Kernel& kernel = *std::ranges::find(module_.kernels, run.kernel, &Kernel::name);
             kernel = map_kernel(kernel, [&](const Expr& e) { return in_place(e); });
@@ -436,14 +436,9 @@ class InPlace {
             for (const Store& store : kernel.stores)
               values_.insert_or_assign(store.field, without_lets(store.value, lets));
           },
-          [&](Solve solve) {
-            solve.body = InPlace(module_)(solve.body);
-            solve.step = InPlace(module_)(solve.step);
-            body.push_back(std::move(solve));
-          },
-          [&](Repeat repeat) {
-            repeat.body = InPlace(module_)(repeat.body);
-            body.push_back(std::move(repeat));
+          [&](const OneOf<Solve, Repeat> auto& blocks) {
+            keep(blocks);
+            for_each_block(body.back(), Blocks::all, [&](auto& block) { block = InPlace(module_)(block); });
           });
     }
     return body;

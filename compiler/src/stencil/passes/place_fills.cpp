@@ -32,14 +32,12 @@ Reads reads_of(const Module& module, const Statement& statement, const std::vect
     return Reads{{fields.begin(), fields.end()}, {}, {}};
   };
   return match(
-      statement, [](const Fill&) { return Reads{}; }, [](const Fold&) { return Reads{}; },
-      [&](const Reduce& reduce) { return in_cells(reduce); }, [&](const NetworkCall& call) { return in_cells(call); },
-      [&](const Transform& transform) { return in_cells(transform); },
+      statement, [](const OneOf<Fill, Fold> auto&) { return Reads{}; },
+      [&](const OneOf<Reduce, NetworkCall, Transform, Solve, Repeat> auto& other) { return in_cells(other); },
       [&](const Run& run) {
         const Kernel& kernel = kernel_of(module, run);
         return Reads{in_cells(run).all, read_beyond(kernel, run.grow, axes), read_around(kernel, axes)};
-      },
-      [&](const Solve& solve) { return in_cells(solve); }, [&](const Repeat& repeat) { return in_cells(repeat); });
+      });
 }
 
 std::vector<Statement> placed(const Module& module, const Program& block) {
@@ -57,8 +55,8 @@ void place_in_blocks(const Module& module, Statement& statement, const std::vect
   };
   const Program outer{"", axes, {}, {}, {}};
   match(
-      statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-      [](const Transform&) {}, [](const Run&) {}, [&](Solve& solve) { place(solve, operator_of(solve, outer)); },
+      statement, ignored<Fill, Fold, Reduce, NetworkCall, Transform, Run>,
+      [&](Solve& solve) { place(solve, operator_of(solve, outer)); },
       [&](Repeat& repeat) { place(repeat, pass_of(repeat, outer)); });
 }
 

@@ -4,6 +4,7 @@
 
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
+#include "stencil/walk.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -50,23 +51,17 @@ void simplify_sides(std::vector<AxisBoundary>& axes) {
 }
 
 void simplify_statements(std::vector<Statement>& statements) {
-  for (Statement& statement : statements) {
+  for_each_statement(statements, [](Statement& statement) {
     match(
-        statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
-        [](const Reduce&) {}, [](const NetworkCall&) {},
+        statement, [](OneOf<Fill, Fold> auto& halo) { simplify_sides(halo.axes); },
         [](Transform& transform) {
           for (Transform::Term& term : transform.terms) {
             term.by.argument = rebuild(term.by.argument, {});
             term.by.factor = rebuild(term.by.factor, {});
           }
         },
-        [](const Run&) {},
-        [](Solve& solve) {
-          simplify_statements(solve.body);
-          simplify_statements(solve.step);
-        },
-        [](Repeat& repeat) { simplify_statements(repeat.body); });
-  }
+        ignored<Reduce, NetworkCall, Run, Solve, Repeat>);
+  });
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/work.h"
-#include "support/match.h"
+#include "stencil/walk.h"
 #include "support/names/name_supply.h"
 
 namespace dpde::stencil {
@@ -95,27 +95,11 @@ std::vector<Kernel> parts_of(const Kernel& kernel) {
 using PartsByKernel = std::map<std::string, std::vector<std::string>>;
 
 std::vector<Statement> running_parts(const std::vector<Statement>& statements, const PartsByKernel& parts_by_kernel) {
-  std::vector<Statement> body;
-  for (const Statement& statement : statements) {
-    const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
-    match(
-        statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
-        [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
-        [&](const Transform& transform) { keep(transform); },
-        [&](const Run& run) {
-          for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
-        },
-        [&](Solve solve) {
-          solve.body = running_parts(solve.body, parts_by_kernel);
-          solve.step = running_parts(solve.step, parts_by_kernel);
-          body.push_back(std::move(solve));
-        },
-        [&](Repeat repeat) {
-          repeat.body = running_parts(repeat.body, parts_by_kernel);
-          body.push_back(std::move(repeat));
-        });
-  }
-  return body;
+  return replace_kind<Run>(statements, [&](const Run& run) {
+    std::vector<Statement> runs;
+    for (const std::string& part : parts_by_kernel.at(run.kernel)) runs.push_back(Run{part, run.grow});
+    return runs;
+  });
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "stencil/analyse/effects.h"
+#include "stencil/walk.h"
 
 namespace dpde::stencil {
 
@@ -16,7 +16,7 @@ constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOP
 
 std::string as_written(const Module& module, const Program& program, const std::string& text) {
   std::map<std::string, std::string> names;
-  for_each_run(program, [&](const Run& run) {
+  for_each_kind<Run>(program.body, [&](const Run& run) {
     const Kernel* kernel = module.find_kernel(run.kernel);
     if (kernel == nullptr || kernel->origin.kernel.empty()) return;
     names.emplace(kernel->name, kernel->origin.kernel);

@@ -9,6 +9,7 @@
 #include "network/print_network.h"
 #include "stencil/build.h"
 #include "stencil/lower/custom_adjoint.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -268,20 +269,12 @@ std::string statement_text(const Statement& statement, std::size_t rank, const s
       [&](const Repeat& r) { return repeat_text(r, rank, margin); });
 }
 
-void note_what_tells_axes(const std::vector<Statement>& statements, bool& has_fill, bool& has_run) {
-  for (const Statement& statement : statements) {
-    match(
-        statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
-        [](const NetworkCall&) {}, [](const Transform&) {}, [&](const Run&) { has_run = true; },
-        [&](const Solve& solve) { note_what_tells_axes(solve.body, has_fill, has_run); },
-        [&](const Repeat& repeat) { note_what_tells_axes(repeat.body, has_fill, has_run); });
-  }
-}
-
 /// "axes x periodic, y bounded", or "" where the fills tell the kinds and the kernels or fills the number of axes.
 std::string axes_text(const Program& program) {
-  bool has_fill = false, has_run = false;
-  note_what_tells_axes(program.body, has_fill, has_run);
+  const auto is_halo = [](const Statement& statement) { return is_one_of<Fill, Fold>(statement); };
+  const auto is_run = [](const Statement& statement) { return is_one_of<Run>(statement); };
+  const bool has_fill = find_statement(program.body, is_halo) != nullptr;
+  const bool has_run = find_statement(program.body, is_run) != nullptr;
   const bool all_periodic = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) == 0;
   if (has_fill && (!all_periodic || has_run || program.axes.size() == 1)) return "";
   std::vector<std::string> parts;

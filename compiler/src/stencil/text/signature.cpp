@@ -8,6 +8,7 @@
 
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -201,7 +202,7 @@ class RequiredHalo {
   RequiredHalo(const Module& module, const Program& program) : module_(module), program_(program) {}
 
   std::map<std::string, Halo> take(const std::vector<Statement>& statements) {
-    for (const Statement& statement : statements) add(statement);
+    for_each_statement(statements, [&](const Statement& statement) { add(statement); });
     return std::move(result_);
   }
 
@@ -229,13 +230,8 @@ class RequiredHalo {
           }
           for (const std::string& guess : solve.guesses) result_[guess];
           if (solve.preconditioner) add(*solve.preconditioner);
-          for (const auto* statements : {&solve.body, &solve.step}) {
-            for (const Statement& inner : *statements) add(inner);
-          }
         },
-        [&](const Repeat& repeat) {
-          for (const Statement& inner : repeat.body) add(inner);
-        });
+        ignored<Repeat>);
   }
 
   void add_run(const Run& run) {

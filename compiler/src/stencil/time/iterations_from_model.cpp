@@ -8,28 +8,13 @@
 
 #include "model/build.h"
 #include "model/uses.h"
-#include "stencil/analyse/effects.h"
 #include "stencil/analyse/operator_traits.h"
+#include "stencil/walk.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-/// The solve for its unknown in the program.
-const Solve* find_solve(const Program& program, const std::string& written) {
-  for (const Statement& statement : program.body) {
-    const auto no = [](const auto&) -> const Solve* { return nullptr; };
-    const Solve* solve = match(
-        statement, [&](const Fill& s) { return no(s); }, [&](const Fold& s) { return no(s); },
-        [&](const Reduce& s) { return no(s); }, [&](const NetworkCall& s) { return no(s); },
-        [&](const Transform& s) { return no(s); }, [&](const Run& s) { return no(s); },
-        [&](const Solve& s) { return s.written.field == written ? &s : nullptr; },
-        [&](const Repeat& s) { return no(s); });
-    if (solve != nullptr) return solve;
-  }
-  return nullptr;
-}
 
 /// Conjugate gradients are of symmetric operators, whose differences are known here. The same solve to a tolerance has
 /// the operator as its block.
@@ -43,7 +28,8 @@ void check_one(const Lowering& lowering, const model::Expr& e, DiagnosticSink& s
   kernel.stores.push_back({"solved", false, at_point(model::solve(plain, e->origin)), {}});
   Module module;
   const Program& program = lowering.add_program(module, "solved", {Lowering::stage(std::move(kernel), at_point)});
-  const Solve* solve = find_solve(program, plain.name);
+  const auto is_it = [&](const Solve& made) { return made.written.field == plain.name; };
+  const Solve* solve = find_kind<Solve>(program.body, is_it);
   require(solve != nullptr, "a solve of what is solved");
   const OperatorTraits traits = traits_of(module, program, *solve);
   Params values;

@@ -22,10 +22,8 @@ std::set<std::string> stored_by(const std::vector<Stage>& stages, const model::P
   for (const Stage& stage : stages) {
     for (const Store& store : stage.kernel.stores) fields.insert(store.field);
     for (const Prerequisite& preparation : stage.before) {
-      match(
-          preparation, [](const Kernel&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
-          [&](const Transform& transform) { fields.insert(transform.result); },  // schemes make states of waves
-          [](const PreparedSolve&) {});
+      match(preparation, ignored<Kernel, Reduce, NetworkCall, PreparedSolve>,
+            [&](const Transform& transform) { fields.insert(transform.result); });  // schemes make states of waves
     }
     if (!stage.block) continue;
     for (const LoopCarried& carry : stage.block->carries) fields.insert(carry.result);
