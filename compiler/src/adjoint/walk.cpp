@@ -142,16 +142,14 @@ class Walk {
     if (is_literal(x, 0) || !is_varied(e, varied_)) return;
     match(
         e->kind,  //
-        [&](const Literal&) {}, [&](const Inside&) {},
-        [&](const Param& p) { add(bars_of(params_, p.name), x, guards); },
+        ignored<Literal, Inside>, [&](const Param& p) { add(bars_of(params_, p.name), x, guards); },
         [&](const Local& l) { push_local(l, x, guards); },
         [&](const Access& a) { add(bars_of(reads_, a.field)[a.offset], x, guards); },
         [&](const Interp& i) {
           if (varied_.fields.contains(i.field)) scatters_.push_back({guarded(i, guards), guarded(x, guards)});
           push_displacements(i, x, guards);
         },
-        [&](const Neg&) { push_parts(e, x, guards); }, [&](const Binary&) { push_parts(e, x, guards); },
-        [&](const Call&) { push_parts(e, x, guards); },
+        [&](const OneOf<Neg, Binary, Call> auto&) { push_parts(e, x, guards); },
         [&](const Select& s) {
           Guards inner = guards;
           inner.push_back({s.condition, true});

@@ -86,10 +86,9 @@ bool is_leaf(const Expr& e) {
 
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
   match(
-      e->kind, [](const Literal&) {}, [](const Uniform&) {}, [](const Param&) {}, [](const Counter&) {},
-      [](const Load&) {}, [](const Local&) {}, [](const Inside&) {},
+      e->kind, ignored<Literal, Uniform, Param, Counter, Load, Local, Inside>,
       [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
-      [&](const Neg& n) { f(n.operand); }, [&](const Rounded& r) { f(r.operand); },
+      [&](const OneOf<Neg, Rounded> auto& one) { f(one.operand); },
       [&](const Binary& b) {
         f(b.left);
         f(b.right);

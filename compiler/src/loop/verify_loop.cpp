@@ -92,7 +92,7 @@ void Verifier::check_interp(const Row& row, const Interp& i) {
 void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets) {
   visit(e, [&](const Expr& part) {
     match(
-        part->kind, [](const Literal&) {},
+        part->kind, ignored<Literal, Inside, Neg, Rounded, Binary, Select>,
         [&](const Uniform& u) { check(is_index(u.index, module_.uniforms.size()), row.name, "no such uniform"); },
         [&](const Param&) { check(false, row.name, "a parameter outside the definition of a uniform"); },
         [&](const Counter&) { check(false, row.name, "a counter outside the definition of a uniform"); },
@@ -103,12 +103,10 @@ void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets)
                 "reads a stream that is only written");
         },
         [&](const Local& l) { check(is_index(l.index, lets), row.name, "reads a let that is not defined before it"); },
-        [](const Inside&) {}, [&](const Interp& i) { check_interp(row, i); }, [](const Neg&) {}, [](const Rounded&) {},
-        [](const Binary&) {},
+        [&](const Interp& i) { check_interp(row, i); },
         [&](const Call& c) {
           check(static_cast<int>(c.arguments.size()) == arity(c.fn), row.name, "wrong number of arguments");
-        },
-        [](const Select&) {});
+        });
   });
 }
 

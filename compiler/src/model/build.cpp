@@ -165,77 +165,38 @@ bool holds_reduction(const Expr& e) {
   return any_part(e, [](const Expr& part) { return std::holds_alternative<Reduce>(part->kind); });
 }
 
-void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
+namespace {
+
+/// `f` on each direct child, which it may change where the node may be changed: the one place that knows where they
+/// are.
+template <class AnyNode, class F>
+void for_each_child(AnyNode& node, const F& f) {
+  const auto on_all = [&](auto& parts) {
+    for (auto& part : parts) f(part);
+  };
   match(
-      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {},
-      [](const Noise&) {}, [&](const Neg& n) { f(n.operand); },
-      [&](const Binary& b) {
-        f(b.left);
-        f(b.right);
-      },
-      [&](const Call& c) { std::for_each(c.arguments.begin(), c.arguments.end(), f); },
-      [&](const Select& s) {
-        f(s.condition);
-        f(s.yes);
-        f(s.no);
-      },
-      [&](const Derivative& d) { f(d.operand); },
-      [&](const Advect& a) {
-        std::for_each(a.velocity.begin(), a.velocity.end(), f);
-        f(a.operand);
-      },
-      [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
-      [&](const BandPass& b) { f(b.operand); },
-      [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
-      [&](const Reduce& r) { f(r.operand); },
-      [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
-      [&](const NetworkCall& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); },
-      [&](const Solve& s) {
-        f(s.operation);
-        f(s.right);
-        std::for_each(s.starts.begin(), s.starts.end(), f);
+      node.kind, ignored<Number, Param, Field, Coordinate, Noise>,
+      [&](OneOf<Neg, Derivative, Shift, Interpolate, BandPass, Reduce> auto& one) { f(one.operand); },
+      [&](OneOf<Binary> auto& b) { f(b.left), f(b.right); },
+      [&](OneOf<Call, Apply, NetworkCall> auto& call) { on_all(call.arguments); },
+      [&](OneOf<Select> auto& s) { f(s.condition), f(s.yes), f(s.no); },
+      [&](OneOf<Advect> auto& a) { on_all(a.velocity), f(a.operand); }, [&](OneOf<Sample> auto& s) { on_all(s.place); },
+      [&](OneOf<Solve> auto& s) {
+        f(s.operation), f(s.right), on_all(s.starts);
         if (s.preconditioner) f(*s.preconditioner);
-        for (const AxisSides& sides : s.boundary) {
-          for (const Side* side : {&sides.low, &sides.high}) f(side->value), f(side->a), f(side->b);
+        for (auto& sides : s.boundary) {
+          for (auto* side : {&sides.low, &sides.high}) f(side->value), f(side->a), f(side->b);
         }
       });
 }
 
-namespace {
-
-using Change = std::function<Expr(const Expr&)>;
-
-void change(Expr& part, const Change& f) { part = f(part); }
-void change(std::vector<Expr>& parts, const Change& f) {
-  for (Expr& part : parts) change(part, f);
-}
-void change(std::optional<Expr>& part, const Change& f) {
-  if (part) change(*part, f);
-}
-void change(std::vector<AxisSides>& boundary, const Change& f) {
-  for (AxisSides& sides : boundary) {
-    for (Side* side : {&sides.low, &sides.high}) change(side->value, f), change(side->a, f), change(side->b, f);
-  }
-}
-
 }  // namespace
 
+void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) { for_each_child(e.node(), f); }
+
 Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
-  Node node = *e.operator->();
-  match(
-      node.kind, [](Number&) {}, [](Param&) {}, [](Field&) {}, [](Coordinate&) {}, [](Noise&) {},
-      [&](Neg& n) { change(n.operand, f); }, [&](Binary& b) { change(b.left, f), change(b.right, f); },
-      [&](Call& c) { change(c.arguments, f); },
-      [&](Select& s) { change(s.condition, f), change(s.yes, f), change(s.no, f); },
-      [&](Derivative& d) { change(d.operand, f); }, [&](Advect& a) { change(a.velocity, f), change(a.operand, f); },
-      [&](Shift& s) { change(s.operand, f); }, [&](Interpolate& i) { change(i.operand, f); },
-      [&](BandPass& b) { change(b.operand, f); }, [&](Sample& s) { change(s.place, f); },
-      [&](Reduce& r) { change(r.operand, f); }, [&](Apply& a) { change(a.arguments, f); },
-      [&](NetworkCall& i) { change(i.arguments, f); },
-      [&](Solve& s) {
-        change(s.operation, f), change(s.right, f), change(s.boundary, f), change(s.starts, f);
-        change(s.preconditioner, f);
-      });
+  Node node = e.node();
+  for_each_child(node, [&](Expr& part) { part = f(part); });
   return Expr(std::move(node));
 }
 

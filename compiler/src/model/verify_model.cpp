@@ -315,12 +315,11 @@ class Verifier {
           need(allowed.coordinates, "a coordinate");
           demand(has_axis(c.axis), fmt::format("{}: there is no axis {}", where, c.axis));
         },
-        [&](const Noise&) { need(allowed.noise, "noise"); }, [](const Neg&) {}, [](const Binary&) {},
+        [&](const Noise&) { need(allowed.noise, "noise"); }, ignored<Neg, Binary, Select>,
         [&](const Call& c) {
           demand(static_cast<int>(c.arguments.size()) == arity(c.fn),
                  fmt::format("{}: {} has {} arguments", where, name_of(c.fn), c.arguments.size()));
         },
-        [](const Select&) {},
         [&](const Derivative& d) {
           need(allowed.derivatives, "a derivative");
           demand(has_axis(d.axis) && (d.order == 1 || d.order == 2),

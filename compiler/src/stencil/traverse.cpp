@@ -25,8 +25,7 @@ Offset moved(Offset offset, const Offset& by) {
 
 Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
   return match(
-      e->kind, [&](const Literal&) { return e; }, [&](const Param&) { return e; }, [&](const Local&) { return e; },
-      [&](const Access&) { return e; }, [&](const Inside&) { return e; },
+      e->kind, [&](const OneOf<Literal, Param, Local, Access, Inside> auto&) { return e; },
       [&](const Interp& i) {
         return interp({i.field, i.offset, map_all(i.displacement, f), i.along});
       },
@@ -45,8 +44,8 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
 
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
   match(
-      e->kind, [](const Literal&) {}, [](const Param&) {}, [](const Local&) {}, [](const Access&) {},
-      [](const Inside&) {}, [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
+      e->kind, ignored<Literal, Param, Local, Access, Inside>,
+      [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
       [&](const Neg& n) { f(n.operand); },
       [&](const Binary& b) {
         f(b.left);

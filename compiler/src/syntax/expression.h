@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "source/source_file.h"
+#include "support/match.h"
 #include "support/vocabulary.h"
 
 namespace dpde::ast {
@@ -85,5 +86,19 @@ struct Node {
   Kind kind;
   SourceRange range;
 };
+
+/// `f` on each direct part.
+template <class F>
+void for_each_part(const Expr& e, const F& f) {
+  match(
+      e->kind, ignored<Number, Text, Name, Offsets, Error>,
+      [&](const OneOf<Unary, Component> auto& one) { f(one.operand); }, [&](const Binary& b) { f(b.left), f(b.right); },
+      [&](const Call& c) {
+        for (const Argument& argument : c.arguments) f(argument.value);
+      },
+      [&](const Tuple& t) {
+        for (const Expr& element : t.elements) f(element);
+      });
+}
 
 }  // namespace dpde::ast

@@ -16,9 +16,8 @@ class InfluenceReader {
 
   void read(const Expr& e, bool smooth) {
     match(
-        e->kind, [](const Number&) {}, [&](const Param& p) { add(p.name, smooth); },
-        [&](const Field& field) { add(field.name, smooth); }, [](const Coordinate&) {}, [](const Noise&) {},
-        [&](const Neg& n) { read(n.operand, smooth); },
+        e->kind, ignored<Number, Coordinate, Noise>,
+        [&](const OneOf<Param, Field> auto& named) { add(named.name, smooth); },
         [&](const Binary& b) {
           const bool is_condition = precedence(b.op) < precedence(BinaryOp::add);
           read(b.left, smooth && !is_condition);
@@ -32,14 +31,13 @@ class InfluenceReader {
           read(s.yes, smooth);
           read(s.no, smooth);
         },
-        [&](const Derivative&) { read_parts(e, smooth); }, [&](const Advect&) { read_parts(e, smooth); },
-        [&](const Shift&) { read_parts(e, smooth); }, [&](const Interpolate&) { read_parts(e, smooth); },
-        [&](const BandPass&) { read_parts(e, smooth); },
+        [&](const OneOf<Neg, Derivative, Advect, Shift, Interpolate, BandPass, Reduce> auto&) {
+          read_parts(e, smooth);
+        },
         [&](const Sample& s) {
           add(s.field, smooth);
           read_parts(e, smooth);
         },
-        [&](const Reduce&) { read_parts(e, smooth); },
         [&](const Apply& a) {
           for (const Expr& part : a.function.body) read(part, smooth);
           read_parts(e, smooth);

@@ -209,7 +209,7 @@ void Evaluation::add_form(Id id, double factor) {
   const FrozenKernels::Node& node = kernels_.node(id);
   if (node.is_number) return;
   match(
-      node.kind, [](const FrozenKernels::Literal&) {}, [](const FrozenKernels::Param&) {},
+      node.kind, ignored<FrozenKernels::Literal, FrozenKernels::Param, FrozenKernels::Inside, FrozenKernels::Call>,
       [&](const FrozenKernels::Local& l) { sum_.add(locals_[static_cast<std::size_t>(l.local)].form, {}, factor); },
       [&](const FrozenKernels::Access& a) { add_form_of(a.field, a.offset, factor); },
       [&](const FrozenKernels::Interp& i) {
@@ -217,8 +217,8 @@ void Evaluation::add_form(Id id, double factor) {
           if (weight != 0) add_form_of(i.field, place, factor * weight);
         });
       },
-      [](const FrozenKernels::Inside&) {}, [&](const FrozenKernels::Neg& n) { add_form(n.operand, -factor); },
-      [&](const FrozenKernels::Binary& b) { add_form_of_binary(b, factor); }, [](const FrozenKernels::Call&) {},
+      [&](const FrozenKernels::Neg& n) { add_form(n.operand, -factor); },
+      [&](const FrozenKernels::Binary& b) { add_form_of_binary(b, factor); },
       [&](const FrozenKernels::Select& s) { add_form_of_select(s, factor); });
 }
 

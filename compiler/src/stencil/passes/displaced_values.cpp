@@ -139,7 +139,7 @@ class Forms {
     };
     match(
         e->kind, [&](const Literal& l) { say(std::bit_cast<std::int64_t>(l.value)); },
-        [&](const Param& p) { say(number_of(p.name)); }, [](const Local&) {},
+        [&](const Param& p) { say(number_of(p.name)); }, ignored<Local, Neg, Select>,
         [&](const Access& a) {
           say(number_of(a.field));
           form.field = a.field;
@@ -155,8 +155,7 @@ class Forms {
           form.is_fit = false;
           read(i.offset);
         },
-        [](const Neg&) {}, [&](const Binary& b) { say(b.op); }, [&](const Call& c) { say(c.fn); },
-        [](const Select&) {});
+        [&](const Binary& b) { say(b.op); }, [&](const Call& c) { say(c.fn); });
   }
 
   void add_part(const Placed& part, Key& key, Form& form, std::optional<Offset>& at) {

@@ -60,7 +60,7 @@ Numbering::Key Numbering::describe(const Expr& e, Value& value) {
         say(i.grow);
         say_offset(i.offset);
       },
-      [](const Neg&) {},
+      ignored<Neg>,
       [&](const Binary& b) {
         costs(b.op == BinaryOp::power ? 4 : 1);
         say(b.op);

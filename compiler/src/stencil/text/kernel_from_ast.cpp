@@ -41,28 +41,14 @@ bool is_read(KernelRole role) { return role == KernelRole::in || role == KernelR
 
 /// The number of axes that the first offset or interp below `e` shows.
 std::optional<int> shown_rank(const ast::Expr& e) {
-  const auto in_all = [](const auto& arguments, const auto& expr_of) -> std::optional<int> {
-    for (const auto& argument : arguments) {
-      if (const auto rank = shown_rank(expr_of(argument))) return rank;
-    }
-    return std::nullopt;
-  };
-  using Rank = std::optional<int>;
-  return match(
-      e->kind, [](const ast::Number&) { return Rank(); }, [](const ast::Text&) { return Rank(); },
-      [](const ast::Name&) { return Rank(); }, [](const ast::Error&) { return Rank(); },
-      [](const ast::Unary& u) { return shown_rank(u.operand); },
-      [](const ast::Component& c) { return shown_rank(c.operand); },
-      [](const ast::Binary& b) {
-        const Rank left = shown_rank(b.left);
-        return left ? left : shown_rank(b.right);
-      },
+  std::optional<int> rank;
+  match_some(
+      e->kind, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); },
       [&](const ast::Call& c) {
-        if (find_interp(c.callee) && c.arguments.size() > 1) return Rank(static_cast<int>(c.arguments.size()) - 1);
-        return in_all(c.arguments, [](const ast::Argument& argument) { return argument.value; });
-      },
-      [&](const ast::Tuple& t) { return in_all(t.elements, [](const ast::Expr& element) { return element; }); },
-      [](const ast::Offsets& o) { return Rank(static_cast<int>(o.offsets.size())); });
+        if (find_interp(c.callee) && c.arguments.size() > 1) rank = static_cast<int>(c.arguments.size()) - 1;
+      });
+  for_each_part(e, [&](const ast::Expr& part) { rank = rank ? rank : shown_rank(part); });
+  return rank;
 }
 
 std::optional<int> shown_rank(const ast::Kernel& kernel) {

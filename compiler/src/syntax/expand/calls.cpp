@@ -7,38 +7,13 @@
 namespace dpde::ast {
 
 void add_calls(const Expr& e, std::set<std::string>& names) {
-  match(
-      e->kind, [](const Number&) {}, [](const Text&) {}, [](const Name&) {}, [](const Offsets&) {}, [](const Error&) {},
-      [&](const Unary& u) { add_calls(u.operand, names); },
-      [&](const Binary& b) {
-        add_calls(b.left, names);
-        add_calls(b.right, names);
-      },
-      [&](const Call& c) {
-        names.insert(c.callee);
-        for (const Argument& argument : c.arguments) add_calls(argument.value, names);
-      },
-      [&](const Tuple& t) {
-        for (const Expr& element : t.elements) add_calls(element, names);
-      },
-      [&](const Component& c) { add_calls(c.operand, names); });
+  match_some(e->kind, [&](const Call& c) { names.insert(c.callee); });
+  for_each_part(e, [&](const Expr& part) { add_calls(part, names); });
 }
 
 void for_each_name(const Expr& e, const std::function<void(const std::string&)>& f) {
-  match(
-      e->kind, [](const Number&) {}, [](const Text&) {}, [&](const Name& n) { f(n.name); },
-      [&](const Unary& u) { for_each_name(u.operand, f); },
-      [&](const Binary& b) {
-        for_each_name(b.left, f);
-        for_each_name(b.right, f);
-      },
-      [&](const Call& c) {
-        for (const Argument& argument : c.arguments) for_each_name(argument.value, f);
-      },
-      [&](const Tuple& t) {
-        for (const Expr& element : t.elements) for_each_name(element, f);
-      },
-      [&](const Component& c) { for_each_name(c.operand, f); }, [](const Offsets&) {}, [](const Error&) {});
+  match_some(e->kind, [&](const Name& n) { f(n.name); });
+  for_each_part(e, [&](const Expr& part) { for_each_name(part, f); });
 }
 
 std::set<std::string> calls_of(const Model& model) {
@@ -58,9 +33,8 @@ std::set<std::string> calls_of(const Model& model) {
           for (const Expr& start : constraint.starts) add_calls(start, names);
           if (constraint.preconditioner) add_calls(*constraint.preconditioner, names);
         },
-        [&](const HeldItem& held) { add_calls(held.value, names); }, [](const FieldItem&) {},
-        [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
-        [](const OutsideModels auto&) {});
+        [&](const HeldItem& held) { add_calls(held.value, names); },
+        ignored<FieldItem, CoefficientItem, ParamItem, ControlItem>, [](const OutsideModels auto&) {});
   }
   return names;
 }

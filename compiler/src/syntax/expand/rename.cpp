@@ -15,7 +15,7 @@ namespace dpde::ast {
 Expr rename(const Expr& e, const Rename& field) {
   const auto same_place = [&](Kind kind) { return Expr(Node{std::move(kind), e.range()}); };
   return match(
-      e->kind, [&](const Number&) { return e; }, [&](const Text&) { return e; }, [&](const Error&) { return e; },
+      e->kind, [&](const OneOf<Number, Text, Error> auto&) { return e; },
       [&](const Name& n) { return same_place(Name{field(n.name)}); },
       [&](const Offsets& o) {
         return same_place(Offsets{field(o.name), o.offsets, o.grow});

@@ -75,8 +75,8 @@ class ProgramResolver {
     for (const KernelParameter& parameter : kernel.parameters) names_.reserve(parameter.name.name);
     for (const Item& item : kernel.items) {
       match(
-          item.kind, [&](const LetItem& let) { names_.reserve(let.name.name); }, [](const AssignItem&) {},
-          [](const ScatterItem&) {}, [](const AdjointItem&) {}, [](const OutsideKernels auto&) {});
+          item.kind, [&](const LetItem& let) { names_.reserve(let.name.name); },
+          ignored<AssignItem, ScatterItem, AdjointItem>, [](const OutsideKernels auto&) {});
     }
   }
   void reserve_fields(const std::vector<Item>& items);
@@ -142,8 +142,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
           reserve_fields(solve.items);
           for (const Identifier& unknown : solve.unknowns) names_.reserve(unknown.name);
         },
-        [](const RunItem&) {}, [](const StackItem&) {}, [](const KeepItem&) {}, [](const AxesItem&) {},
-        [](const OutsidePrograms auto&) {});
+        ignored<RunItem, StackItem, KeepItem, AxesItem>, [](const OutsidePrograms auto&) {});
   }
 }
 

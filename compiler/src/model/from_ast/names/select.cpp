@@ -48,9 +48,8 @@ bool names_are_unique(Elaboration& elaboration) {
         [&](const ast::Program& p) {
           if (add(chosen, p.name)) add(models, p.name);
         },
-        [](const ast::Kernel&) {}, [](const ast::Loop&) {}, [](const ast::Import&) {},
-        [&](const ast::Network& n) { add(functions, n.name); }, [&](const ast::DataSet& d) { add(chosen, d.name); },
-        [&](const ast::Chart& c) { add(chosen, c.name); },
+        ignored<ast::Kernel, ast::Loop, ast::Import>, [&](const ast::Network& n) { add(functions, n.name); },
+        [&](const ast::DataSet& d) { add(chosen, d.name); }, [&](const ast::Chart& c) { add(chosen, c.name); },
         [&](const ast::Function& f) {
           add(functions, f.name);
           check_function(elaboration, f);

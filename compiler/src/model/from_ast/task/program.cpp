@@ -62,21 +62,11 @@ using OfName = std::function<void(const std::string& name, SourceRange range)>;
 
 /// Names in the value of a side or in a multiplier, except its keywords.
 void for_each_name(const ast::Expr& e, const OfName& f) {
-  match(
-      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
-      [&](const ast::Name& n) {
-        if (!is_side_word(n.name)) f(n.name, e.range());
-      },
-      [&](const ast::Unary& u) { for_each_name(u.operand, f); },
-      [&](const ast::Binary& b) {
-        for_each_name(b.left, f);
-        for_each_name(b.right, f);
-      },
-      [&](const ast::Call& c) {
-        for (const ast::Argument& argument : c.arguments) for_each_name(argument.value, f);
-      },
-      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Tuple&) {},
-      [](const ast::Offsets&) {}, [](const ast::Error&) {});
+  if (is_one_of<ast::Tuple>(e->kind)) return;
+  match_some(e->kind, [&](const ast::Name& n) {
+    if (!is_side_word(n.name)) f(n.name, e.range());
+  });
+  for_each_part(e, [&](const ast::Expr& part) { for_each_name(part, f); });
 }
 
 void declare_names_of(Elaboration& elaboration, const ast::Expr& e, const std::set<std::string>& written) {
@@ -87,19 +77,8 @@ void declare_names_of(Elaboration& elaboration, const ast::Expr& e, const std::s
 
 int largest_rank(const ast::Expr& e) {
   int rank = 0;
-  const auto look = [&](const ast::Expr& part) { rank = std::max(rank, largest_rank(part)); };
-  match(
-      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {}, [](const ast::Name&) {},
-      [&](const ast::Unary& u) { look(u.operand); },
-      [&](const ast::Binary& b) {
-        look(b.left);
-        look(b.right);
-      },
-      [&](const ast::Call& c) {
-        for (const ast::Argument& argument : c.arguments) look(argument.value);
-      },
-      [&](const ast::Component& c) { look(c.operand); }, [](const ast::Tuple&) {},
-      [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); }, [](const ast::Error&) {});
+  match_some(e->kind, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); });
+  for_each_part(e, [&](const ast::Expr& part) { rank = std::max(rank, largest_rank(part)); });
   return rank;
 }
 
