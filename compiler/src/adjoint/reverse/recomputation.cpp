@@ -95,7 +95,7 @@ class Recomputation {
           [&](const Repeat& whole) {
             if (std::optional<Repeat> repeat = part_of(whole)) kept.push_back(*std::move(repeat));
           },
-          [&](const auto& statement) {
+          [&](const OneOf<Fill, Fold, Reduce, NetworkCall, Transform, Run, Solve> auto& statement) {
             if (keep(statement)) kept.push_back(statement);
           });
     }

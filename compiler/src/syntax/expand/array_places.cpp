@@ -70,7 +70,7 @@ std::vector<Expr*> values_of(Item& item) {
 std::vector<Expr*> formulas_of(Item& item) {
   std::vector<Expr*> found;
   const auto all = [&](auto&... formulas) { (add(found, formulas), ...); };
-  match(
+  match_some(
       item.kind, [&](LetItem& i) { all(i.value); }, [&](EquationItem& i) { all(i.rhs); },
       [&](SolvedItem& i) { all(i.left, i.right, i.starts, i.preconditioner); },
       [&](ConstraintItem& i) { all(i.zero, i.value, i.starts, i.preconditioner); }, [&](HeldItem& i) { all(i.value); },
@@ -103,8 +103,7 @@ std::vector<Expr*> formulas_of(Item& item) {
       [&](FramesItem& i) {
         all(i.every, i.from, i.to);
         for (NamedFormula& each : i.of) all(each.value);
-      },
-      [](auto&) {});
+      });
   return found;
 }
 

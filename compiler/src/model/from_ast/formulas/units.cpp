@@ -132,7 +132,7 @@ class UnitLines {
   }
 
   void declare(const ast::Item& item) {
-    match(
+    match_some(
         item.kind, [&](const ast::FieldItem& i) { tell_all(i.names, i.units); },
         [&](const ast::CoefficientItem& i) { tell_all(i.names, i.units); },
         [&](const ast::ControlItem& i) { tell_all(i.names, i.units); },
@@ -142,8 +142,7 @@ class UnitLines {
         [&](const ast::LetItem& i) {
           measures_.add_let(i);
           shorthands_.push_back(i.name.name);
-        },
-        [](const auto&) {});
+        });
   }
 
   /// Angles are pure numbers, with or without a declared unit.
@@ -233,7 +232,7 @@ class UnitLines {
   }
 
   void check_model(const ast::Item& item) {
-    match(
+    match_some(
         item.kind,
         [&](const ast::ParamItem& i) {
           for (std::size_t n = 0; n < i.names.size(); ++n) {
@@ -262,7 +261,7 @@ class UnitLines {
           for (const ast::Expr& start : i.starts) measures_.one(start);
           look_beside(i.preconditioner);
         },
-        [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); }, [](const auto&) {});
+        [&](const ast::HeldItem& i) { fit_state(i.value, i.field.name); });
   }
 
   /// Inputs of a preconditioner other than the residual. Its output is a direction, of any unit.
@@ -276,7 +275,7 @@ class UnitLines {
   }
 
   void check_scene(const ast::Item& item) {
-    match(
+    match_some(
         item.kind, [&](const ast::GridItem& i) { check_grid(i); },
         [&](const ast::ValueItem& i) {
           measures_.fit(i.value, measures_.of_name(i.name.name), i.name.name);
@@ -291,7 +290,7 @@ class UnitLines {
         [&](const ast::TimeItem& i) { check_time(i); }, [&](const ast::StepItem& i) { fit_time(i.step, "the time"); },
         [&](const ast::EventItem& i) { check_event(i); },
         [&](const ast::ObserveItem& i) { measures_.fit(i.value, observed_.at(i.name.name), i.name.name); },
-        [&](const ast::OutputItem& i) { fit_time(i.every, "the time"); }, [](const auto&) {});
+        [&](const ast::OutputItem& i) { fit_time(i.every, "the time"); });
   }
 
   void check_grid(const ast::GridItem& item) {
@@ -348,7 +347,7 @@ class UnitLines {
   }
 
   void check_task(const ast::Item& item) {
-    match(
+    match_some(
         item.kind,
         [&](const ast::UnknownItem& i) {
           for (const auto& e : {i.from, i.low, i.high}) {
@@ -363,7 +362,7 @@ class UnitLines {
           if (i.kind != ast::TestItem::Kind::growth) measures_.of(i.value);
           check_when(i.when);
         },
-        [&](const ast::DataItem& i) { check_when(i.when); }, [](const auto&) {});
+        [&](const ast::DataItem& i) { check_when(i.when); });
   }
 
   void check_when(const ast::When& when) {

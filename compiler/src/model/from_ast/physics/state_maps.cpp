@@ -47,7 +47,7 @@ ast::Expr replaced(const ast::Expr& e, const Replacement& by) {
         return name != nullptr ? at(ast::Name{name->name + "." + component.name.name})
                                : at(ast::Component{operand, component.name});
       },
-      [&](const auto&) { return e; });
+      [&](const OneOf<ast::Number, ast::Text, ast::Name, ast::Offsets, ast::Error> auto&) { return e; });
 }
 
 /// Renames each name, also in its components.
