@@ -24,7 +24,6 @@ constexpr int first_doublings = 9, all_doublings = 18;         // of steps: 512,
 constexpr int doublings_of_parts = 3;                          // of a step: eighths
 constexpr double tenfold = 10, hundredfold = 100;
 constexpr double slow = 1e-3;                // rates of decay, of the largest
-constexpr double surely_above = 1e-4;        // 1, of eigenvalues
 constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matrix
 constexpr double left_out = 1e-9;            // by differences of steps, of the largest rate
 constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
@@ -129,7 +128,7 @@ double OwnGrid::smooth_length(double step) const {
 /// the rates would rise as 1/dt.
 bool OwnGrid::grows_in_no_time() const {
   const Eigen::MatrixXd g = tangent(0);
-  return g.allFinite() && eigenvalues(g).cwiseAbs().maxCoeff() > 1 + surely_above;
+  return g.allFinite() && surely_growing(g) > 0;
 }
 
 /// Where a step of length 0 changes nothing, those of dG/d(dt) there. Schemes with a memory have other factors beside
@@ -196,10 +195,18 @@ double OwnGrid::largest_of_parts(double step) const {
   return largest_of(norms_of_powers(std::exp(-allowed(part)) * tangent(part), most), most);
 }
 
+/// Eigenvalues above 1 that rounding has not made.
+Eigen::Index OwnGrid::surely_growing(const Eigen::MatrixXd& g) {
+  return std::ranges::count_if(eigenvalues(g), [&](const std::complex<double> value) {
+    const double growth = std::log(std::abs(value));
+    return growth > 0 && growth > rounding_of_steps * sensitivity(g, value);
+  });
+}
+
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return false;
-  if (growing_ > 0 && (eigenvalues(g).cwiseAbs().array() > 1 + surely_above).count() > growing_) return false;
+  if (growing_ > 0 && surely_growing(g) > growing_) return false;
   const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!std::isfinite(first) || !(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;

@@ -52,6 +52,7 @@ class OwnGrid {
   double rate_of_powers(double step) const;
   /// So short that a step of it changes little; 0 where none does, as of schemes with a memory.
   bool grows_in_no_time() const;
+  static Eigen::Index surely_growing(const Eigen::MatrixXd& g);
   double smooth_length(double step) const;
   double largest_of_parts(double step) const;
   Eigen::MatrixXd tangent(double step) const;
