@@ -50,7 +50,7 @@ dpde_ghost_number table_of(const GhostNumber& number) { return {number.fixed, nu
 dpde_ghost_row table_of(const GhostRow& row) {
   dpde_ghost_row result{{}, table_of(row.rate), row.first, row.step};
   std::ranges::transform(row.terms, result.terms, [](const GhostRow::Term& term) {
-    return dpde_ghost_term{table_of(term.place), table_of(term.image), table_of(term.behind)};
+    return dpde_ghost_term{table_of(term.ghost), table_of(term.mirror), table_of(term.second)};
   });
   return result;
 }

@@ -14,7 +14,7 @@ namespace {
 
 /// a*(u + v)/2 + b*(v - u)/m = c, multiplied by 2m.
 constexpr GhostRow mirrored_row(int first) {
-  return {.terms = {{{.place = {0, 1}, .image = {0, 1}}, {.place = {2}, .image = {-2}}}},
+  return {.terms = {{{.ghost = {0, 1}, .mirror = {0, 1}}, {.ghost = {2}, .mirror = {-2}}}},
           .rate = {0, 2},
           .first = first,
           .step = 1};
@@ -23,44 +23,44 @@ constexpr GhostRule mirrored{.beyond = {mirrored_row(0)}};
 /// With the one-sided derivative (3v - 4u + w)/2; with v - u for two cells.
 constexpr GhostRule mirrored_on_walls{
     .on_walls = true,
-    .wall = {.row = {.terms = {{{.place = {2}}, {.place = {3}, .image = {-4}, .behind = {1}}}}, .rate = {2}},
+    .wall = {.row = {.terms = {{{.ghost = {2}}, {.ghost = {3}, .mirror = {-4}, .second = {1}}}}, .rate = {2}},
              .least = 3,
-             .of_few = {.terms = {{{.place = {1}}, {.place = {1}, .image = {-1}}}}, .rate = {1}}},
+             .of_few = {.terms = {{{.ghost = {1}}, {.ghost = {1}, .mirror = {-1}}}}, .rate = {1}}},
     .beyond = {mirrored_row(-1)}};
 
 /// Centred at the cell next to the side: (v - u)/((m + 1)*h) = c, with u as far inside as v is outside. Outgoing waves
 /// then have the error of a central difference, wherever the condition applies. With one cell it is centred at the
 /// side.
 constexpr GhostRule mirrored_at_cell{
-    .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .rate = {1, 1}, .first = 1, .step = 1},
+    .beyond = {.row = {.terms = {{{}, {.ghost = {1}, .mirror = {-1}}}}, .rate = {1, 1}, .first = 1, .step = 1},
                .least = 2,
                .of_few = mirrored_row(0)}};
 
 /// Linear extrapolation from the two cells next to the side, 2v = (m + 3)*u - (m + 1)*w; v = u for a single cell.
-constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
+constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.ghost = {2}, .mirror = {-3, -1}, .second = {1, 1}}}}},
                                          .least = 2,
-                                         .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}}};
+                                         .of_few = {.terms = {{{}, {.ghost = {1}, .mirror = {-1}}}}}}};
 /// The same if cells beyond the side are a times as wide as those inside, 2v = 2u + a*(m + 1)*(u - w).
 constexpr GhostRule continued_by{
-    .beyond = {.row = {.terms = {{{.image = {-1, -1}, .behind = {1, 1}}, {.place = {2}, .image = {-2}}}}},
+    .beyond = {.row = {.terms = {{{.mirror = {-1, -1}, .second = {1, 1}}, {.ghost = {2}, .mirror = {-2}}}}},
                .least = 2,
                .of_few = continued.beyond.of_few}};
 /// Linear extrapolation beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
 constexpr GhostRule continued_on_walls{
     .on_walls = true,
-    .wall = {.row = {.terms = {{{}, {.place = {1}, .image = {-2}, .behind = {1}}}}},
+    .wall = {.row = {.terms = {{{}, {.ghost = {1}, .mirror = {-2}, .second = {1}}}}},
              .least = 3,
-             .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}},
-    .beyond = {{.terms = {{{}, {.place = {2}, .image = {-2, -1}, .behind = {0, 1}}}}, .first = -1}}};
+             .of_few = {.terms = {{{}, {.ghost = {1}, .mirror = {-1}}}}}},
+    .beyond = {{.terms = {{{}, {.ghost = {2}, .mirror = {-2, -1}, .second = {0, 1}}}}, .first = -1}}};
 
 /// Linear beyond the wall as above; the point on the wall follows the field's own equation.
 constexpr GhostRule open_on_walls{.on_walls = true, .wall = {}, .beyond = continued_on_walls.beyond};
 
 /// v = u for a scalar; v = -u for vector components, whose directions reverse across a pole.
 constexpr GhostRule across_pole{
-    .beyond = {.row = {.terms = {{{}, {.place = {1}, .image = {-1}}}}, .first = 0, .step = 1}}, .turns = true};
+    .beyond = {.row = {.terms = {{{}, {.ghost = {1}, .mirror = {-1}}}}, .first = 0, .step = 1}}, .turns = true};
 constexpr GhostRule turned_across_pole{
-    .beyond = {.row = {.terms = {{{.place = {1}, .image = {1}}, {}}}, .first = 0, .step = 1}}, .turns = true};
+    .beyond = {.row = {.terms = {{{.ghost = {1}, .mirror = {1}}, {}}}, .first = 0, .step = 1}}, .turns = true};
 
 using enum SideCondition::Part;
 using Level = SideCondition::Level;
@@ -91,19 +91,19 @@ bool makes_nothing(const GhostRow& row) {
 }
 
 GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way) {
-  double place = 0, image = 0, behind = 0;
+  double ghost = 0, image = 0, behind = 0;
   for (int t = 0; t < side_coefficients; ++t) {
     const GhostRow::Term& term = row.terms[t];
-    place += coefficients[t] * term.place.at(way);
-    image += coefficients[t] * term.image.at(way);
-    behind += coefficients[t] * term.behind.at(way);
+    ghost += coefficients[t] * term.ghost.at(way);
+    mirror += coefficients[t] * term.mirror.at(way);
+    second += coefficients[t] * term.second.at(way);
   }
-  return {-image / place, -behind / place, row.rate.at(way) / place};
+  return {-mirror / ghost, -second / ghost, row.rate.at(way) / ghost};
 }
 
 bool SideCondition::keeps_constants() const {
   const GhostRow::Term& of_a = between_cells->beyond.row.terms[0];
-  const auto sum = [&](double way) { return of_a.place.at(way) + of_a.image.at(way) + of_a.behind.at(way); };
+  const auto sum = [&](double way) { return of_a.ghost.at(way) + of_a.mirror.at(way) + of_a.second.at(way); };
   return a == Part::zero || (sum(0) == 0 && sum(1) == 0);
 }
 

@@ -37,11 +37,11 @@ struct GhostNumber {
 constexpr int side_coefficients = 2;
 
 /// Equation for the ghost value v, its mirror value u, the value w one cell farther inside, and c:
-///   sum over all coefficients of coefficient*(place*v + image*u + behind*w) = rate*c.
+///   sum over all coefficients of coefficient*(ghost*v + mirror*u + second*w) = rate*c.
 /// The mirror cell of layer k is first + step*k cells inside.
 struct GhostRow {
   struct Term {
-    GhostNumber place, image, behind;
+    GhostNumber ghost, mirror, second;
     bool operator==(const Term&) const = default;
   };
   std::array<Term, side_coefficients> terms{};
@@ -58,7 +58,7 @@ struct GhostRows {
   bool operator==(const GhostRows&) const = default;
 };
 /// Ghost cells -1-k (low side) and n+k (high side) are layer k, with m = 2k+1. For values on walls, -1 and n-1 are
-/// layer 0, on the wall, computed by `wall`; those beyond have m = 2k. A row with place = 0 leaves the value unchanged.
+/// layer 0, on the wall, computed by `wall`; those beyond have m = 2k. A row with ghost = 0 leaves the value unchanged.
 /// `turns`: at a pole, where the cells beyond the side are those half a turn away: the mirror cells are shifted by
 /// cells/2 (rounded down) along the other one of the axes x and y, which runs around the pole.
 struct GhostRule {
@@ -68,9 +68,9 @@ struct GhostRule {
   bool operator==(const GhostRule&) const = default;
 };
 
-/// The ghost value as weight*u + farther*w + rate*c.
+/// The ghost value as weight*u + second_weight*w + rate*c.
 struct GhostWeights {
-  double weight = 0, farther = 0, rate = 0;
+  double weight = 0, second_weight = 0, rate = 0;
 };
 bool makes_nothing(const GhostRow& row);
 GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way);

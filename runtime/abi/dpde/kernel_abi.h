@@ -94,11 +94,11 @@ typedef struct dpde_ghost_number {
   double fixed, per_distance;
 } dpde_ghost_number;
 typedef struct dpde_ghost_term {
-  dpde_ghost_number place, image, behind;
+  dpde_ghost_number ghost, mirror, second;
 } dpde_ghost_term;
 enum { DPDE_SIDE_COEFFICIENTS = 2 };
 /* The equation for the ghost value v, with the value u of its mirror cell, the value w one cell farther inside and
- * the boundary value c: the sum over the coefficients of coefficient*(place*v + image*u + behind*w) equals rate*c.
+ * the boundary value c: the sum over the coefficients of coefficient*(ghost*v + mirror*u + second*w) equals rate*c.
  * The mirror cell of layer k lies first + step*k cells inside. A coefficient DPDE_ZERO drops its term, and then
  * nothing is read. */
 typedef struct dpde_ghost_row {
@@ -115,7 +115,7 @@ typedef struct dpde_ghost_rows {
 /* on_walls 0: layer k is the cell -1-k or cells+k, from `beyond` with m = 2k+1. on_walls 1, at both sides of an axis
  * or at none: the cells -1 and cells-1 lie on the walls and are layer 0, from `wall`; the others from `beyond` with
  * m = 2k. The cell that is `first` cells inside is then next to the wall. On an axis with one cell, a high wall
- * whose row reads inside is not changed. A row in which no term has a `place` computes nothing: a high wall with it
+ * whose row reads inside is not changed. A row in which no term has a `ghost` computes nothing: a high wall with it
  * is not changed. */
 typedef struct dpde_rule {
   int32_t on_walls;

@@ -10,22 +10,22 @@
 namespace dpde {
 namespace {
 
-/// Transpose of a fill: adds weight * halo to `to`, farther * halo to `behind`, rate * halo to `wall` if there is one,
+/// Transpose of a fill: adds weight * halo to `to`, second_weight * halo to `second`, rate * halo to `wall` if there is one,
 /// and clears the halo.
 template <class Real>
-void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Ghost how) {
+void fold_row(Real* to, Real* second, Real* halo, Real* wall, int64_t count, Ghost how) {
   const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),
-             farther = static_cast<Real>(how.farther);
+             second_weight = static_cast<Real>(how.second_weight);
   for (int64_t x = 0; wall != nullptr && x < count; ++x) wall[x] += rate * halo[x];
-  for (int64_t x = 0; farther != 0 && x < count; ++x) behind[x] += farther * halo[x];
+  for (int64_t x = 0; second_weight != 0 && x < count; ++x) second[x] += second_weight * halo[x];
   for (int64_t x = 0; weight != 0 && x < count; ++x) to[x] += weight * halo[x];
   std::fill_n(halo, count, Real{0});
 }
 
-/// `to`, `from` and `behind` point at the ghost cells of the layer, their mirror cells and the cells one farther
+/// `to`, `from` and `second` point at the ghost cells of the layer, their mirror cells and the cells one farther
 /// inside.
 template <class Real>
-void set_layer_from(Real* to, const Real* from, const Real* behind, int64_t count, const HaloLayer& layer,
+void set_layer_from(Real* to, const Real* from, const Real* second, int64_t count, const HaloLayer& layer,
                     const double* uniforms) {
   if (layer.copies()) {
     std::copy_n(from, count, to);
@@ -37,9 +37,9 @@ void set_layer_from(Real* to, const Real* from, const Real* behind, int64_t coun
     std::fill_n(to, count, constant);
     return;
   }
-  if (how.farther != 0) {
-    const Real farther = static_cast<Real>(how.farther);
-    for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x] + farther * behind[x];
+  if (how.second_weight != 0) {
+    const Real second_weight = static_cast<Real>(how.second_weight);
+    for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x] + second_weight * second[x];
     return;
   }
   for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x];
@@ -48,7 +48,7 @@ void set_layer_from(Real* to, const Real* from, const Real* behind, int64_t coun
 /// For `count` adjacent values; `first` points at those with index 0 along the axis.
 template <class Real>
 void set_layer(Real* first, int64_t stride, int64_t count, const HaloLayer& layer, const double* uniforms) {
-  set_layer_from(first + layer.place * stride, first + layer.image * stride, first + layer.behind * stride, count,
+  set_layer_from(first + layer.place * stride, first + layer.mirror * stride, first + layer.second * stride, count,
                  layer, uniforms);
 }
 
@@ -57,7 +57,7 @@ template <class Real>
 void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride, int64_t count, const HaloLayer& layer,
                 const double* uniforms) {
   Real* wall = layer.field() < 0 ? nullptr : static_cast<Real*>(fields[layer.field()]) + place + layer.place * stride;
-  fold_row(first + layer.image * stride, first + layer.behind * stride, first + layer.place * stride, wall, count,
+  fold_row(first + layer.mirror * stride, first + layer.second * stride, first + layer.place * stride, wall, count,
            layer.ghost(uniforms));
 }
 
@@ -71,7 +71,7 @@ int64_t turn(const std::array<HaloAxis, 3>& axes, const std::array<int64_t, 3>& 
 template <class Real>
 void fold_turned(Real* first, int64_t stride, int64_t away, const HaloLayer& layer, const double* uniforms) {
   Real& halo = first[layer.place * stride];
-  first[layer.image * stride + away] += static_cast<Real>(layer.ghost(uniforms).weight) * halo;
+  first[layer.mirror * stride + away] += static_cast<Real>(layer.ghost(uniforms).weight) * halo;
   halo = 0;
 }
 
@@ -100,8 +100,8 @@ void HaloFill::set_image(size_t axis, bool is_low, int64_t k, void* to, const vo
                          const double* uniforms) const {
   with_real(real_, [&](auto type) {
     using Real = decltype(type);
-    const Real* image = static_cast<const Real*>(from);
-    set_layer_from(static_cast<Real*>(to), image, image, count, axes_[axis].beyond(is_low, k), uniforms);
+    const Real* mirror = static_cast<const Real*>(from);
+    set_layer_from(static_cast<Real*>(to), mirror, mirror, count, axes_[axis].beyond(is_low, k), uniforms);
   });
 }
 
@@ -126,10 +126,10 @@ void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
       const Ghost how = layer.ghost(uniforms);
       const Real* wall = layer.field() < 0 ? nullptr : static_cast<const Real*>(fields[layer.field()]);
       const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),
-                 farther = static_cast<Real>(how.farther);
+                 second_weight = static_cast<Real>(how.second_weight);
       const Real constant = wall ? 0 : static_cast<Real>(how.rate * layer.value(uniforms));
-      const int64_t image = (wrapped(a, layer.image) - layer.place) * stride_[a],
-                    behind = (layer.behind - layer.place) * stride_[a];
+      const int64_t mirror = (wrapped(a, layer.mirror) - layer.place) * stride_[a],
+                    second = (layer.second - layer.place) * stride_[a];
       std::array<int64_t, 3> from{-grow[0], -grow[1], -grow[2]}, to{};
       for (size_t b = 0; b < 3; ++b) to[b] = axes_[b].cells + grow[b];
       from[a] = layer.place;
@@ -140,8 +140,8 @@ void HaloFill::run_cells(void* const* fields, const double* uniforms) const {
             Real* place = static_cast<Real*>(fields[field_]) + x + y * stride_[1] + z * stride_[2];
             const Real c = wall ? wall[wrapped(0, x) + wrapped(1, y) * stride_[1] + wrapped(2, z) * stride_[2]] : 0;
             const int64_t away = layer.turns() ? turn(axes_, stride_, a, a == 0 ? y : x) : 0;
-            Real kept = weight == 0 ? 0 : weight * place[image + away];
-            if (farther != 0) kept += farther * place[behind + away];
+            Real kept = weight == 0 ? 0 : weight * place[mirror + away];
+            if (second_weight != 0) kept += second_weight * place[second + away];
             *place = kept + rate * c + constant;
           }
         }
@@ -189,7 +189,7 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
     auto* row = static_cast<decltype(real)*>(cells);
     const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
     for (const HaloLayer& layer : axes_[1].layers) {
-      if (layer.image == y) set_layer(row - y * stride_[1] + first, stride_[1], count, layer, uniforms);
+      if (layer.mirror == y) set_layer(row - y * stride_[1] + first, stride_[1], count, layer, uniforms);
     }
   });
 }

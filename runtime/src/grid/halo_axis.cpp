@@ -23,7 +23,7 @@ bool reads_inside(const dpde_side& side, const dpde_ghost_row& row, dpde_ghost_n
 }
 
 bool makes_nothing(const dpde_ghost_row& row) {
-  return std::ranges::all_of(row.terms, [](const dpde_ghost_term& term) { return is_zero(term.place); });
+  return std::ranges::all_of(row.terms, [](const dpde_ghost_term& term) { return is_zero(term.ghost); });
 }
 
 const dpde_ghost_row& row_of(const dpde_ghost_rows& rows, int64_t cells) {
@@ -33,7 +33,7 @@ const dpde_ghost_row& row_of(const dpde_ghost_rows& rows, int64_t cells) {
 }  // namespace
 
 HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool is_low, int64_t layer)
-    : place(0), image(0), behind(0), value_(side.value), field_(side.field) {
+    : place(0), mirror(0), second(0), value_(side.value), field_(side.field) {
   const dpde_rule& rule = *side.rule;
   const int64_t on_walls = rule.on_walls;
   row_ = &row_of(on_walls != 0 && layer == 0 ? rule.wall : rule.beyond, global);
@@ -41,28 +41,28 @@ HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool 
   const auto cell = [&](int64_t inside) { return is_low ? inside : cells - 1 - on_walls - inside; };
   const int64_t inside = row_->first + row_->step * layer;
   place = cell(-1 - layer);
-  image = cell(inside);
-  behind = cell(inside + 1);
+  mirror = cell(inside);
+  second = cell(inside + 1);
   std::ranges::copy(side.coefficients, coefficients_);
   is_number_ = std::ranges::all_of(side.coefficients, [](int32_t c) { return c < 0; });
-  reads_image_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::image);
-  reads_behind_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::behind);
+  reads_mirror_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::mirror);
+  reads_second_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::second);
   is_made_ = !makes_nothing(*row_);
   turns_ = is_pole(side);
   if (is_number_ && is_made_) ghost_ = computed(nullptr);
-  copies_ = !turns_ && is_number_ && !reads_behind_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
+  copies_ = !turns_ && is_number_ && !reads_second_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
 }
 
 Ghost HaloLayer::computed(const double* uniforms) const {
-  double at_place = 0, at_image = 0, at_behind = 0;
+  double at_place = 0, at_mirror = 0, at_second = 0;
   for (int t = 0; t < DPDE_SIDE_COEFFICIENTS; ++t) {
     if (coefficients_[t] == DPDE_ZERO) continue;
     const double coefficient = coefficients_[t] == DPDE_ONE ? 1.0 : uniforms[coefficients_[t]];
-    at_place += coefficient * at(row_->terms[t].place, way_);
-    at_image += coefficient * at(row_->terms[t].image, way_);
-    at_behind += coefficient * at(row_->terms[t].behind, way_);
+    at_place += coefficient * at(row_->terms[t].ghost, way_);
+    at_mirror += coefficient * at(row_->terms[t].mirror, way_);
+    at_second += coefficient * at(row_->terms[t].second, way_);
   }
-  return {-at_image / at_place, -at_behind / at_place, at(row_->rate, way_) / at_place};
+  return {-at_mirror / at_place, -at_second / at_place, at(row_->rate, way_) / at_place};
 }
 
 HaloAxis::HaloAxis(const dpde_boundary& boundary, const dpde_layout& layout, std::size_t axis, int64_t width)
@@ -85,7 +85,7 @@ HaloAxis::HaloAxis(const dpde_boundary& boundary, const dpde_layout& layout, std
   }
   const auto has = [&](int64_t place) { return place >= 0 && place < cells; };
   for (const HaloLayer& layer : layers) {
-    const bool is_own = (!layer.reads_inside() || has(layer.image)) && (!layer.reads_behind() || has(layer.behind));
+    const bool is_own = (!layer.reads_inside() || has(layer.mirror)) && (!layer.reads_second() || has(layer.second));
     if (is_divided(layout, axis) && !is_own) {
       throw Error(ErrorKind::input,
                   fmt::format("axis {} is divided among ranks, and {} cells of one are too few for a condition at its "
@@ -98,7 +98,7 @@ HaloAxis::HaloAxis(const dpde_boundary& boundary, const dpde_layout& layout, std
 bool HaloAxis::images_are_direct() const {
   return std::ranges::all_of(layers, [&](const HaloLayer& layer) {
     const bool is_beyond = layer.place < 0 || layer.place >= cells;
-    return is_beyond && layer.image >= 0 && layer.image < cells && !layer.reads_behind();
+    return is_beyond && layer.mirror >= 0 && layer.mirror < cells && !layer.reads_second();
   });
 }
 
@@ -109,7 +109,7 @@ bool is_mirrored(const dpde_side& side) {
   if (is_pole(side)) return false;
   const dpde_ghost_rows& beyond = side.rule->beyond;
   return side.field < 0 && side.rule->on_walls == 0 && beyond.least <= 1 && beyond.row.first == 0 &&
-         beyond.row.step == 1 && !reads_inside(side, beyond.row, &dpde_ghost_term::behind);
+         beyond.row.step == 1 && !reads_inside(side, beyond.row, &dpde_ghost_term::second);
 }
 
 }  // namespace dpde

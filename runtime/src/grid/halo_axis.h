@@ -11,23 +11,23 @@
 
 namespace dpde {
 
-/// A ghost value: weight*image + farther*behind + rate*c. In single precision the factors are rounded once.
+/// A ghost value: weight*mirror + second_weight*second + rate*c. In single precision the factors are rounded once.
 struct Ghost {
-  double weight = 1, farther = 0, rate = 0;
+  double weight = 1, second_weight = 0, rate = 0;
 };
 
-/// The ghost cells of one side in layer 0, 1, ..., outwards; `image`, and `behind` one cell farther inside, are filled
+/// The ghost cells of one side in layer 0, 1, ..., outwards; `mirror`, and `second` one cell farther inside, are filled
 /// before.
 class HaloLayer {
  public:
   /// For a periodic axis.
-  HaloLayer(int64_t place_along, int64_t image_along) : place(place_along), image(image_along), behind(image_along) {}
+  HaloLayer(int64_t place_along, int64_t mirror_along) : place(place_along), mirror(mirror_along), second(mirror_along) {}
   /// `cells` along the axis of this subgrid, `global` of the whole grid.
   HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool is_low, int64_t layer);
 
-  int64_t place, image, behind;  // cells along the axis
+  int64_t place, mirror, second;  // cells along the axis
 
-  /// The ghost value is a copy of the image.
+  /// The ghost value is a copy of the mirror.
   bool copies() const { return copies_; }
   /// Constant coefficients are computed in advance.
   Ghost ghost(const double* uniforms) const { return is_number_ ? ghost_ : computed(uniforms); }
@@ -37,9 +37,9 @@ class HaloLayer {
   int field() const { return field_; }
   /// False: the cells are not changed.
   bool is_made() const { return is_made_; }
-  bool reads_inside() const { return reads_image_ || reads_behind_; }
-  bool reads_behind() const { return reads_behind_; }
-  /// At a pole: image and behind lie half a turn away.
+  bool reads_inside() const { return reads_mirror_ || reads_second_; }
+  bool reads_second() const { return reads_second_; }
+  /// At a pole: mirror and second lie half a turn away.
   bool turns() const { return turns_; }
 
  private:
@@ -49,7 +49,7 @@ class HaloLayer {
   double way_ = 0;
   int coefficients_[DPDE_SIDE_COEFFICIENTS] = {};
   int value_ = -1, field_ = -1;
-  bool is_number_ = true, is_made_ = true, copies_ = true, reads_image_ = true, reads_behind_ = false, turns_ = false;
+  bool is_number_ = true, is_made_ = true, copies_ = true, reads_mirror_ = true, reads_second_ = false, turns_ = false;
   Ghost ghost_;
 };
 

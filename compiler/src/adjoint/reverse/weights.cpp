@@ -78,7 +78,7 @@ struct Layer {
 Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, const std::string& field,
            const WallSide& at) {
   const int inwards = at.is_low ? layer.image : -layer.image;
-  const std::array<double, 3> numbers{term.place.at(layer.way), term.image.at(layer.way), term.behind.at(layer.way)};
+  const std::array<double, 3> numbers{term.ghost.at(layer.way), term.mirror.at(layer.way), term.second.at(layer.way)};
   const std::array<Expr, 3> values{access(field), access(field, along(at.axis, inwards)),
                                    access(field, along(at.axis, inwards + (at.is_low ? 1 : -1)))};
   double unit = std::abs(numbers[0]);  // the smallest of them

@@ -89,7 +89,7 @@ std::string text_of(const dpde_ghost_number& n) {
 
 std::string text_of(const dpde_ghost_row& row) {
   const auto term = [](const dpde_ghost_term& t) {
-    return fmt::format("{{{}, {}, {}}}", text_of(t.place), text_of(t.image), text_of(t.behind));
+    return fmt::format("{{{}, {}, {}}}", text_of(t.ghost), text_of(t.mirror), text_of(t.second));
   };
   return fmt::format("{{{{{}}}, {}, {}, {}}}", fmt::join(texts(row.terms, DPDE_SIDE_COEFFICIENTS, term), ", "),
                      text_of(row.rate), row.first, row.step);

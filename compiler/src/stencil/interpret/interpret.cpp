@@ -22,7 +22,7 @@ int modulo(int i, int n) { return (i % n + n) % n; }
 
 /// A halo cell, the cells it is filled from, and how; `side` is nullptr along periodic axes.
 struct HaloCell {
-  CellIndex place, image, behind;
+  CellIndex place, mirror, second;
   const Side* side;
   GhostWeights ghost;
 };
@@ -72,11 +72,11 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
     high[axis] = layer.place + 1;
     for_each_cell(low, high, [&](const CellIndex& cell) {
       cells.push_back({cell, cell, cell, periodic ? nullptr : &side, layer.ghost});
-      cells.back().image[axis] = layer.image;
-      cells.back().behind[axis] = layer.image + (low_side ? 1 : -1);
+      cells.back().mirror[axis] = layer.image;
+      cells.back().second[axis] = layer.image + (low_side ? 1 : -1);
       if (periodic || !rule_of(side).turns) return;
       const int around_pole = axis == 0 ? 1 : 0, turn = state.grid().cells[around_pole] / 2;
-      for (CellIndex* turned : {&cells.back().image, &cells.back().behind})
+      for (CellIndex* turned : {&cells.back().mirror, &cells.back().second})
         (*turned)[around_pole] = modulo(cell[around_pole] + turn, state.grid().cells[around_pole]);
     });
   }
@@ -103,8 +103,8 @@ void apply(State& state, const Fill& fill, const Params& params) {
     for (int k = 0; k < layers; ++k) {
       for (const HaloCell& cell : layer_of_halo(state, fill.axes[axis], axis, k, width, params)) {
         const double constant = cell.ghost.rate * wall_value(cell, fill.axes, state, params);
-        double inner = cell.ghost.weight == 0 ? 0 : cell.ghost.weight * state.at(fill.field, cell.image);
-        if (cell.ghost.farther != 0) inner += cell.ghost.farther * state.at(fill.field, cell.behind);
+        double inner = cell.ghost.weight == 0 ? 0 : cell.ghost.weight * state.at(fill.field, cell.mirror);
+        if (cell.ghost.second_weight != 0) inner += cell.ghost.second_weight * state.at(fill.field, cell.second);
         state.at(fill.field, cell.place) = state.stored(inner + constant);
       }
     }
@@ -127,12 +127,12 @@ void apply(State& state, const Fold& fold, const Params& params) {
           double& wall = state.at(*field, cell.place);
           wall = state.stored(wall + cell.ghost.rate * value);
         }
-        if (cell.ghost.farther != 0) {
-          double& behind = state.at(fold.field, cell.behind);
-          behind = state.stored(behind + cell.ghost.farther * value);
+        if (cell.ghost.second_weight != 0) {
+          double& second = state.at(fold.field, cell.second);
+          second = state.stored(second + cell.ghost.second_weight * value);
         }
         if (cell.ghost.weight != 0) {
-          double& image = state.at(fold.field, cell.image);
+          double& image = state.at(fold.field, cell.mirror);
           image = state.stored(image + cell.ghost.weight * value);
         }
         state.at(fold.field, cell.place) = 0;

@@ -23,7 +23,7 @@ bool derives_wall(const Side& side, int cells) {
   const auto coefficients = coefficients_of(side);
   for (int t = 0; t < side_coefficients; ++t) {
     const GhostRow::Term& term = row.terms[t];
-    const bool reads = term.image != GhostNumber{} || term.behind != GhostNumber{};
+    const bool reads = term.mirror != GhostNumber{} || term.second != GhostNumber{};
     if (reads && !is_literal(coefficients[t].value, 0)) return true;
   }
   return false;
