@@ -385,7 +385,8 @@ std::size_t first_line_of_head(const std::vector<std::string>& lines, std::size_
 TEST(House, FunctionsAreShort) {
   const std::regex closed(R"(.*\)( const)?( noexcept)?( override)?( ->.*)? \{$)");
   const std::regex opening(R"(^( {0,4})[A-Za-z~][^=]*\(.*)");
-  const std::regex not_a_function(R"(^\s*(if|for|while|switch|return|match|match_some|namespace|struct|class|enum|TEST)\b)");
+  const std::regex not_a_function(
+      R"(^\s*(if|for|while|switch|return|match|match_some|namespace|struct|class|enum|TEST)\b)");
   int longest = 0;
   for (const fs::path& path : sources({"compiler", "runtime", "tools"})) {
     const std::vector<std::string> lines = read_lines(path);

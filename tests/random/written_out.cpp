@@ -70,7 +70,7 @@ class Writer {
       for (const LoopCarried& carry : repeat.carries)
         states[carry.state] = name_in(names, pass > 1 ? carry.next : carry.state);
       names = states;
-      for (const std::string& field : known.inner) names[field] = fmt::format("{}_pass{}", field, pass);
+      for (const std::string& field : known.block_locals) names[field] = fmt::format("{}_pass{}", field, pass);
       if (pass == repeat.count) {
         for (const LoopCarried& carry : repeat.carries) names[carry.next] = carry.result;
       }

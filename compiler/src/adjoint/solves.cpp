@@ -38,7 +38,7 @@ Renaming fresh_names(const std::vector<std::string>& fields, DerivedNames& names
 
 Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::string>& unknowns, DerivedNames& names,
               Module& kernels) {
-  Renaming renaming = fresh_names(effects(module, solve).inner, names);
+  Renaming renaming = fresh_names(effects(module, solve).block_locals, names);
   for (std::size_t i = 0; i < unknowns.size(); ++i) renaming.fields[solve.unknowns[i]] = unknowns[i];
   Solve copy = solve;
   copy.unknowns = unknowns;
@@ -54,7 +54,7 @@ Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::s
 }
 
 OperatorCopy copy_with_inputs(const Module& module, const Solve& solve, const Program& program, DerivedNames& names) {
-  std::vector<std::string> inputs = coefficients_of(module, solve), fields = effects(module, solve).inner;
+  std::vector<std::string> inputs = coefficients_of(module, solve), fields = effects(module, solve).block_locals;
   std::erase_if(inputs, is_coordinate);
   inputs.insert(inputs.end(), solve.unknowns.begin(), solve.unknowns.end());
   fields.insert(fields.end(), inputs.begin(), inputs.end());

@@ -62,7 +62,7 @@ NameSupply taken_names(const stencil::Module& module) {
   for (const stencil::Program& program : module.programs) {
     for (const stencil::Statement& statement : program.body) {
       const stencil::Effects e = stencil::effects(module, statement);
-      for (const auto* fields : {&e.reads, &e.writes, &e.updates, &e.inner}) {
+      for (const auto* fields : {&e.reads, &e.writes, &e.updates, &e.block_locals}) {
         for (const std::string& field : *fields) taken.reserve(field);
       }
     }

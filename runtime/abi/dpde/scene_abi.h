@@ -78,12 +78,12 @@ typedef struct dpde_loss {
   const dpde_program* loss; /* its one sum is the loss */
   const dpde_program* adjoint;
   dpde_instants at;
-  dpde_second full;    /* null programs: no unknown affects the loss, or see dpde_scene::no_second */
-  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is not a
-                          sum of squares */
-  const char* average; /* not null: not a loss; it adds to this parameter of losses of averages */
-  int32_t of_averages; /* 1: computed from such parameters, once a run; `at` is empty */
-  double weight;       /* factor of the contribution of each state */
+  dpde_second full;         /* null programs: no unknown affects the loss, or see dpde_scene::no_second */
+  dpde_second gauss_newton; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is
+                          not a sum of squares */
+  const char* average;      /* not null: not a loss; it adds to this parameter of losses of averages */
+  int32_t of_averages;      /* 1: computed from such parameters, once a run; `at` is empty */
+  double weight;            /* factor of the contribution of each state */
 } dpde_loss;
 
 enum {

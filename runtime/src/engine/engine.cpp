@@ -49,8 +49,8 @@ std::vector<const dpde_program*> Engine::programs() const {
   all.insert(all.end(), formulas_.begin(), formulas_.end());
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
-    all.insert(all.end(), {loss.loss, loss.adjoint, loss.full.tangent, loss.full.adjoint, loss.squares.tangent,
-                           loss.squares.adjoint});
+    all.insert(all.end(), {loss.loss, loss.adjoint, loss.full.tangent, loss.full.adjoint, loss.gauss_newton.tangent,
+                           loss.gauss_newton.adjoint});
   }
   for (const dpde_second& second : {scene_.second, scene_.initial_second, scene_.coefficient_second})
     all.insert(all.end(), {second.tangent, second.adjoint});

@@ -222,7 +222,7 @@ std::string Engine::why_no_products(Curvature curvature) const {
     if (loss.of_averages)
       return fmt::format("loss {} of task {} is made of averages over its states: it has no second derivatives here",
                          i + 1, scene_.task);
-    if (curvature == Curvature::gauss_newton && loss.full.tangent != nullptr && loss.squares.tangent == nullptr)
+    if (curvature == Curvature::gauss_newton && loss.full.tangent != nullptr && loss.gauss_newton.tangent == nullptr)
       return fmt::format("loss {} of task {} is not a sum of squares: it has no Gauss-Newton matrix", i + 1,
                          scene_.task);
   }
@@ -243,7 +243,7 @@ Rollout& Engine::products(Curvature curvature) {
   }
   for (int32_t i = 0; i < scene_.loss_count; ++i) {
     const dpde_loss& loss = scene_.losses[i];
-    const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.squares;
+    const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.gauss_newton;
     if (programs.tangent == nullptr) continue;  // no unknown affects the loss
     LossTerm& term = both.losses.emplace_back(loss_term(loss, *programs.tangent));
     term.adjoint = programs.adjoint;

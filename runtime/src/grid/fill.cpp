@@ -10,8 +10,8 @@
 namespace dpde {
 namespace {
 
-/// Transpose of a fill: adds weight * halo to `to`, second_weight * halo to `second`, rate * halo to `wall` if there is one,
-/// and clears the halo.
+/// Transpose of a fill: adds weight * halo to `to`, second_weight * halo to `second`, rate * halo to `wall` if there is
+/// one, and clears the halo.
 template <class Real>
 void fold_row(Real* to, Real* second, Real* halo, Real* wall, int64_t count, Ghost how) {
   const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),

@@ -21,7 +21,8 @@ struct Ghost {
 class HaloLayer {
  public:
   /// For a periodic axis.
-  HaloLayer(int64_t place_along, int64_t mirror_along) : place(place_along), mirror(mirror_along), second(mirror_along) {}
+  HaloLayer(int64_t place_along, int64_t mirror_along)
+      : place(place_along), mirror(mirror_along), second(mirror_along) {}
   /// `cells` along the axis of this subgrid, `global` of the whole grid.
   HaloLayer(const dpde_side& side, int64_t cells, int64_t global, bool is_low, int64_t layer);
 

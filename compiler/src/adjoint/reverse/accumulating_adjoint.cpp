@@ -23,7 +23,7 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
   for (const stencil::Statement& statement : program.body) {
     const stencil::Effects e = stencil::effects(module, statement);
     const bool writes = contains(e.writes, field);
-    const bool uses = contains(e.reads, field) || contains(e.fills, field) || contains(e.inner, field) ||
+    const bool uses = contains(e.reads, field) || contains(e.fills, field) || contains(e.block_locals, field) ||
                       contains(e.invalidates_halo, field);
     if (!writes && !uses && !contains(e.updates, field)) continue;
     const bool is_row_wise = match(

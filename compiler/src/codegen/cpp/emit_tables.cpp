@@ -343,7 +343,7 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   };
   const auto loss = [&](const dpde_loss& l) {
     const std::string program = tables.program(l.loss), adjoint = tables.program(l.adjoint);
-    const std::string full = second(l.full, tables), squares = second(l.squares, tables);
+    const std::string full = second(l.full, tables), squares = second(l.gauss_newton, tables);
     return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares,
                        quoted(l.average), l.of_averages, number(l.weight));
   };

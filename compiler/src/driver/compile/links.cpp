@@ -41,7 +41,7 @@ std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
   std::vector<LinkedProgram> programs;
   for (const auto& [name, derived] : compiled.derived) {
     for (const auto* each :
-         {&derived.tangent, &derived.adjoint, &derived.second, &derived.squares, &derived.squares_adjoint}) {
+         {&derived.tangent, &derived.adjoint, &derived.second, &derived.gauss_newton, &derived.gauss_newton_adjoint}) {
       if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
     }
   }

@@ -234,13 +234,13 @@ void differentiate_twice(Compiled& compiled, const std::string& name, const adjo
   if (derived.second) add(*derived.second);
   if (!contains(compiled.names.losses, name)) return;
   DiagnosticSink sink;
-  derived.squares = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
-  if (!derived.squares || sink.has_errors()) return;
-  derived.squares_adjoint =
-      adjoint_of_derivative(compiled, *derived.squares, directions_of(compiled, wrt, *derived.squares, false));
-  if (!derived.squares_adjoint) return;
-  add(*derived.squares);
-  add(*derived.squares_adjoint);
+  derived.gauss_newton = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
+  if (!derived.gauss_newton || sink.has_errors()) return;
+  derived.gauss_newton_adjoint = adjoint_of_derivative(compiled, *derived.gauss_newton,
+                                                       directions_of(compiled, wrt, *derived.gauss_newton, false));
+  if (!derived.gauss_newton_adjoint) return;
+  add(*derived.gauss_newton);
+  add(*derived.gauss_newton_adjoint);
 }
 
 void differentiate(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {

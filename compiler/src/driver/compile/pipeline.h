@@ -63,7 +63,7 @@ struct CompileOptions {
 struct Derived {
   std::optional<adjoint::Derivative> tangent, adjoint;  // names; their kernels are in Compiled::stencil
   std::optional<adjoint::Derivative> second;            // adjoint of the tangent, with respect to inputs and directions
-  std::optional<adjoint::Derivative> squares, squares_adjoint;  // for a loss that is a sum of squares
+  std::optional<adjoint::Derivative> gauss_newton, gauss_newton_adjoint;  // for a loss that is a sum of squares
 };
 
 /// A divisor, or the side of a choice, stored in a field by the program names.watched: see dpde_watched.

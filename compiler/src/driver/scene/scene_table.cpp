@@ -205,8 +205,9 @@ void SceneTable::Storage::add_second(const model::Task& task) {
     if (found == compiled->derived.end()) continue;  // does not depend on unknowns
     const Derived& loss = found->second;
     losses[i].full = second_of(name);
-    if (!loss.squares || !loss.squares_adjoint) continue;
-    losses[i].squares = {compiled->program(loss.squares->program), compiled->program(loss.squares_adjoint->program)};
+    if (!loss.gauss_newton || !loss.gauss_newton_adjoint) continue;
+    losses[i].gauss_newton = {compiled->program(loss.gauss_newton->program),
+                              compiled->program(loss.gauss_newton_adjoint->program)};
   }
 }
 

@@ -73,7 +73,7 @@ bool has(const NameList& names, const std::string& name) { return std::ranges::f
 Effects of_repeat(const Module& module, const Repeat& repeat) {
   const Program pass = pass_of(repeat, {});
   const Interface known = interface_of(module, pass);
-  Effects e{.params = known.params, .sums = known.sums, .networks = known.networks, .inner = known.written};
+  Effects e{.params = known.params, .sums = known.sums, .networks = known.networks, .block_locals = known.written};
   std::erase(e.params, repeat.counter.name);
   for (const Kernel* kernel : kernels_run(module, pass)) e.kernels.push_back(kernel->name);
   const auto is_loaded = [&](const std::string& field) {
@@ -86,7 +86,7 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
     add_new(e.reads, carry.state);
     e.writes.push_back(carry.result);
   }
-  for (const TapeEntry& load : repeat.loads) add_new(e.inner, load.field);
+  for (const TapeEntry& load : repeat.loads) add_new(e.block_locals, load.field);
   for_each_kind<Fill>(pass.body, [&](const Fill& fill) {
     if (has(e.reads, fill.field)) add_new(e.invalidates_halo, fill.field);
   });
@@ -97,9 +97,9 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
 void add_step(const Effects& step, const Solve& solve, Effects& e) {
   const auto add_inner = [&](const std::string& field) {
     const bool is_known = has(e.reads, field) || has(solve.unknowns, field);
-    if (!is_known && !is_coordinate(field)) add_new(e.inner, field);
+    if (!is_known && !is_coordinate(field)) add_new(e.block_locals, field);
   };
-  for (const auto* fields : {&step.inner, &step.writes, &step.reads}) std::ranges::for_each(*fields, add_inner);
+  for (const auto* fields : {&step.block_locals, &step.writes, &step.reads}) std::ranges::for_each(*fields, add_inner);
   for (const std::string& param : step.params) add_new(e.params, param);
   for (const std::string& kernel : step.kernels) add_new(e.kernels, kernel);
   for (const std::string& field : step.invalidates_halo) {
@@ -115,10 +115,11 @@ Effects of_solve(const Module& module, const Solve& solve) {
             .params = known.params,
             .sums = known.sums,
             .networks = known.networks,
-            .inner = known.written};
+            .block_locals = known.written};
   if (solve.preconditioner) {
     add_new(e.networks, solve.preconditioner->network);
-    e.inner.insert(e.inner.end(), {solve.preconditioner->inputs.front(), solve.preconditioner->results.front()});
+    e.block_locals.insert(e.block_locals.end(),
+                          {solve.preconditioner->inputs.front(), solve.preconditioner->results.front()});
   }
   for (const Kernel* kernel : kernels_run(module, block)) e.kernels.push_back(kernel->name);
   for_each_kind<Fill>(block.body, [&](const Fill& fill) {

@@ -21,7 +21,7 @@ struct Effects {
   std::vector<std::string> params;   // of kernels and of boundary values
   std::vector<std::string> sums;
   std::vector<std::string> kernels, networks;  // that it runs and applies
-  std::vector<std::string> inner;              // fields of a block, which nothing outside knows
+  std::vector<std::string> block_locals;       // fields of a block, which nothing outside knows
   std::vector<std::string> invalidates_halo;   // fields whose halo is anything afterwards
 };
 Effects effects(const Module& module, const Statement& statement);

@@ -185,7 +185,7 @@ class Interpreter {
     for (const std::string& field : block.reads) {
       const std::vector<double>* known = state_.find_cells(field);
       if (known != nullptr && !is_coordinate(field) && !contains(block.invalidates_halo, field) &&
-          !contains(block.inner, field))
+          !contains(block.block_locals, field))
         cells[field] = *known;
     }
     return cells;
@@ -207,7 +207,7 @@ class Interpreter {
     };
     std::vector<double> x = solution({solve, seen, params_}, image, state_);
     for (double& value : x) value = state_.stored(value);
-    for (const std::string& field : known.inner) state_.poison(field);
+    for (const std::string& field : known.block_locals) state_.poison(field);
     set(seen);
     for (const auto& [field, cells] : whole) state_.set_cells(field, cells);
     set_all(state_, solve.unknowns, x);
@@ -230,7 +230,7 @@ class Interpreter {
       }
       const auto save_where = [&](bool is_own) {
         for (const TapeEntry& save : repeat.saves) {
-          const bool is_written = contains(known.inner, save.field) && !outside.contains(save.field);
+          const bool is_written = contains(known.block_locals, save.field) && !outside.contains(save.field);
           if (is_written == is_own) stacks_[save.stack].push_back(state_.get(save.field));
         }
       };
@@ -244,7 +244,7 @@ class Interpreter {
         next[k + 1 == repeat.count ? carry.result : carry.state] = state_.get(carry.next);
       }
       set(next);
-      for (const std::string& field : known.inner) {
+      for (const std::string& field : known.block_locals) {
         if (!outside.contains(field)) state_.poison(field);
       }
     }

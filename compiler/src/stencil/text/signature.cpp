@@ -187,7 +187,7 @@ Interface interface_of(const Module& module, const Program& program) {
                                    {&e.networks, &networks}}) {
       for (const std::string& name : *from) to->add(name);
     }
-    for (const std::string& field : e.inner) {
+    for (const std::string& field : e.block_locals) {
       if (!inputs.contains(field)) written.add(field);
     }
   }
