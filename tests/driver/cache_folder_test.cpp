@@ -212,14 +212,14 @@ std::optional<Compiled> compile_with(std::shared_ptr<codegen::CodeCache> cache, 
 TEST(CodeCache, BackEndsTakeCodeOfTheSameContentOnly) {
   for (const Backend backend : {Backend::jit, Backend::cpp}) {
     const auto cache = std::make_shared<CountingCache>();
-    EXPECT_FALSE(compile_with(cache, backend, program_text)->code_from_cache);
+    EXPECT_FALSE(compile_with(cache, backend, program_text)->cached.is_from_cache);
     EXPECT_EQ(cache->entries.size(), 1u);
     const std::optional<Compiled> again = compile_with(cache, backend, program_text);
-    EXPECT_TRUE(again->code_from_cache);
+    EXPECT_TRUE(again->cached.is_from_cache);
     EXPECT_NE(again->program("step"), nullptr);
     std::string other = program_text;
     other.replace(other.find("+ 1"), 3, "+ 2");
-    EXPECT_FALSE(compile_with(cache, backend, other)->code_from_cache);
+    EXPECT_FALSE(compile_with(cache, backend, other)->cached.is_from_cache);
     EXPECT_EQ(cache->entries.size(), 2u);
   }
 }
@@ -231,9 +231,9 @@ TEST(CodeCache, CodeThatDoesNotLoadIsMadeAnew) {
     for (auto& [key, code] : cache->entries) code = "no code at all";
     const std::optional<Compiled> again = compile_with(cache, backend, program_text);
     ASSERT_TRUE(again);
-    EXPECT_FALSE(again->code_from_cache);
+    EXPECT_FALSE(again->cached.is_from_cache);
     EXPECT_NE(again->program("step"), nullptr);
-    EXPECT_TRUE(compile_with(cache, backend, program_text)->code_from_cache);
+    EXPECT_TRUE(compile_with(cache, backend, program_text)->cached.is_from_cache);
   }
 }
 

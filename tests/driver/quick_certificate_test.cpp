@@ -83,7 +83,7 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   EXPECT_FALSE(first->from_cache);
   EXPECT_EQ(kept().size(), 1u);
   const auto scene = compile();
-  scene->code_from_cache = false;
+  scene->cached.is_from_cache = false;
   scene->seconds = 0;  // everything is expensive compared with that
   const auto again = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
@@ -131,16 +131,16 @@ TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
 /// Code from the cache needs no compilation: the certificate's time is based on its original compilation time.
 TEST_F(QuickCertificates, MayTakeATenthOfTheCompilationOfCodeFromTheCacheToo) {
   const auto first = compile();
-  EXPECT_FALSE(first->code_from_cache);
+  EXPECT_FALSE(first->cached.is_from_cache);
   first->seconds = 1e3;
   for (const Certifying how : {Certifying::never, Certifying::always}) {
-    cache->entries.erase(first->code_key + "\nseconds\n");
+    cache->entries.erase(first->cached.key + "\nseconds\n");
     analysis::certify_quickly(source, first, how, sink);
-    EXPECT_TRUE(cache->entries.contains(first->code_key + "\nseconds\n"));
+    EXPECT_TRUE(cache->entries.contains(first->cached.key + "\nseconds\n"));
   }
   for (std::string* certificate : kept()) *certificate = "none";
   const auto second = compile();
-  EXPECT_TRUE(second->code_from_cache);
+  EXPECT_TRUE(second->cached.is_from_cache);
   second->seconds = 0;
   const auto certificate = analysis::certify_quickly(source, second, Certifying::when_cheap, sink);
   ASSERT_TRUE(certificate.has_value());
@@ -160,7 +160,7 @@ TEST_F(QuickCertificates, AreOfTheTaskToo) {
   options.cache = cache;
   options.runs = driver::any_number_of_runs;
   const auto scene = compiled(other, options);
-  EXPECT_TRUE(scene->code_from_cache);
+  EXPECT_TRUE(scene->cached.is_from_cache);
   scene->seconds = 1e3;
   const auto again = analysis::certify_quickly(other, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());

@@ -44,7 +44,7 @@ const std::map<std::string, int> larger{
     {"compiler/src/training/trainer.h Trainer", 21},
     {"compiler/src/training/tests/trajectory_test.h TrajectoryTest", 17},
     {"runtime/include/dpde/runtime/engine.h Engine", 28},
-    {"runtime/include/dpde/runtime/rollout.h RolloutSetup", 35},
+    {"runtime/include/dpde/runtime/rollout.h RolloutSetup", 33},
     {"runtime/src/exec/field_solve.h FieldSolve", 17},
     {"runtime/src/network/engine.h Engine", 27},
     {"runtime/src/network/kernels/kernels.h ConvolveCall", 20},

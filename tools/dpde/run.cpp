@@ -223,7 +223,7 @@ void Run::report(Json& result) {
   if (!problem.units.empty()) result["units"] = problem.units;
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = session_->compiled().seconds;
-  result["code_from_cache"] = session_->compiled().code_from_cache;
+  result["code_from_cache"] = session_->compiled().cached.is_from_cache;
   result["points_per_s"] = rate;
   job_.say(fmt::format("{}: {} cells, {} steps to {} in {} ({} points/s), compiled in {}\n", problem.scene,
                        cells_text(*session_), outcome_.steps_done, plot::time_text(problem, time),

@@ -365,8 +365,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
     certificate.remainders.push_back({step, std::abs(rest)});
     with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
   }
-  // If terms of the loss cancel, its rounding exceeds that of its value. Kinks add almost nothing between such close
-  // points.
+  // If terms of the loss cancel, its rounding exceeds that of its value. Kinks add little between such close points.
   const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
   const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(*session));
   const double rounding = std::max(

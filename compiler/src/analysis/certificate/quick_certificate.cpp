@@ -94,7 +94,7 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
 /// Cache key: the code, its programs, and the scene and task.
 std::string key_of(const driver::Compiled& compiled, const SourceFile& source) {
   const std::string problem = compiled.problem ? print(*compiled.problem) : "";
-  return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop) +
+  return compiled.cached.key + "\ncertificate\n" + problem + print(compiled.loop) +
          driver::stamp_of_windows(compiled, source);
 }
 
@@ -343,10 +343,10 @@ QuickCertificate not_certified(const driver::Compiled& compiled, const std::stri
 /// Compilation time without a cache; stored next to the code.
 double seconds_from_nothing(const driver::Compiled& compiled, codegen::CodeCache* cache) {
   if (cache == nullptr) return compiled.seconds;
-  const std::string key = compiled.code_key + "\nseconds\n";
+  const std::string key = compiled.cached.key + "\nseconds\n";
   double seconds = 0;
-  if (!compiled.code_from_cache) cache->store(key, fmt::format("{}", compiled.seconds));
-  const std::optional<std::string> kept = compiled.code_from_cache ? cache->find(key) : std::nullopt;
+  if (!compiled.cached.is_from_cache) cache->store(key, fmt::format("{}", compiled.seconds));
+  const std::optional<std::string> kept = compiled.cached.is_from_cache ? cache->find(key) : std::nullopt;
   return kept && read(*kept, seconds) && seconds > compiled.seconds ? seconds : compiled.seconds;
 }
 
@@ -360,7 +360,7 @@ std::optional<QuickCertificate> found_in(codegen::CodeCache& cache, const std::s
 std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
                                                 const std::shared_ptr<const driver::Compiled>& compiled, Certifying how,
                                                 DiagnosticSink& sink) {
-  codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
+  codegen::CodeCache* const cache = compiled->cached.key.empty() ? nullptr : compiled->options.cache.get();
   const double compiling = seconds_from_nothing(*compiled, cache);
   const double optimising = driver::has_quick_code(*compiled) ? compiling / quick_code : compiling;
   const double affordable = how == Certifying::always ? INFINITY : largest_share * optimising;

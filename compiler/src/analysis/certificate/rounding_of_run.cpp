@@ -25,6 +25,7 @@ std::shared_ptr<const driver::Compiled> moved_by_roundings(const driver::Compile
   std::vector<std::string> names;
   for (const stencil::Program& program : moved->stencil.programs) names.push_back(program.name);
   moved->loop = loop::from_stencil(moved->stencil, names, compiled.real());
+  moved->variants.clear();
   moved->code = driver::interpreted(moved->stencil, moved->loop);
   for (const driver::LinkedProgram& linked : driver::linked_programs(*moved))
     moved->code->set_links(linked.program, linked.links);

@@ -285,16 +285,16 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
                                     .effort = is_quick ? codegen::Effort::quick : codegen::Effort::full};
       codegen::JitResult result = codegen::jit(compiled.loop, jit, cache);
       compiled.code = std::move(result.module);
-      compiled.code_from_cache = result.from_cache;
-      compiled.code_key = std::move(result.key);
+      compiled.cached.is_from_cache = result.from_cache;
+      compiled.cached.key = std::move(result.key);
       error = result.error;
       break;
     }
     case Backend::cpp: {
       codegen::CompileResult result = codegen::compile_cpp(compiled.loop, "", cache);
       compiled.code = std::move(result.module);
-      compiled.code_from_cache = result.from_cache;
-      compiled.code_key = std::move(result.key);
+      compiled.cached.is_from_cache = result.from_cache;
+      compiled.cached.key = std::move(result.key);
       error = result.error;
       break;
     }

@@ -75,6 +75,11 @@ struct Watched {
   std::string below = {}, above = {};  // states of the program names.watched_step
 };
 
+struct CachedCode {
+  std::string key;  // of the code in the cache; "" without a cache
+  bool is_from_cache = false;
+};
+
 /// An adjoint of the step that the run may take in place of the plain one.
 struct AdjointVariant {
   std::string adjoint;    // adds gradients with respect to coefficients to its inputs
@@ -95,8 +100,7 @@ struct Compiled {
   loop::Module loop;
   std::vector<AdjointVariant> variants;           // of the step's adjoint
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
-  bool code_from_cache = false;
-  std::string code_key;  // of the code in the cache; "" without a cache
+  CachedCode cached;
   double seconds = 0;
 
   /// Precision of fields.

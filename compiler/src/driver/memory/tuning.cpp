@@ -20,11 +20,11 @@ constexpr double runs_of_a_certificate = 10;  // with gradients
 /// The code key is part of it; the cache adds the processor.
 std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
   return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(),
-                     compiled.code_key);
+                     compiled.cached.key);
 }
 
 codegen::CodeCache* cache_of(const Compiled& compiled) {
-  return compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
+  return compiled.cached.key.empty() ? nullptr : compiled.options.cache.get();
 }
 
 }  // namespace
