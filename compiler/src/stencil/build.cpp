@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smart constructors. What holds: the result has the value the plain node would have, whenever that value is finite;
-// signs move outwards (-a*b is -(a*b)) and into the leading number of a product, so that sums show a - b, not a + -b.
+// Smart constructors. The result has the value of the plain node whenever that value is finite. Signs move outwards
+// (-a*b is -(a*b)) and into the leading number of a product, so that sums are written a - b, not a + -b.
 #include "stencil/build.h"
 
 #include <cmath>
@@ -52,7 +52,7 @@ std::optional<Expr> without_minus(const Expr& e) {
   return leads_with_minus(e) ? negate_leading_number(e) : std::nullopt;
 }
 
-/// The number `op` makes of two numbers, unless it is not finite.
+/// The result of `op` on two numbers; nullopt unless it is finite.
 std::optional<Expr> fold(BinaryOp op, const Expr& a, const Expr& b) {
   const Literal* x = as<Literal>(a);
   const Literal* y = as<Literal>(b);
@@ -79,7 +79,7 @@ std::optional<Expr> fold(BinaryOp op, const Expr& a, const Expr& b) {
   return Expr(value);
 }
 
-/// Functions are folded where every implementation agrees: the correctly rounded ones, and all of them at 0.
+/// Folds functions only where all implementations agree: correctly rounded functions, and every function at 0.
 std::optional<double> fold(Fn fn, double x) {
   switch (fn) {
     case Fn::sqrt: return x >= 0 ? std::optional(std::sqrt(x)) : std::nullopt;

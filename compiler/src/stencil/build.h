@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smart constructors with the identities that never change a finite value's meaning (x*1, x+0, 0*x, --x, folding of
-// numbers), and the traversals every pass shares.
+// Smart constructors that apply identities which keep every finite value (x*1, x+0, 0*x, --x, folding of numbers), and
+// the traversals that all passes share.
 #pragma once
 
 #include <functional>
@@ -33,17 +33,18 @@ bool is_literal(const Expr& e, double value);
 /// Whether the value of `e` is 0 or 1 by construction.
 bool is_truth(const Expr& e);
 
-/// The fields of coordinates, see stencil.h.
+/// Whether `field` is one of the coordinate fields x, y, z of stencil.h.
 bool is_coordinate(const std::string& field);
 
 /// Rebuilds `e` with `f` applied to each direct child (leaves come back unchanged), through the constructors above.
 Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f);
 /// Calls `f` on each direct child.
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
-/// Calls `f` on `e` and everything below it, parents first.
+/// Calls `f` on `e` and all its descendants, parents first.
 void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 
-/// How many cells beyond bounded axes `i` reads or adds to: its position is clamped, whatever its offset.
+/// Number of cells beyond bounded axes that `i` reads or adds to. It does not depend on the offset, as the position is
+/// clamped.
 int reach_of(const Interp& i, const std::vector<Topology>& axes);
 /// `e` evaluated at the point displaced by `k`: every Access, Interp and Inside moves by k. Locals are renamed by
 /// `rename` (they stand for values at a point, so a shifted use needs a shifted let).
@@ -51,11 +52,11 @@ Expr shift(const Expr& e, Offset k, const std::function<std::string(const std::s
 Expr substitute_params(const Expr& e, const std::map<std::string, Expr>& values);
 Expr rename_fields(const Expr& e, const std::function<std::string(const std::string&)>& rename);
 
-/// What a kernel touches, in order of first appearance.
+/// All names that a kernel reads or writes, in order of first appearance.
 struct Signature {
   struct Read {
     std::string field;
-    std::array<int, max_rank> halo{};  // largest |offset| an axis; interp counts as 1
+    std::array<int, max_rank> halo{};  // largest |offset| per axis; interp counts as 1
     bool interpolated = false;
   };
   std::vector<Read> reads;           // fields read (accumulated ones are not, unless read elsewhere)
@@ -67,7 +68,7 @@ struct Signature {
 };
 Signature signature(const Kernel& kernel);
 
-/// Fields a program needs from outside, and everything it writes, in order of first appearance.
+/// Fields that a program needs from outside, and all fields that it writes, in order of first appearance.
 struct Interface {
   std::vector<std::string> inputs;  // read before written
   std::vector<std::string> written;
@@ -77,32 +78,32 @@ struct Interface {
 };
 Interface interface_of(const Module& module, const Program& program);
 
-/// What the rule of a side is given: a and b, each over the spacing where `per_spacing`.
+/// A coefficient a or b of the rule of a side, divided by the spacing if `per_spacing`.
 struct SideCoefficient {
   Expr value;
   bool per_spacing = false;
 };
 std::array<SideCoefficient, side_coefficients> coefficients_of(const Side& side);
 const GhostRule& rule_of(const Side& side);
-/// Whether points on the wall are made from those inside.
+/// Whether values on the wall are computed from values inside.
 bool derives_wall(const Side& side, int cells);
 
-/// The field that holds the values of a side; nullptr where they are the same along the wall.
+/// The field with the values of a side; nullptr if the value is constant along the wall.
 const std::string* wall_field(const Side& side);
 /// Whether the field's values lie on the walls of a bounded axis, the last one on the high wall.
 bool is_on_walls(const AxisBoundary& axis);
 bool is_on_walls(const std::vector<AxisBoundary>& axes);
 std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes);
 void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f);
-/// Everything a boundary is made of: its expressions, and the spacings along axes where the rows of a side need it.
+/// Calls `f` on all expressions of a boundary, and on the spacing of each axis where a side's rule needs it.
 void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::function<void(const Expr&)>& f);
 /// The boundary with `f` applied to the expressions of its sides.
 std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::function<Expr(const Expr&)>& f);
 
-/// Halo each field of the program needs, an axis: reads at offsets plus the grown regions of the runs.
+/// Halo that each field of the program needs per axis: the offsets of reads plus `grow` of the run.
 std::map<std::string, std::array<int, max_rank>> required_halo(const Module& module, const Program& program);
 
-/// Adds the kernel, under a name of its own where another one has its name; returns that.
+/// Adds the kernel and returns its name: a new name if a different kernel has the same one.
 std::string add_kernel(Module& module, Kernel kernel);
 
 /// Applies `f` to every expression of a kernel.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A block of statements again, with other names for some of its fields.
+// Copies of a block of statements with some fields renamed.
 #pragma once
 
 #include <functional>
@@ -12,8 +12,8 @@
 namespace dpde::stencil {
 
 struct Renaming {
-  std::map<std::string, std::string> fields;                  // those that are not in it keep their names
-  std::function<std::string(const std::string&)> new_kernel;  // a name that is free, for a copy of the kernel
+  std::map<std::string, std::string> fields;                  // other fields keep their names
+  std::function<std::string(const std::string&)> new_kernel;  // returns a free name for a copy of the kernel
 
   const std::string& field(const std::string& name) const {
     const auto found = fields.find(name);
@@ -21,8 +21,8 @@ struct Renaming {
   }
 };
 
-/// The statements with the fields renamed, those of blocks too. The kernels that they run are copied to `kernels`, each
-/// once; formulas that a person gave in place of an adjoint are left behind.
+/// The statements with the fields renamed, in nested blocks too. Each kernel that they run is copied to `kernels` once,
+/// without its custom adjoints.
 std::vector<Statement> renamed(const Module& module, const std::vector<Statement>& statements, const Renaming& renaming,
                                Module& kernels);
 

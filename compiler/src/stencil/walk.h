@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The blocks of statements, for the walks of support/walk.h.
+// Nested blocks of statements, for the walks of support/walk.h.
 #pragma once
 
 #include "stencil/stencil.h"
@@ -8,7 +8,7 @@
 
 namespace dpde::stencil {
 
-/// `f` on each list of statements that the statement has inside.
+/// Calls `f` on each list of statements inside the statement.
 template <OneOf<Statement> S, class F>
 void for_each_block(S& statement, Blocks blocks, const F& f) {
   match(

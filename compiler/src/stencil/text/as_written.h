@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and places for messages: a person knows nothing of what repeats call kernels and fields.
+// Names and source ranges for messages, as the user wrote them: repeats rename kernels and fields internally.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace dpde::stencil {
 
-/// Text about the program in the words of who wrote it.
+/// A text about the program, with the names that the user wrote.
 std::string as_written(const Module& module, const Program& program, const std::string& text);
 
-/// Where the kernel computes something, or begins; nowhere where the module has none of this name.
+/// Source range of the kernel's computation or its beginning; an empty range if the module has no such kernel.
 SourceRange place_of(const Module& module, const std::string& kernel);
 
 }  // namespace dpde::stencil

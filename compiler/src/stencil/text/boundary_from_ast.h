@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places and values of the boundaries in fills.
+// Sides and values of boundary conditions in fills.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ class BoundaryValueReader : public ExprReader {
   const char* statement_;
 };
 
-/// What a place such as "y.low" names.
+/// The axis and sides that a text such as "y.low" names.
 struct Place {
   int axis = -1;  // -1: all axes
   bool low = true, high = true;

@@ -16,7 +16,7 @@ void check_counters(const Module& module, const Program& program, const ast::Pro
                     const std::vector<std::string>& fields, DiagnosticSink& sink) {
   std::set<std::string> taken(fields.begin(), fields.end());
   for (const Statement& statement : program.body) {
-    const Effects e = effects(module, statement);  // of a repeat without its counter
+    const Effects e = effects(module, statement);  // without the counter, if it is a repeat
     taken.insert(e.params.begin(), e.params.end());
   }
   const auto is_taken = [&](const std::string& name) {

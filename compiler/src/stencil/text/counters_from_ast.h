@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names by which repeats of a program that a person wrote count their passes.
+// Names of the counters of repeats in hand-written programs.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace dpde::stencil {
 
-/// Each counter has a name of its own in the program, whose fields are given: an error at those that have not.
+/// Reports each counter whose name is not unique in the program. `fields`: the fields of the program.
 void check_counters(const Module& module, const Program& program, const ast::Program& source,
                     const std::vector<std::string>& fields, DiagnosticSink& sink);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Expressions of kernels and of boundary values. What a name means is the scope's to say; operators, functions and
-// numbers are the same everywhere.
+// Expressions of kernels and of boundary values. Derived classes give names their meaning; operators, functions and
+// numbers are read here.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace dpde::stencil {
 
-/// Offsets and grown regions beyond this are errors: every cell of them is memory around each field.
+/// Larger offsets and values of `grow` are errors: each such cell is memory around every field.
 constexpr int max_distance = 1000;
 
-/// A hint; empty where no candidate is near.
+/// A hint with a similar name; empty if no candidate is similar.
 std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates);
 
 class ExprReader {
@@ -23,14 +23,14 @@ class ExprReader {
   explicit ExprReader(DiagnosticSink& sink) : sink_(sink) {}
   virtual ~ExprReader() = default;
 
-  /// What was reported comes back as 0, and nothing further is said about it.
+  /// Returns 0 for an expression with an error, so that the error is reported once only.
   Expr read(const ast::Expr& e);
 
  protected:
   virtual Expr read_name(const std::string& name, SourceRange range) = 0;
   virtual Expr read_offsets(const ast::Offsets& offsets, SourceRange range) = 0;
   virtual Expr read_interp(const ast::Call& call, SourceRange range) = 0;
-  /// Of a function that is none.
+  /// Handles a call of an unknown function.
   virtual Expr read_unknown(const ast::Call& call, SourceRange range);
 
   DiagnosticSink& sink() { return sink_; }
@@ -44,7 +44,7 @@ class ExprReader {
   DiagnosticSink& sink_;
 };
 
-/// Reports `cells` outside of least .. max_distance.
+/// Reports an error if `cells` is outside of least .. max_distance.
 bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs and loops, and the number of axes of all: a kernel without offsets takes it from the programs that run it, a
-// program from its fills and kernels. What is left over after the specific checks is found by the verifier.
+// Programs and loops, and their number of axes: a kernel without offsets takes it from the programs that run it, a
+// program from its fills and kernels. The verifier finds errors that the specific checks here do not cover.
 #include "stencil/text/from_ast.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ class ModuleReader {
     for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
       if (!is_copy(kernel)) read_kernel(kernel);
     });
-    if (source_.has_repeats && sink_.has_errors()) return module_;  // copies would say the same again
+    if (source_.has_repeats && sink_.has_errors()) return module_;  // copies would repeat the same errors
     for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
       if (is_copy(kernel)) read_kernel(kernel);
     });
@@ -79,7 +79,7 @@ class ModuleReader {
     kernels_.back().kernel.origin = {source.copy_of, source.copied, source.name.range};
   }
 
-  /// The number of axes that the program or the kernels it runs tell; nothing when none does.
+  /// The number of axes that the program or its kernels show; nullopt if they show none.
   std::optional<int> told_rank(const ast::Program& source) {
     int rank = 0;
     for (const ast::Item& item : source.items) {
@@ -122,7 +122,7 @@ class ModuleReader {
 
   // ---- programs ----------------------------------------------------------------------------------------------------
   void read_program(const ast::Program& source) {
-    if (module_.find_program(source.name.name)) {  // a kernel may have the name of the program that runs it
+    if (module_.find_program(source.name.name)) {  // a kernel may have the same name as a program
       sink_.report("name-taken", source.name.range, {source.name.name, "another program"});
       return;
     }
@@ -156,7 +156,7 @@ class ModuleReader {
     return fields;
   }
 
-  /// Periodic where nothing tells otherwise.
+  /// Axes are periodic by default.
   std::vector<Topology> read_topologies(const ast::Program& source) {
     std::vector<Topology> axes(std::clamp(ranks_[source.name.name], 1, max_rank), Topology::periodic);
     ast::for_each_item(source.items, [&](const ast::Item& item) {
@@ -218,7 +218,7 @@ class ModuleReader {
     ranges_.insert(ranges_.end(), program_.body.size() - before, range);
   }
 
-  /// In a repeat behind the fills that it needs.
+  /// Adds a statement; in a repeat also the fills that it needs, before it.
   void push(Statement statement) {
     if (!pass_) return program_.body.push_back(std::move(statement));
     pass_->add(module_, std::move(statement), program_.body);
@@ -307,7 +307,7 @@ class ModuleReader {
     return boundary;
   }
 
-  /// A condition of side_conditions.h, or on_wall(...) with one in it.
+  /// A condition of side_conditions.h, or on_wall(condition).
   Side read_condition(const ast::Expr& e, const char* statement) {
     const ast::Call* call = std::get_if<ast::Call>(&e->kind);
     const ast::Name* name = std::get_if<ast::Name>(&e->kind);
@@ -337,7 +337,7 @@ class ModuleReader {
     return false;
   }
 
-  /// A field alone, which is read along the wall, or what is the same all along it.
+  /// A single field, read along the wall, or a value that is constant along it.
   Expr read_wall(const ast::Expr& e, BoundaryValueReader& reader) {
     const ast::Name* name = std::get_if<ast::Name>(&e->kind);
     if (name && std::find(fields_.begin(), fields_.end(), name->name) != fields_.end()) return access(name->name);
@@ -406,13 +406,13 @@ class ModuleReader {
 
   static std::string axes_phrase(int rank) { return rank == 1 ? "1 axis" : fmt::format("{} axes", rank); }
 
-  /// A state may be replaced without having been read: derivatives of steps that do not depend on it do so.
+  /// A swap may replace a state that was never read: derivatives of steps that do not depend on it do so.
   void read_swap(const ast::SwapItem& swap) {
     check_written(swap.next);
     program_.swaps.push_back({swap.state.name, swap.next.name});
   }
 
-  /// Silent where a kernel is unknown: its fields are too.
+  /// Reports nothing if a kernel is unknown, as its fields are then unknown too.
   void check_known(const ast::Identifier& field) {
     if (!fields_known_ || std::find(fields_.begin(), fields_.end(), field.name) != fields_.end()) return;
     sink_.report("program-unknown-field", field.range, {program_.name, field.name},
@@ -485,9 +485,9 @@ class ModuleReader {
   Program program_;                     // the one being read
   std::vector<std::string> fields_;     // of the kernels it runs
   bool fields_known_ = true;            // all of these kernels exist
-  std::vector<SourceRange> ranges_;     // of its statements, those of blocks each behind what it is in
+  std::vector<SourceRange> ranges_;     // of its statements; those of a block follow their statement
   std::set<int> blocks_;                // begins of statements in repeats
-  std::map<std::string, Fill> filled_;  // the last one of each field, where any pass of a repeat can do it again
+  std::map<std::string, Fill> filled_;  // the last fill of each field, if each pass of a repeat can redo it
   PassFills* pass_ = nullptr;           // of the repeat that is read
 };
 

@@ -8,7 +8,8 @@
 
 namespace dpde::stencil {
 
-/// The kernels, programs and loops of `file`; what has errors is reported and left out, other declarations are ignored.
+/// The kernels, programs and loops of `file`. Those with errors are reported and left out; other declarations are
+/// ignored.
 Module from_ast(const ast::File& file, DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Roles decide what a name may do: a field is read, `out` is written with =, `inout` is added to with +=, `sum`
-// likewise. Reads of fields the kernel writes would depend on the order of the points; they are reported with the
-// rewrite.
+// The role of a name decides its use: a field is read, `out` is written with =, `inout` and `sum` are added to with
+// +=. Reads of fields that the kernel writes would depend on the order of the points: they are reported, with a
+// rewrite that avoids them.
 #include "stencil/text/kernel_from_ast.h"
 
 #include <fmt/format.h>
@@ -271,7 +271,7 @@ class KernelReader : public ExprReader {
     kernel_.custom_adjoints.push_back(given);
   }
 
-  /// Formulas stand by themselves.
+  /// Replaces lets by their values: formulas of adjoints have no lets.
   Expr with_lets_replaced(const Expr& e) const {
     const Local* l = std::get_if<Local>(&e->kind);
     if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child); });
@@ -280,7 +280,7 @@ class KernelReader : public ExprReader {
     return with_lets_replaced(let->value);
   }
 
-  /// The seed of a field that the kernel stores, in formulas of its adjoint.
+  /// Whether the name is the seed of a stored field, in a formula of the kernel's adjoint.
   bool is_seed(const std::string& name) const { return in_adjoint_ && !find(name) && seeded_by(kernel_, name); }
 
   // ---- expressions -------------------------------------------------------------------------------------------------
@@ -305,7 +305,7 @@ class KernelReader : public ExprReader {
     return 0.0;
   }
 
-  /// `here`: the read is at the point itself.
+  /// `here`: the read has offset 0.
   void report_race(const std::string& name, SourceRange range, bool here) {
     report("kernel-race", range, {kernel_.name, name},
            here ? "give the value a name with let and use that" : second_field_hint(name));
@@ -315,7 +315,7 @@ class KernelReader : public ExprReader {
     return fmt::format("write to a second field, out {0}_next: field, and swap {0}, {0}_next in the program", name);
   }
 
-  /// The offsets of `o` as the kernel has axes; nothing when their number is wrong.
+  /// The offsets of `o`; nullopt, after a diagnostic, if their number is not the kernel's number of axes.
   std::optional<Offset> offset_of(const ast::Offsets& o, SourceRange range) {
     if (static_cast<int>(o.offsets.size()) != kernel_.rank) {
       report("kernel-offset-count", range,
@@ -331,7 +331,7 @@ class KernelReader : public ExprReader {
     return offset;
   }
 
-  /// Reports what cannot be read at another point; `role` is what the field must be.
+  /// Reports a name that cannot be read at another point: it must be a field with this role.
   bool is_field(const std::string& name, SourceRange range, KernelRole role) {
     const ast::KernelParameter* parameter = find(name);
     if (locals_.contains(name)) {
@@ -403,7 +403,7 @@ class KernelReader : public ExprReader {
   Kernel& kernel_ = result_.kernel;
   std::map<std::string, const ast::KernelParameter*> parameters_;
   std::set<std::string> locals_, written_;
-  bool in_adjoint_ = false;  // a formula of it is read
+  bool in_adjoint_ = false;  // while a formula of the adjoint is read
 };
 
 }  // namespace

@@ -9,8 +9,8 @@
 namespace dpde::stencil {
 
 struct KernelRead {
-  Kernel kernel;            // rank 1 where nothing tells
-  bool rank_known = false;  // by an offset, by interp or by `on 2 axes`
+  Kernel kernel;            // rank 1 if unknown
+  bool rank_known = false;  // from an offset, interp or `on 2 axes`
   bool good = true;         // nothing was reported
 };
 

@@ -38,7 +38,7 @@ NetworkCall::Mode mode_of(ast::ApplyItem::Mode mode) {
 
 void report_missing(const ast::File& file, const ast::Identifier& name, const Module& module, DiagnosticSink& sink) {
   const ast::Network* written = find_network(file, name.name);
-  if (written && written->input_channels) return;  // what is wrong with it was said
+  if (written && written->input_channels) return;  // its errors are already reported
   std::vector<std::string> known;
   for (const network::Network& network : module.networks) known.push_back(network.name);
   const std::string near = nearest_name(name.name, known);

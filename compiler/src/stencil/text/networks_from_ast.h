@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks of a text with programs, and the statements that apply them.
+// Networks in files with programs, and the statements that apply them.
 #pragma once
 
 #include <optional>
@@ -12,17 +12,17 @@
 
 namespace dpde::stencil {
 
-/// Those that count their channels; others are of models.
+/// The networks that give their number of channels; the others belong to models.
 std::vector<network::Network> read_networks(const ast::File& file, DiagnosticSink& sink);
 
-/// How many axes the padding of the network names, where there is one.
+/// Number of axes that the network's padding names; nullopt without padding.
 std::optional<int> told_rank(const ast::File& file, const ast::ApplyItem& apply);
 
-/// nullopt, after a diagnostic, where there is no such network.
+/// nullopt, after a diagnostic, if the network does not exist.
 std::optional<NetworkCall> read_network_call(const ast::File& file, const ast::ApplyItem& source, const Module& module,
                                              DiagnosticSink& sink);
 
-/// All that stand in it.
+/// All fields in the statement.
 std::vector<std::string> fields_of(const ast::ApplyItem& apply);
 
 }  // namespace dpde::stencil

@@ -35,7 +35,7 @@ std::string access_text(const std::string& field, const Offset& offset, int rank
   return offset == Offset{} ? field : field + offsets_text(offset, rank);
 }
 
-/// True for a*b, a/b whose first factor is neither a number nor negated: -a*b reads back as -(a*b).
+/// True for a*b and a/b if the first factor is neither a number nor negated: -a*b reads back as -(a*b).
 bool takes_minus_in_front(const Expr& e) {
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (!b || precedence(b->op) != precedence_of_product) return false;
@@ -44,7 +44,7 @@ bool takes_minus_in_front(const Expr& e) {
   return !is_literal(b->left) && !std::holds_alternative<Neg>(b->left->kind);
 }
 
-/// A text and how tightly its outermost operator binds.
+/// A text and the precedence of its outermost operator.
 struct Piece {
   std::string text;
   int binding = precedence_of_atom;
@@ -117,7 +117,7 @@ class ExprPrinter {
   int rank_;
 };
 
-/// Whether some offset, interp or inside in the body tells the number of axes.
+/// Whether an offset, interp or inside in the body shows the number of axes.
 bool shows_axes(const Kernel& kernel) {
   if (!kernel.scatters.empty()) return true;
   bool shown = false;
@@ -269,7 +269,7 @@ std::string statement_text(const Statement& statement, std::size_t rank, const s
       [&](const Repeat& r) { return repeat_text(r, rank, margin); });
 }
 
-/// "axes x periodic, y bounded", or "" where the fills tell the kinds and the kernels or fills the number of axes.
+/// "axes x periodic, y bounded", or "" if fills show each axis' topology and kernels or fills show the number of axes.
 std::string axes_text(const Program& program) {
   const auto is_halo = [](const Statement& statement) { return is_one_of<Fill, Fold>(statement); };
   const auto is_run = [](const Statement& statement) { return is_one_of<Run>(statement); };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of stencil programs, in the syntax a person writes them in: print(from_ast(parse(print(m)))) == print(m).
-// Parentheses are the fewest that keep the tree, numbers the shortest that read back exactly.
+// The text of stencil programs, in the input syntax: print(from_ast(parse(print(m)))) == print(m). Uses the fewest
+// parentheses that keep the tree, and the shortest numbers that read back exactly.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ std::string print(const Module& module);
 std::string print(const Kernel& kernel);
 std::string print(const Program& program);
 std::string print(const Loop& loop);
-/// One expression at a grid of `rank` axes (a field at offset 0 is its bare name).
+/// One expression on a grid of `rank` axes (a field at offset 0 is printed as its name).
 std::string print(const Expr& e, int rank);
 
 }  // namespace dpde::stencil

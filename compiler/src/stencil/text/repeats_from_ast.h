@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a repeat of the text says beside its statements.
+// Head of a repeat in the text, and the fills of its passes.
 #pragma once
 
 #include <map>
@@ -15,8 +15,9 @@ namespace dpde::stencil {
 /// A repeat with an empty block.
 Repeat read_repeat_head(const ast::RepeatItem& source);
 
-/// Puts the statements of a pass behind the fills that they need. A pass sees no halo from outside: what is the same in
-/// all passes goes on in each as it was filled before them, and what a pass makes itself is filled as its text says.
+/// Adds the statements of a pass, each after the fills that it needs. A pass sees no halo from outside. Fields that are
+/// the same in all passes are filled in each pass as before the repeat; fields computed in the pass are filled as
+/// written in it.
 class PassFills {
  public:
   /// `filled`: the last fill of each field before the repeat.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What kernels and programs touch: fields read and written, params, sums, and the halo they need.
+// Signatures of kernels and programs: fields read and written, params, sums, and the halo that they need.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -39,7 +39,7 @@ class Distinct {
   Names names_;
 };
 
-/// Collects what the expressions of a kernel touch.
+/// Collects the names in the expressions of a kernel.
 class Touched {
  public:
   explicit Touched(int rank) : rank_(rank) {}
@@ -196,7 +196,7 @@ Interface interface_of(const Module& module, const Program& program) {
 
 namespace {
 
-/// Adds up what the statements of a program need.
+/// Accumulates the halo that the statements of a program need.
 class RequiredHalo {
  public:
   RequiredHalo(const Module& module, const Program& program) : module_(module), program_(program) {}

@@ -27,7 +27,7 @@ std::vector<std::string> names_up_to(Choice last) {
   return names;
 }
 
-/// nullopt where something was reported.
+/// nullopt after a diagnostic.
 std::optional<SolveBy> read_solve_by(const ast::SolveItem& source, DiagnosticSink& sink) {
   SolveBy by;
   if (source.method) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a solve is to be done, and the fields that items of programs name.
+// Heads of solves, and the fields named by items of programs.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@
 
 namespace dpde::stencil {
 
-/// All but the block.
+/// The solve without its block.
 Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink);
 
-/// Those of the item itself, not of its block or of what it runs.
+/// Fields named by the item itself, without those of its block or of the kernel it runs.
 std::vector<std::string> fields_named(const ast::Item& item);
 
 }  // namespace dpde::stencil

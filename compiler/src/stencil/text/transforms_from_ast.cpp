@@ -15,7 +15,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// phiN, inverseN or heaviside0; N is too large where it has many digits.
+/// phiN, inverseN or heaviside0. An N with many digits is read as one that is too large.
 WaveFunction function_of(const std::string& name) {
   using enum WaveFunction::Kind;
   for (const WaveFunction::Kind kind : {phi, inverse, heaviside}) {
@@ -33,7 +33,7 @@ const ast::Call* function_call(const ast::Expr& e) {
   return call != nullptr && call->arguments.size() == 1 && function_of(call->callee) ? call : nullptr;
 }
 
-/// The product without the function that it begins with, which goes to `function`.
+/// The product without its leading function, which is stored in `function`.
 ast::Expr without_function(const ast::Expr& e, std::optional<ast::Expr>& function) {
   if (function_call(e) != nullptr) {
     function = e;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// transform u by phi1(dt*nu*ikx^2)*dt, ... to v, as a person writes it.
+// Reads statements such as: transform u by phi1(dt*nu*ikx^2)*dt, ... to v.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace dpde::stencil {
 
-/// A multiplier of which something was reported comes back as 0. `fields`: those of the program, whose `rank` it has.
+/// A multiplier with an error is returned as 0. `fields` and `rank`: those of the program.
 Transform read_transform(const ast::TransformItem& source, const std::vector<std::string>& fields, std::size_t rank,
                          DiagnosticSink& sink);
 
