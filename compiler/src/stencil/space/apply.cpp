@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for. And
-// networks.
+// Operators with a custom adjoint: each becomes a kernel, to which the adjoint belongs. And networks.
 #include <algorithm>
 #include <map>
 #include <vector>
@@ -28,14 +27,14 @@ Expr with_lets_replaced(const Expr& e, const std::vector<Let>& lets) {
   return e;
 }
 
-/// A formula for a kernel that stores the operator at the point displaced by `k`: the seed of a point is `k` behind it.
+/// A formula for a kernel that stores the operator at the point displaced by `k`: the seed of a point has offset -k.
 Expr with_seeds_behind(const Expr& e, const Kernel& kernel, const Offset& k) {
   const Access* a = std::get_if<Access>(&e->kind);
   if (!a) return map_children(e, [&](const Expr& child) { return with_seeds_behind(child, kernel, k); });
   return seeded_by(kernel, a->field) ? same_place(e, {-k[0], -k[1], -k[2]}) : e;
 }
 
-/// The part of a place that is less than a cell.
+/// The fractional part of a point, as a placement.
 model::Placement part_of_cell(const std::array<int, max_rank>& place) {
   model::Placement part{};
   for (std::size_t axis = 0; axis < place.size(); ++axis) part[axis] = place[axis] % 2 != 0;
@@ -58,7 +57,7 @@ bool mentions(const Expr& e, const std::string& name) {
   return found;
 }
 
-/// The parameter of the scene that argument `name` is, and no other argument holds; "" where there is none.
+/// The scene parameter passed as argument `name`, if no other argument contains it; else "".
 std::string lone_param(const Environment& reading, const std::string& name) {
   const auto value = reading.values.find(name);
   const Param* p = value == reading.values.end() ? nullptr : std::get_if<Param>(&value->second->kind);
@@ -69,7 +68,7 @@ std::string lone_param(const Environment& reading, const std::string& name) {
   return p->name;
 }
 
-/// How many arguments are this field.
+/// Number of arguments that are this field.
 int count_of(const Environment& reading, const std::string& field) {
   int count = 0;
   for (const auto& [parameter, read] : reading.fields) count += read == field;
@@ -78,7 +77,7 @@ int count_of(const Environment& reading, const std::string& field) {
 
 }  // namespace
 
-/// What the parameters of the operator stand for: fields, and what is the same at all points.
+/// Values of the operator's parameters: fields and uniform expressions.
 Environment Discretiser::reading_of(const model::Apply& e, const Place& place) {
   Environment reading;
   reading.time = reading_.time;
@@ -95,8 +94,8 @@ Environment Discretiser::reading_of(const model::Apply& e, const Place& place) {
   return reading;
 }
 
-/// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their
-/// formulas are added up; where some of these are missing, all are derived.
+/// Adjoint formulas of the fields and parameters that the kernel reads. If one is the argument of several parameters,
+/// their formulas are added; if some of these are missing, none is used and the adjoint is derived.
 std::vector<CustomAdjoint> Discretiser::custom_adjoints_of(const model::Apply& e, const Environment& reading,
                                                            const model::Placements& inside, const Kernel& kernel,
                                                            const Offset& offset) {
@@ -130,14 +129,14 @@ std::vector<CustomAdjoint> Discretiser::custom_adjoints_of(const model::Apply& e
   return given;
 }
 
-/// All components are stored by one kernel; those that nothing reads are taken out again by a pass.
+/// One kernel stores all components; a pass removes those that are not read.
 Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   const model::Apply& apply = std::get<model::Apply>(e->kind);
   for (const Operand& known : operands_) {
     if (known.place == place && known.value == e) return access(known.field);
   }
   const Offset whole = whole_cells(place);
-  if (apply.function.adjoints.empty() && whole != Offset{}) {  // a mask that moves: one field for all readers
+  if (apply.function.adjoints.empty() && whole != Offset{}) {  // a moving mask: one field, read at an offset
     Place here = place;
     for (std::size_t axis = 0; axis < here.size(); ++axis) here[axis] -= 2 * whole[axis];
     return access(std::get<Access>(applied_at(e, here)->kind).field, whole);
@@ -168,7 +167,7 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   return access(stem + suffixes[static_cast<std::size_t>(apply.component)]);
 }
 
-/// All outputs of the network for the same fields are computed at once.
+/// One call computes all outputs of the network for the same fields.
 Expr Discretiser::inferred_at(const model::NetworkCall& e, const Place& place) {
   const model::Placements::OfCall places = placements_.places_of(e, part_of_cell(place));
   const Offset cells = whole_cells(place);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a decision hangs on: the operands of comparisons, of sign, floor and fraction, and the places of interpolations.
-// States that are mirror images of each other, as at a wall, make both sides of a comparison equal, and then the last
-// bit decides: in a gather the same comparison stands once for each displacement, in programs that were derived it
-// stands again. So the value of such an operand is a function of its expression alone: passes leave it as it is
-// written, and the loop level rounds each of its operations.
+// Operands of decisions: the operands of comparisons, of sign, floor and fraction, and the positions of interpolations.
+// For states that mirror each other, as at a wall, both sides of a comparison are equal, and the last bit decides. The
+// same comparison occurs several times: in a gather once per displacement, and again in derived programs. All must
+// decide alike. So the value of such an operand depends on its expression alone: passes keep it as written, and the
+// loop level rounds each of its operations.
 #pragma once
 
 #include <set>
@@ -13,10 +13,10 @@
 
 namespace dpde::stencil {
 
-/// Whether what `e` is goes from one case to another where its operands pass some value.
+/// Whether `e` switches between cases where its operands pass some value.
 bool is_decision(const Expr& e);
 
-/// Lets of the kernel that operands of decisions are made of, directly or through other lets.
+/// Lets of the kernel on which operands of decisions depend, directly or through other lets.
 std::set<std::string> decisive_lets(const Kernel& kernel);
 
 }  // namespace dpde::stencil

@@ -57,9 +57,9 @@ Expr Departure::taken(const std::string& field, const std::vector<Expr>& way, In
   return between(std::move(read), 0);
 }
 
-/// An interpolation knows nothing beyond half a cell from the first point inside: what lies on walls is put together
-/// here, (1 - f)*u[j] + f*u[j+1], with j = -1 the low wall. f is the way beyond j; where j is the wall it is counted
-/// from there, so that no rounding takes it to the other side.
+/// interp ends half a cell beyond the first point inside. For states on walls the interpolation is therefore built
+/// here: (1 - f)*u[j] + f*u[j+1], with j = -1 the low wall and f the distance from j. If j is the wall, f is measured
+/// from the wall, so that rounding cannot move it to the other side.
 Expr Departure::between(Interp read, std::size_t axis) {
   if (axis == read.displacement.size()) return interp(std::move(read));
   if (!lies_on_walls(axis)) return between(std::move(read), axis + 1);
@@ -75,8 +75,8 @@ Expr Departure::between(Interp read, std::size_t axis) {
   return (1.0 - beyond) * lower + beyond * between(std::move(read), axis + 1);
 }
 
-/// Within one and a half cells from a wall the polynomial is that through the four points beside it, the one on the
-/// wall among them, at -1, 0, 1 and 2: `at` is where it is wanted. They are read from half way between the inner two.
+/// Within one and a half cells from a wall, uses the polynomial through the four points next to the wall, including the
+/// one on it, at -1, 0, 1 and 2; `at` is the point of evaluation. They are read from midway between the inner two.
 Expr Departure::cubic_between(Interp read, std::size_t axis) {
   const Expr way = read.displacement[axis], h = spacing(static_cast<int>(axis)), here = place(axis);
   const Expr low = (here - problem_.axes[axis].low) / h, high = (problem_.axes[axis].high - here) / h;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One recursion over the model expression, carrying the place of evaluation in half cells.
+// One recursion over the model expression, with the point of evaluation in half cells.
 #include "stencil/space/discretise.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ int cell_below(int half_cells) { return (half_cells - (is_odd(half_cells) ? 1 : 
 
 bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 
-/// Whether `e` reads a field where it stands: what is interpolated is known anywhere.
+/// Whether `e` reads a field at its placement; interpolated values can be read anywhere.
 bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
@@ -55,8 +55,8 @@ Reduction reduction_of(model::Reduce::Kind kind) {
   unreachable("reduction");
 }
 
-/// Sum of weight * value. From four values on those at equal distances are paired, 8*(u[+1] - u[-1]) - (u[+2] - u[-2]):
-/// of a constant that is 0 exactly.
+/// Sum of weight * value. Four and more values are paired by distance, 8*(u[+1] - u[-1]) - (u[+2] - u[-2]), so that the
+/// sum is exactly 0 for a constant.
 Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values) {
   const std::size_t count = taps.size();
   bool paired = count >= 4;
@@ -83,8 +83,8 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
   return sum;
 }
 
-/// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
-/// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
+/// Whether `e` midway between cells is computed from its parts there instead of averaged as a whole. True for sums, for
+/// products with a factor that is known there, for derivatives (more accurate there) and for formulas (exact).
 bool has_parts_midway(const model::Expr& e) {
   if (as<model::Apply>(e) || as<model::NetworkCall>(e) || as<model::Solve>(e)) return false;
   if (holds_derivative(e) || !reads_in_place(e)) return true;
@@ -128,7 +128,7 @@ Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank
   require(!scheme_.is_semi_lagrangian(), "advection along the flow is no difference");
 }
 
-/// Sets the base for a while.
+/// Sets the base placement during its lifetime.
 class Discretiser::Within {
  public:
   Within(Discretiser& of, std::optional<model::Placement> base) : of_(of), before_(std::exchange(of.base_, base)) {}
@@ -182,8 +182,8 @@ Discretiser::Quotient Discretiser::at_base(const model::Expr& e, const Place& pl
   return at_place(e, place);
 }
 
-/// The same where no let may stand for a part: lets are values at the current cell. What makes fields of its own is not
-/// kept.
+/// at() inside a difference, where no lets are made for parts: lets are values at the current cell. Results are cached
+/// unless they create fields.
 Discretiser::Quotient Discretiser::inside_difference(const model::Expr& e, const Place& place) {
   const Where where{&e.node(), place, base_};
   if (const auto known = known_.find(where); known != known_.end()) {
@@ -258,8 +258,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
 }
 
-/// Along the axes it goes over a reduction is the same everywhere; along the others it is its operand that is
-/// displaced.
+/// Along the reduced axes the result is uniform; along the others a displacement applies to the operand.
 Discretiser::Quotient Discretiser::reduced_at(const model::Expr& e, Place place) {
   const model::Reduce& reduce = *as<model::Reduce>(e);
   const bool staggered = placements_.is_staggered();
@@ -293,13 +292,13 @@ Discretiser::Quotient Discretiser::interpolated_at(const model::Expr& e, const P
   return at(operand, place);
 }
 
-/// A component of the velocity that carries something: interpolated to where that is.
+/// A component of the velocity, interpolated to the point of the transported field.
 Discretiser::Quotient Discretiser::velocity_at(const model::Expr& e, const Place& place) {
   const auto own = base_ ? std::nullopt : placements_.natural(e);
   return at(own && *own != parity(place) ? model::interpolate(e) : e, place);
 }
 
-/// Interpolation at the way from the current cell to the place: the same value wherever it is taken.
+/// Interpolation at a displacement from the current cell: the sampled value does not depend on the point of evaluation.
 Expr Discretiser::sample(const model::Sample& e, const Place& place) {
   const auto found = reading_.fields.find(e.field);
   Interp result{found == reading_.fields.end() ? e.field : found->second, {}, {}, e.along};
@@ -334,12 +333,12 @@ Discretiser::Quotient Discretiser::coordinate_at(const model::Coordinate& e, con
   return Quotient{is_odd(place[e.axis]) ? centre + spacing(e.axis) / 2.0 : centre};
 }
 
-/// Whether the natural place of `e` along `axis` is midway between cells: an odd number of first derivatives.
+/// Whether `e` is naturally midway between cells along `axis`: it contains an odd number of first derivatives.
 bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
-  if (const auto* here = as<model::Interpolate>(e))  // of what is here already: it asks for the faces
+  if (const auto* here = as<model::Interpolate>(e))  // of an operand at this placement: to the faces
     return placements_.natural(here->operand).value_or(*base_) == *base_;
   if (as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)])

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields that reductions and operators are taken of, which kernels store before.
+// Operands of reductions and operators, as fields that kernels store before.
 #include <algorithm>
 
 #include "stencil/build.h"
@@ -10,7 +10,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// What it stores before the kernel runs.
+/// The fields that the preparation stores.
 std::vector<std::string> fields_made(const Prerequisite& preparation) {
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
@@ -22,7 +22,7 @@ std::vector<std::string> fields_made(const Prerequisite& preparation) {
 
 }  // namespace
 
-/// The field that holds `e` at `place` of each cell: one that is there, or that a kernel stores before.
+/// The field with the values of `e` at `place` of each cell: an existing one, or one that a kernel stores before.
 std::string Discretiser::stored_operand(const model::Expr& e, const Place& place) {
   for (const Operand& known : operands_) {
     if (known.place == place && known.value == e) return known.field;
@@ -31,7 +31,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   inner.parts_ = parts_;
   inner.preparations_ = preparations_;
   inner.operands_ = operands_;
-  for (const Prerequisite& made : preparations_) {  // what it shares may go into a kernel that is there
+  for (const Prerequisite& made : preparations_) {  // its lets may be added to one of these kernels
     const Kernel* kernel = std::get_if<Kernel>(&made);
     for (std::size_t i = 0; kernel && i < kernel->lets.size(); ++i) inner.names_.reserve(kernel->lets[i].name);
   }
@@ -39,7 +39,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   parts_ = inner.parts_;
   preparations_ = inner.preparations_;
   operands_ = inner.operands_;
-  for (const Prerequisite& made : preparations_) {  // by the inner one too
+  for (const Prerequisite& made : preparations_) {  // those of `inner` too
     for (const std::string& field : fields_made(made)) names_.reserve(field);
   }
   const Access* field = std::get_if<Access>(&value->kind);
@@ -48,19 +48,19 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   return operands_.back().field;
 }
 
-/// Operands that hold no reduction and no operator share a kernel, the first.
+/// Operands without reductions and operators share one kernel, the first.
 std::string Discretiser::store_before(const Discretiser& inner, const Expr& value, const Origin& origin) {
   const std::string field = names_.fresh("operand");
   const Kernel kernel{"", rank_, inner.lets_, {{field, false, value, origin}}, {}, {}};
   const Signature reads = signature(kernel);
   const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Prerequisite& made) {
     const Kernel* made_here = std::get_if<Kernel>(&made);
-    if (made_here && made_here->name.empty()) return false;  // no operator: operands only
+    if (made_here && made_here->name.empty()) return false;  // stores operands, not an operator
     return std::ranges::any_of(fields_made(made),
                                [&](const std::string& field) { return reads.find_read(field) != nullptr; });
   });
   Kernel* first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
-  if (first && !first->name.empty()) first = nullptr;  // that of an operator
+  if (first && !first->name.empty()) first = nullptr;  // kernel of an operator
   if (is_nested) {
     preparations_.push_back(kernel);
   } else if (!first) {
@@ -72,7 +72,7 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
   return field;
 }
 
-/// The field that holds the result.
+/// The field with the result of the reduction.
 std::string Discretiser::stored_reduction(Reduce reduce) {
   for (const Prerequisite& made : preparations_) {
     const Reduce* known = std::get_if<Reduce>(&made);

@@ -36,7 +36,7 @@ NetworkCall Discretiser::preconditioner_of(const model::Solve& solve) {
   return made;
 }
 
-/// The field of the unknown. What the operator needs beforehand does not hold it, and is done before the solve.
+/// The field of the unknown. Preparations of the operator do not depend on the unknown and run before the solve.
 std::string Discretiser::stored_solve(const model::Expr& e) {
   for (const Operand& known : operands_) {
     if (known.value == e) return known.field;
@@ -58,7 +58,7 @@ std::string Discretiser::stored_solve(const model::Expr& e) {
   for (const model::Expr& start : solve.starts) made.starts.push_back(stored_operand(start, place));
   if (solve.iterations) made.iterations = iteration_fields(solve);
   if (solve.preconditioner) made.preconditioner = preconditioner_of(solve);
-  // a state may be solved for: it is another field then
+  // the unknown may be a state: it is then another field
   const char* const suffix = solve.iterations ? "_direction" : names_.is_used(solve.name) ? "_solved" : "";
   made.unknown = names_.fresh(solve.name + suffix);
   made.image = names_.fresh(solve.name + "_image");

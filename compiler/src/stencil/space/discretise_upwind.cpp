@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport by differences from the side that the flow comes from, see upwind_difference.h.
+// Transport by upwind differences, see upwind_difference.h.
 #include <vector>
 
 #include "model/build.h"
@@ -28,8 +28,8 @@ Expr Discretiser::velocity(const model::Expr& e, const model::Placement& placeme
   return (*this)(fits ? e : model::interpolate(e), placement);
 }
 
-/// Of a linear scheme both sides are taken, times the parts of the speed that go each way; of another one the side is
-/// chosen first, as its difference costs more. At rest it is the side of a flow to higher cells either way.
+/// A linear scheme computes both one-sided differences, times the positive and negative parts of the speed. A nonlinear
+/// scheme chooses the side first, as its difference costs more. At speed 0 both use the side of a positive speed.
 Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
   for (int axis = 0; axis < max_rank; ++axis) {
     if (is_midway(place, axis)) return at_halfway(model::Expr(model::Node{e}), place, axis);
@@ -60,7 +60,7 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
   return Quotient{sum};
 }
 
-/// Lets may stand within differences here: they are of their own place, and used nowhere else.
+/// Lets are allowed inside these differences: each belongs to its own point and is not used elsewhere.
 Expr Discretiser::chosen_difference(const model::Transport& transport, const Expr& speed,
                                     const std::function<Expr(int)>& cell) {
   const auto share = [this](const std::string& wish, const Expr& value) { return shared(wish, value); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives by Fourier series: fields of their own, made by transforms before the kernel.
+// Derivatives by Fourier series: fields that transforms compute before the kernel.
 #include "model/analyse/solves.h"
 #include "model/build.h"
 #include "stencil/analyse/symbol.h"
@@ -12,20 +12,20 @@ WaveReading Discretiser::wave_reading() {
   return waves_of(scheme_, [this](const model::Expr& uniform) { return at(uniform, {}).value(); });
 }
 
-/// The transform that makes `e`, of operands at the cells; read at another cell it is displaced.
+/// The result of the transform that computes `e` from operands at the cells; at another cell it is read at an offset.
 Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& place) {
   const WaveReading reading = wave_reading();
   std::vector<WavePart> parts;
   if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind); d && !reading.is_multiplier(e)) {
-    parts = {{d->operand, wave_number(d->axis)}};  // the slope in an advect: what dx is does not matter
+    parts = {{d->operand, wave_number(d->axis)}};  // the derivative in an advect: independent of the rule for dx
   } else {
     parts = wave_parts(e, reading);
   }
   return Quotient{access(stored_waves(parts), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
 }
 
-/// The field that holds their sum. What solves an equation wave by wave is its right side, divided by the operator: so
-/// the velocities of a stream function are made of the vorticity itself.
+/// The field with the sum of the parts. An operand that solves an equation wave by wave is replaced by its right side
+/// divided by the operator: so the velocities of a stream function are computed from the vorticity.
 std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
   Transform transform;
   for (const WavePart& part : parts) {
@@ -39,7 +39,7 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
     const std::vector<WavePart> operation = wave_parts(solve->operation, of_operation);
     require(operation.size() == 1, "the operator holds the unknown alone");
     std::vector<WavePart> rights = wave_parts(solve->right, wave_reading());
-    // Of a wave of two cells the mean of a product is not the product of the means: derivatives stay by themselves.
+    // For a wave of two cells the mean of a product is not the product of the means: derivatives are not combined.
     const auto has_waves = [](const WavePart& right) { return holds_wave_number(right.symbol); };
     if (std::ranges::any_of(rights, has_waves)) rights = {{solve->right, 1.0}};
     for (const WavePart& right : rights) {
@@ -51,8 +51,8 @@ std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
   return stored_transform(std::move(transform));
 }
 
-/// All waves below the upper end less those below the lower one: -|k|^2 is the sum of the squares of i k. What waves
-/// make lies where their operand does, and is displaced as that is.
+/// All waves below the upper end minus those below the lower end; -|k|^2 is the sum of the squares of i k. The result
+/// has the placement and the displacement of the operand.
 Expr Discretiser::band_at(const model::BandPass& band, const Place& place) {
   Place own{};
   Offset displaced{};
@@ -75,7 +75,7 @@ Expr Discretiser::band_at(const model::BandPass& band, const Place& place) {
   return access(stored_transform(std::move(transform)), displaced);
 }
 
-/// Terms of a sum that are made of waves are one transform, where there are several.
+/// Combines several Fourier terms of a sum into one transform.
 std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Binary& e, const Place& place) {
   if (e.op != BinaryOp::add && e.op != BinaryOp::subtract) return std::nullopt;
   const WaveReading reading = wave_reading();
@@ -93,7 +93,7 @@ std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Bina
   return Quotient{at(rest, place).value() + of_waves.value()};
 }
 
-/// The field that holds the result.
+/// The field with the result of the transform.
 std::string Discretiser::stored_transform(Transform transform) {
   for (const Prerequisite& made : preparations_) {
     const Transform* known = std::get_if<Transform>(&made);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fornberg's recursion in exact fractions. Orders up to 12 stay far inside 64 bits.
+// Fornberg's recursion in exact fractions. Up to order 12 the numbers are far below the limits of 64 bits.
 #include "stencil/space/finite_difference.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ Fraction reduced(std::int64_t top, std::int64_t bottom) {
 }
 
 Fraction operator*(Fraction a, Fraction b) {
-  // crosswise first: the products stay as small as the result allows
+  // reduces crosswise first, so that the products are as small as possible
   const Fraction left = reduced(a.top, b.bottom);
   const Fraction right = reduced(b.top, a.bottom);
   return {left.top * right.top, left.bottom * right.bottom};

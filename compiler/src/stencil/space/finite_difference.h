@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weights of finite differences and interpolations of any order on a uniform grid, as exact whole numbers over one
-// common denominator: what a text book prints. Source: B. Fornberg, Math. Comp. 51 (1988) 699, in rational numbers.
+// common denominator, as in textbooks. Source: B. Fornberg, Math. Comp. 51 (1988) 699, in rational numbers.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Difference {
   bool operator==(const Difference&) const = default;
 };
 
-/// The weights with which values at distinct `places` (half cells) give the derivative at 0, as exact as they can.
+/// Weights of highest order for the derivative at 0 from values at distinct `places` (in half cells).
 Difference difference(int derivative, const std::vector<int>& places);
 
 /// Derivative (>= 1) at a cell from cells, error O(h^order), order even. Taps at even places.

@@ -24,10 +24,10 @@ namespace dpde::stencil {
 
 namespace {
 
-constexpr int samples = 8;  // of the fields that it is tried on
+constexpr int samples = 8;  // sets of fields for which the order is measured
 constexpr int waves = 4;    // of each field
 
-/// One sum of exponentials for each field, and one number for each parameter that has none.
+/// A sum of exponentials for each field, and a number for each parameter without a value.
 class Sample {
  public:
   Sample(const model::Problem& problem, const std::vector<Let>& lets, unsigned seed) : problem_(problem), seed_(seed) {
@@ -47,7 +47,7 @@ class Sample {
         },
         [&](const Select& s) { return holds(s.condition) ? value(s.yes) : value(s.no); });
   }
-  /// Whether all conditions met so far were about something known.
+  /// Whether the truth of all conditions so far is known.
   bool is_known() const { return is_known_; }
 
  private:
@@ -99,7 +99,7 @@ class Sample {
     unreachable("comparison");
   }
 
-  /// All spacings become smaller together, in the ratio that they have.
+  /// All spacings decrease together, in a fixed ratio.
   double spacing_of(std::size_t axis) const {
     const double extent = problem_.axes[0].high - problem_.axes[0].low;
     return extent * problem_.axes[axis].spacing() / problem_.axes[0].spacing();
@@ -129,7 +129,7 @@ class Sample {
     double height = 0;
     std::array<double, max_rank> slope{};  // from cell to cell, in h
   };
-  /// Of either sign, or positive in every other sample.
+  /// Values have either sign; in every other sample they are positive.
   struct FieldOfWaves {
     double mean;
     std::array<Wave, waves> parts;
@@ -167,7 +167,7 @@ class Sample {
     return known != numbers_.end() ? known->second : numbers_.emplace(name, uniform(low, high)).first->second;
   }
 
-  /// The same on every machine.
+  /// A uniform random number, the same on every machine.
   double uniform(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_()) / 4294967296.0);
   }
@@ -190,7 +190,7 @@ MeasuredOrder order_of(const Laurent& s) {
   return {MeasuredOrder::Kind::exact, 0, ""};
 }
 
-/// Whether `a` is worse than `b`, both measured.
+/// Whether the measured order `a` is worse than `b`.
 bool is_worse(const MeasuredOrder& a, const MeasuredOrder& b) {
   const auto rank = [](const MeasuredOrder& m) {
     return m.kind == MeasuredOrder::Kind::none    ? -m.order
@@ -237,7 +237,7 @@ MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
     const bool is_finite =
         std::all_of(s.terms.begin(), s.terms.end(), [](const auto& c) { return std::isfinite(c.scale); });
     if (!s.is_known() || !sample.is_known() || !is_finite)
-      continue;  // log of a negative number and the like: the next fields may do
+      continue;  // log of a negative number and the like: tries the next fields
     const MeasuredOrder found = order_of(s);
     if (!worst || is_worse(found, *worst)) worst = found;
   }
@@ -245,7 +245,7 @@ MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
       MeasuredOrder{MeasuredOrder::Kind::unknown, 0, "it has no smooth value for the fields that were tried"});
 }
 
-/// Whether its order may hang on a number that the scene gives.
+/// Whether its order may depend on a parameter that the scene sets.
 bool holds_parameter(const model::Problem& problem, const model::StatedOrder& stated) {
   return std::any_of(stated.body.begin(), stated.body.end(), [&](const model::Expr& body) {
     return model::any_part(body, [&](const model::Expr& e) {

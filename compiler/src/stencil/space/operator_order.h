@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of an operator of the file, measured: what its differences give of smooth fields, as a series in the cell
-// width. The limit of the series is what the operator approximates, and the first power behind it is the order. Fields
-// that it reads are taken as smooth, and as some in general: limiters and upwinding have the order that they have away
-// from kinks.
+// Measures the order of accuracy of an operator of the file: its differences, applied to smooth fields, are expanded as
+// a series in the cell width. The limit of the series is the approximated expression, and the first power after it is
+// the order. All fields that it reads are assumed smooth and generic: limiters and upwinding have their order away from
+// kinks.
 #pragma once
 
 #include <string>
@@ -13,16 +13,15 @@
 namespace dpde::stencil {
 
 struct MeasuredOrder {
-  /// none: what it gives grows as h^-order when cells become smaller. exact: no power was found. unknown: not measured.
+  /// none: the result grows as h^-order as h decreases. exact: no power was found. unknown: not measured.
   enum class Kind { found, none, exact, unknown } kind = Kind::unknown;
   int order = 0;
-  std::string why;  // of what is unknown
+  std::string why;  // the reason, if unknown
 };
 
 MeasuredOrder measure_order(const model::Problem& problem, const model::StatedOrder& stated);
 
-/// Reports operators that have a lower order than is stated, and warns of those with a higher one. False after an
-/// error.
+/// Reports operators of lower order than stated as errors, and of higher order as warnings. False after an error.
 bool check_stated_orders(const model::Problem& problem, DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

@@ -9,14 +9,14 @@ namespace dpde::stencil {
 
 namespace {
 
-/// top / bottom, bottom the same everywhere.
+/// top / bottom, with a uniform bottom.
 struct Quotient {
   Expr top;
   Expr bottom;
   Expr value() const { return top / bottom; }
 };
 
-/// Where what is summed up is known; at the centres as long as nothing is staggered.
+/// Placement of the summed expression; the cell centres if no field is staggered.
 model::Placement home_of(const model::Expr& e, const model::Placements& placements) {
   return placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{};
 }
@@ -30,7 +30,7 @@ Quotient reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
       for (int axis = 0; axis < rank; ++axis) value = value * spacing(axis);
       return {value, 1.0};
     case model::Reduce::Kind::max:
-    case model::Reduce::Kind::min: break;  // stand inside of a mean
+    case model::Reduce::Kind::min: break;  // occur only inside a mean
   }
   unreachable("reduction");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses, tests and observables: numbers that are linear in mean, sum and integral become one sum over the cells.
+// Losses, tests and observables: an expression that is linear in mean, sum and integral becomes one sum over the cells.
 #pragma once
 
 #include "model/model.h"
@@ -7,8 +7,8 @@
 
 namespace dpde::stencil {
 
-/// What each cell adds to the sum that is `value`: mean(e) gives e/cells, sum(e) gives e, integral(e)
-/// gives e*hx*hy*hz, a number c gives c/cells.
+/// Contribution of each cell to `value`: mean(e) gives e/cells, sum(e) gives e, integral(e) gives e*hx*hy*hz, a number
+/// c gives c/cells.
 Expr cell_share(const model::Expr& value, int rank, Discretiser& at_point);
 
 }  // namespace dpde::stencil

@@ -24,7 +24,7 @@ bool holds_advect(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& x) { return as_advect(x) != nullptr; });
 }
 
-/// Whether a term is -advect(v, state) with a velocity that transports nothing itself.
+/// Whether a term is -advect(v, state), with no advect in the velocity.
 bool is_transport(const Term& term, const std::string& state) {
   const model::Advect* advect = as_advect(term.value);
   if (!advect || !term.negative) return false;
@@ -36,7 +36,7 @@ bool is_transport(const Term& term, const std::string& state) {
   return true;
 }
 
-/// The equation without its transport, nothing when that was all; the other terms keep their shape.
+/// The equation without its transport; nullopt if there are no other terms. The other terms keep their form.
 std::optional<model::Expr> without_transport(const model::Expr& e) {
   if (as_advect(e)) return std::nullopt;
   if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
@@ -78,8 +78,8 @@ bool has_moving_walls(const model::Problem& problem, const model::State& state) 
   });
 }
 
-/// MacCormack takes velocities at both ends of the step from states whose halos are filled for the later one: a
-/// velocity made of differences would see a wall that moves at the wrong time.
+/// MacCormack evaluates velocities at both ends of the step from states whose halos are filled for the later time: a
+/// velocity computed by differences would read a moving wall at the wrong time.
 void check_velocity(const model::Problem& problem, const model::State& state, DiagnosticSink& sink) {
   const model::Advect* transport = find_transport(*state.rhs);
   if (!transport) return;
@@ -104,17 +104,17 @@ void check_velocity(const model::Problem& problem, const model::State& state, Di
   }
 }
 
-/// How a state is carried.
+/// Method of transport of a state.
 enum class Method { interpolated, traced, corrected };
 
-/// A state, what carries it, and what it is called in the parts of a step.
+/// A state, its transport, and the fields that hold it in the substeps.
 struct Moved {
   const Advance* advance;
   const model::State* state;
-  const model::Advect* transport;  // nullptr: nothing carries it, or differences do
+  const model::Advect* transport;  // nullptr: no transport, or transport by differences
   model::Transport way;
   Method method = Method::interpolated;
-  std::string mid = {}, ahead = {};  // behind the other terms; behind the prediction
+  std::string mid = {}, ahead = {};  // after the other terms; after the prediction
   bool is_done = false;              // the prediction is the result
 
   InterpolationBasis along() const {
@@ -123,7 +123,7 @@ struct Moved {
   }
 };
 
-/// What a velocity depends on.
+/// Whether the velocity depends on states.
 bool is_of_states(const model::Problem& problem, const model::Advect& advect) {
   return std::ranges::any_of(advect.velocity, [&](const model::Expr& e) {
     return std::ranges::any_of(problem.states, [&](const model::State& state) { return model::reads(e, state.name); });
@@ -139,12 +139,13 @@ bool is_of_time(const model::Advect& advect) {
   });
 }
 
-/// The same everywhere and all the time: the way is known as it is.
+/// Whether the velocity is constant in space and time, so that the displacement is too.
 bool is_constant(const model::Advect& advect) {
   return !is_of_time(advect) && std::ranges::all_of(advect.velocity, model::is_uniform);
 }
 
-/// The ways back with the velocities where the step begins, as fields: one set for all states that are carried alike.
+/// Backward displacements with the velocities at the start of the step, as fields; states with the same transport share
+/// them.
 class Ways {
  public:
   Ways(Lowering& lowering, const std::string& scene)
@@ -204,7 +205,7 @@ class TransportStep {
  private:
   const model::Problem& problem() const { return lowering_.problem(); }
 
-  /// A state that nothing carries goes along with one that is.
+  /// A state without transport takes part in the step of a state with transport.
   void choose_methods() {
     const auto is_traced = [](const Moved& moved) {
       return moved.transport && moved.along() == InterpolationBasis::cubic && !is_constant(*moved.transport);
@@ -229,7 +230,7 @@ class TransportStep {
         moved_, [&](const Moved& moved) { return moved.transport != nullptr && moved.method == method; });
   }
 
-  /// All terms but transport, by the time integrator; `mid` gets the names of the fields that hold the states then.
+  /// The time integrator's stages for all terms but transport; sets `mid` to the names of the resulting fields.
   std::vector<Stage> stages_of_terms() {
     std::vector<Advance> advances;
     for (Moved& moved : moved_) {
@@ -241,11 +242,11 @@ class TransportStep {
     }
     if (advances.empty()) return {};
     StepPart part;
-    part.is_projected = false;  // that is done where the step ends
+    part.is_projected = false;  // the projection is at the end of the step
     return time_stages(lowering_, advances, problem().scene + "_terms", problem().scene, part);
   }
 
-  /// How fields are called behind the other terms, or ahead, with the time where the step ends.
+  /// Environment at the end of the step, with the fields after the other terms (`mid`) or the prediction (`ahead`).
   Environment reading(std::string Moved::*name) const {
     Environment reading;
     for (const Moved& moved : moved_) {
@@ -255,7 +256,7 @@ class TransportStep {
     return reading;
   }
 
-  /// Whether a velocity is asked for where the step ends that may hold any state there.
+  /// Whether a velocity at the end of the step is needed, which may depend on all states.
   bool looks_ahead() const {
     return std::ranges::any_of(moved_, [&](const Moved& moved) {
       if (!moved.transport || moved.way.advect == model::Advection::maccormack_steady) return false;
@@ -264,13 +265,13 @@ class TransportStep {
     });
   }
 
-  /// Where there are no other terms, velocities behind them are those where the step begins.
+  /// Without other terms, the velocities after them are those at the start of the step.
   bool is_predicted(const Moved& moved) const {
     const bool has_terms = std::ranges::any_of(moved_, [](const Moved& m) { return m.mid != m.state->name; });
     return !has_terms && moved.method == Method::interpolated && !is_of_time(*moved.transport);
   }
 
-  /// The step forwards with the velocity where it begins; `ahead` gets the names of its results.
+  /// The forward step with the velocity at its start; sets `ahead` to the names of its results.
   Stage prediction() {
     Discretiser at_point = lowering_.discretiser();
     Kernel kernel = lowering_.kernel(problem().scene + "_advect");
@@ -304,8 +305,8 @@ class TransportStep {
     return Lowering::stage(std::move(kernel), at_point, at_end.time);
   }
 
-  /// Departure points of second order: the way back is the mean of that with the velocity where and when the step ends,
-  /// and of that with the velocity where the former leads to, when the step begins.
+  /// Departure points of second order: the mean of two backward displacements, one with the velocity at the arrival
+  /// point at the end of the step, one with the velocity at the start of the step where the former leads to.
   void add_traced(std::vector<Stage>& stages) {
     Ways ways(lowering_, problem().scene);
     const Environment at_end = reading(&Moved::ahead);
@@ -336,7 +337,7 @@ class TransportStep {
     return departure.shared_way("mean", back);
   }
 
-  /// The step backwards and the correction by half of what it leaves.
+  /// The reverse step, and the correction by half of its error.
   Stage corrected() const {
     Discretiser at_point = lowering_.discretiser();
     std::vector<std::vector<Expr>> back, forth(moved_.size());
@@ -361,7 +362,7 @@ class TransportStep {
     return Lowering::stage(std::move(kernel), at_point, at_end.time);
   }
 
-  /// `forth` is none where the velocity at the end of the step is to be taken.
+  /// `forth` is empty if the velocity at the end of the step is used.
   static Expr clamped(const Moved& moved, Departure& departure, const std::vector<Expr>& back,
                       std::vector<Expr> forth) {
     const bool is_steady = moved.way.advect == model::Advection::maccormack_steady;

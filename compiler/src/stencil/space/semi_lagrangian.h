@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport along the flow, split from the other terms. First the other terms advance every state to u_mid by the time
-// integrator; then u_next is what the flow brings, in one of two ways.
+// Semi-Lagrangian transport, split from the other terms. First the time integrator advances every state by the other
+// terms to u_mid; then transport computes u_next in one of these ways.
 //
-// semi_lagrangian: u_mid interpolated where the flow comes from, one Euler step back from the arrival point, with the
+// semi_lagrangian: u_mid interpolated at the departure point, one Euler step back from the arrival point, with the
 // velocity of the states just advanced. Linear, or cubic along every axis.
 //
-// maccormack (Selle, Fedkiw, Kim, Liu, Rossignac 2008): u_ahead = A(u_mid) by linear interpolation; the same step
-// backwards, A'(u_ahead), should give u_mid again, so that half of what it misses is the error of A:
+// maccormack (Selle, Fedkiw, Kim, Liu, Rossignac 2008): u_ahead = A(u_mid) by linear interpolation. The reverse step
+// A'(u_ahead) should return u_mid, so half of the difference estimates the error of A:
 //   u_next = u_ahead + (u_mid - A'(u_ahead))/2, clamped to the corners of the cell of u_mid that A has read.
-// A goes with the velocity at t, A' with that at t + dt (of the states ahead): of order 2 also where the flow varies in
-// time or carries itself. Where one of the ways leads beyond a wall, A' says nothing about A, and u_ahead stays.
+// A uses the velocity at t, A' that at t + dt (of the predicted states): order 2 also if the flow varies in time or
+// transports itself. Where a displacement leads beyond a wall, A' does not estimate the error of A, and u_next =
+// u_ahead.
 //
-// maccormack(steady): the same with the velocity where the step begins both ways, and the correction everywhere.
+// maccormack(steady): the same with the velocity at the start of the step in both directions, and the correction
+// everywhere.
 //
-// Each state has the way that the scheme says for it; differences, where it says these, are other terms. Velocities are
-// interpolated to where the state lies.
+// The scheme names the method of each state; transport by differences counts among the other terms. Velocities are
+// interpolated to the state's placement.
 #pragma once
 
 #include <vector>
@@ -26,11 +28,10 @@
 
 namespace dpde::stencil {
 
-/// Reports every state whose advect follows the flow and whose equation is not dt(u) = -advect(v, u) + terms without
-/// advect.
+/// Reports every state with semi-Lagrangian advect whose equation is not dt(u) = -advect(v, u) + terms without advect.
 void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink);
 
-/// The step of a checked problem, or of a part of its terms. Constraints are left to whoever asks for it.
+/// The step of a checked problem, or of a part of its terms. The caller adds the projections of constraints.
 std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<Advance>& advances);
 
 }  // namespace dpde::stencil

@@ -15,7 +15,7 @@ namespace dpde::stencil {
 namespace {
 
 constexpr double epsilon = 1e-6;
-constexpr double smallest_rise = 1e-50;  // that weno weighs in f64, which holds the fifth power of its inverse
+constexpr double smallest_rise = 1e-50;  // for weno in f64: the fifth power of its inverse is still finite
 
 Expr square(const Expr& e) { return power(e, 2.0); }
 
@@ -25,14 +25,14 @@ Expr sum_of(const std::vector<Expr>& terms) {
   return sum;
 }
 
-/// The weighted mean of the candidates, each of which has the linear weight `share_of_all` and is as rough as `beta`.
+/// A candidate of the weighted mean, with linear weight `share_of_all` and smoothness indicator `beta`.
 struct Candidate {
   double share_of_all;
   Expr beta, difference;
 };
 
-/// In f32 weights are times the square of the least of the divisors, which their mean does not know: their sum is near
-/// 1 then, where they would reach from 1 to 1e12.
+/// In f32 the weights are multiplied by the square of the least divisor, which does not change the mean: their sum is
+/// then near 1 instead of between 1 and 1e12.
 Expr mean_of(const std::vector<Candidate>& candidates, const Share& share, Precision real) {
   const bool is_single = real == Precision::f32;
   std::vector<Expr> divisors, weights, terms;
@@ -63,7 +63,7 @@ std::vector<Candidate> candidates_of_5(const std::array<Expr, 5>& v, const std::
       {0.3, beta(r[2] - 2.0 * r[3] + r[4], 3.0 * r[2] - 4.0 * r[3] + r[4]), (2.0 * v[2] + 5.0 * v[3] - v[4]) / 6.0}};
 }
 
-/// 2^power of a size that is above or below these powers of two, else 1.
+/// Scales a size above 2^above by 2^by_above, and a size below 2^below by 2^by_below; else by 1.
 struct Towards1 {
   double above, by_above, below, by_below;
   Expr of(const Expr& size) const {
@@ -71,15 +71,15 @@ struct Towards1 {
                   select(binary(BinaryOp::less, size, std::exp2(below)), std::exp2(by_below), 1.0));
   }
 };
-/// One after the other they bring sizes of f32 from 2^-117 on between 2^-6 and 2^6, so that no power of them that
-/// derivatives hold leaves the range; the product of all is a number.
+/// In sequence these steps scale f32 sizes from 2^-117 on to between 2^-6 and 2^6, so that all powers in derivatives
+/// stay in range; the product of all scales is finite.
 constexpr Towards1 scale_steps[] = {{48, -80, -48, 80}, {16, -32, -16, 32}, {5, -11, -5, 11}};
 
-/// Below it no rise is scaled, and weights are linear: seeds of adjoints are divided by the scale, and have to stay
-/// numbers.
+/// Below this size rises are not scaled and weights are linear: seeds of adjoints are divided by the scale, and must
+/// stay finite.
 constexpr double smallest_single_size = 0x1p-104;
 
-/// Rises times a scale, and over the root of the sum of their squares.
+/// Rises times a scale, and divided by the root of the sum of their squares.
 template <std::size_t count>
 struct ScaledRises {
   std::array<Expr, count> values, ratios;
@@ -136,13 +136,13 @@ Sizes sizes_of(const Expr& a, const Expr& b, const Share& share) {
   return {share("size", call(Fn::abs, {a})), share("size", call(Fn::abs, {b}))};
 }
 
-/// Their sum, or 1 where it is smaller than `smallest`.
+/// The sum of the sizes, or 1 if it is smaller than `smallest`.
 Expr divisor_of(const Sizes& size, double smallest, const Share& share) {
   const Expr sum = share("sum", size.a + size.b);
   return select(binary(BinaryOp::greater, sum, smallest), sum, 1.0);
 }
 
-/// 1 or -1 where both have this sign, 0 where they differ.
+/// 1 or -1 if both have this sign, 0 if the signs differ.
 Expr common_sign(const Expr& a, const Expr& b) { return (call(Fn::sign, {a}) + call(Fn::sign, {b})) / 2.0; }
 
 }  // namespace
@@ -184,7 +184,7 @@ Expr van_leer_slope(const Expr& a, const Expr& b, const Share& share) {
   return (a * size.b + size.a * b) / divisor_of(size, 1e-100, share);
 }
 
-/// Both are divided by the root of the sum before they are multiplied. Derivatives have 1/sum^(3/2), a number of f32.
+/// Both are divided by the root of the sum before they are multiplied. Derivatives contain 1/sum^(3/2), finite in f32.
 Expr van_leer_slope_in_f32(const Expr& a, const Expr& b, const Share& share) {
   const Expr root = call(Fn::sqrt, {divisor_of(sizes_of(a, b, share), 1e-24, share)});
   const Expr scale = share("scale", 1.0 / root);

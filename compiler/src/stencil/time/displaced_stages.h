@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stages as parts of a longer step: they begin with other fields, at another time, and take another time.
+// Stages as substeps of a longer step: with other initial fields, another start time and another length.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@
 namespace dpde::stencil {
 
 struct Displacement {
-  std::map<std::string, std::string> begins;  // what stands for a state where they begin; else itself
-  Expr time, length;                          // in the place of t and dt
+  std::map<std::string, std::string> begins;  // the initial field of each state, if not the state itself
+  Expr time, length;                          // replace t and dt
 };
 std::vector<Stage> displaced(std::vector<Stage> stages, const Displacement& by);
 

@@ -14,19 +14,19 @@ namespace dpde::stencil {
 
 namespace {
 
-/// weight*h*phi_number(part*h*L), of N at a stage.
+/// The term weight*h*phi_number(part*h*L)*N, with N at `stage`.
 struct PhiTerm {
   int stage, number;
   double weight;
 };
-/// A value of the state: exp(part*h*L) times that of stage `from`, and shares of N. `time`, in steps, of what it is.
+/// A value of the state at `time` (in steps): exp(part*h*L) times the value at stage `from`, plus terms in N.
 struct Row {
   double part, time;
   int from;
   std::vector<PhiTerm> shares;
 };
 
-/// Stage 0 is the state itself, each row the next stage, the last one the result.
+/// Stage 0 is the state itself; each row gives the next stage, the last row the result.
 const std::vector<Row> etdrk2{{1, 1, 0, {{0, 1, 1}}}, {1, 1, 0, {{0, 1, 1}, {1, 2, 1}, {0, 2, -1}}}};
 const std::vector<Row> etdrk4{
     {0.5, 0.5, 0, {{0, 1, 1}}},
@@ -41,7 +41,7 @@ bool depends_on_time(const model::Expr& e) {
   });
 }
 
-/// An equation in its two parts: N is the sum of these operands, their waves multiplied by symbols.
+/// The two parts of an equation: L is `linear`, and N is the sum of the operands of `rest` times their symbols.
 struct LinearAndRest {
   Expr linear = 0.0;  // a symbol
   std::vector<WavePart> rest;
@@ -69,7 +69,7 @@ class Exponential {
   }
 
  private:
-  /// Terms that are sums of derivatives of the state itself, and the rest.
+  /// Splits the equation into sums of derivatives of the state itself and the rest.
   LinearAndRest split(const Advance& advance) {
     Discretiser numbers = lowering_.discretiser();
     const WaveReading reading{[](const model::Expr&) { return true; },
@@ -91,13 +91,13 @@ class Exponential {
       }
     }
     if (!model::is_constant(pointwise, 0)) result.rest.push_back({pointwise, 1.0});
-    if (!holds_odd_powers(result.linear)) return result;  // means over k and -k are what derivatives do then
+    if (!holds_odd_powers(result.linear)) return result;  // means over k and -k then agree with the derivatives
     result.linear = with_slopes(result.linear);
     for (WavePart& part : result.rest) part.symbol = with_slopes(part.symbol);
     return result;
   }
 
-  /// N of all states at a stage.
+  /// The stage that computes N of all states.
   Stage rates(int number, double time) {
     Environment reading;
     if (number > 0) reading.fields = fields_.at(number);
@@ -115,7 +115,7 @@ class Exponential {
     return Lowering::stage(std::move(kernel), at_point, reading.time);
   }
 
-  /// The states that a row gives.
+  /// Transforms that compute the states of a row.
   std::vector<Prerequisite> values_of(const Row& row, bool is_last) {
     std::vector<Prerequisite> values;
     std::map<std::string, std::string> fields;
@@ -145,7 +145,7 @@ class Exponential {
   const std::vector<Advance>& advances_;
   std::string prefix_;
   std::vector<LinearAndRest> splits_;
-  std::map<int, std::map<std::string, std::string>> fields_;              // that stand for the states at a stage
+  std::map<int, std::map<std::string, std::string>> fields_;              // values of the states at a stage
   std::map<int, std::map<std::string, std::vector<std::string>>> rates_;  // parts of N at a stage, by state
 };
 

@@ -22,7 +22,7 @@ namespace {
 using model::AdditiveTableau;
 using Weight = model::AdditiveWeight;
 
-/// Weights of what stages keep: of R_k - u and of U_k - R_k, k = 1, 2, ...
+/// A combination of stored values: weights of R_k - u and of U_k - R_k, k = 1, 2, ...
 struct Changes {
   model::AdditiveWeights of_right{}, of_solution{};
 
@@ -36,11 +36,11 @@ struct Changes {
 
 /// R_i = u + h*(sum of b_ij*L U_j) + h*(sum of a_ij*N(U_j), j < i - 1) + h*of_rest*N(U_(i-1)).
 struct RightSide {
-  Changes of_solved, known;  // the first sum; the first two
+  Changes of_solved, known;  // the first sum; both sums
   Weight of_rest;            // a_i(i-1)
 };
 
-/// What a row takes of the stages whose h*N(U_j) are known.
+/// The right side of a row from the stages whose h*N(U_j) are known.
 RightSide known_side(const AdditiveTableau& tableau, const model::AdditiveRow& row, const std::vector<Changes>& rests) {
   RightSide right{{}, {}, 0};
   for (std::size_t j = 0; j < rests.size(); ++j) right.of_solved.of_solution[j] = row.of_solved[j] / tableau.own;
@@ -49,7 +49,7 @@ RightSide known_side(const AdditiveTableau& tableau, const model::AdditiveRow& r
   return right;
 }
 
-/// Of each stage, and behind them of the embedded result. Later ones know h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
+/// Right sides of all stages, then of the embedded result. Later rows use h*N(U_(i-1)) = (R_i - u - known)/a_i(i-1).
 std::vector<RightSide> right_sides(const AdditiveTableau& tableau) {
   std::vector<RightSide> result;
   std::vector<Changes> rests;  // h*N(U_j)
@@ -82,11 +82,11 @@ struct Equation {
   const Advance& advance;
   model::LinearPart parts;
   bool is_projected = false;             // a constraint changes it
-  std::vector<std::string> rights = {};  // R_1, R_2, ...; of a state that is not solved for U_1, ...
+  std::vector<std::string> rights = {};  // R_1, R_2, ...; for a state that is not solved for: U_1, ...
   std::vector<std::string> values = {};  // U_1, U_2, ...
   std::string unknown = {};              // of Newton's method, in the last stage
-  std::vector<std::string> left = {};    // the same before constraints are true: sums are made of these, so that the
-                                         // last stage finds all that they do to the step
+  std::vector<std::string> left = {};    // U_1, U_2, ... before projection: used in the sums, so that the last
+  // projection includes all effects of constraints on the step
 
   bool is_solved() const { return !model::is_constant(parts.part, 0); }
   bool has_rest() const { return !model::is_constant(parts.rest, 0); }
@@ -138,7 +138,7 @@ class ImplicitScheme {
   std::size_t number() const { return equations_.front().values.size(); }
   std::string kernel_name(const char* kind) const { return name_ + "_" + kind + std::to_string(number()); }
 
-  /// The fields of the next stage.
+  /// Names the fields of the next stage.
   void name_values(bool is_last) {
     const std::string suffix = std::to_string(number() + 1);
     for (Equation& equation : equations_) {
@@ -171,7 +171,7 @@ class ImplicitScheme {
                       std::back_inserter(stages));
   }
 
-  /// The other result of the pair.
+  /// The embedded result of the pair.
   void add_embedded(std::vector<Stage>& stages, const RightSide& side, const FieldsOfStates& into) {
     const std::string name = name_ + "_embedded";
     const FieldsOfStates left = is_projected_ ? before_projection(lowering_, into) : into;
@@ -199,7 +199,7 @@ class ImplicitScheme {
     return sum;
   }
 
-  /// R of all states, from the stage before, which is that of `time`. Where nothing is solved for it is U.
+  /// R of all states, from the previous stage, at `time`. For a state that is not solved for, R is U.
   Stage right_side(const RightSide& side, Weight time) {
     Environment reading;
     reading.time = time_after(time);
@@ -228,7 +228,7 @@ class ImplicitScheme {
 
   std::string suffix() const { return std::to_string(number()); }
 
-  /// U of all states that are not there yet, of R + h*of_rest*N at `time`.
+  /// U of all states that are not computed yet, from R + h*of_rest*N at `time`.
   Stage solution(Weight own, Weight time, Weight of_rest) {
     Environment reading;
     reading.time = time_after(time);
@@ -252,7 +252,7 @@ class ImplicitScheme {
 
   bool uses_newton() const { return lowering_.problem().scheme.implicit != model::Implicit::linear; }
 
-  /// What solves for all of the fields at once; what is not solved for is there already.
+  /// Newton's method for all unknown fields together; fields that are not solved for are computed already.
   void add_newton(std::vector<Stage>& stages, Weight own, Weight time, Weight of_rest) {
     Environment reading;
     reading.time = time_after(time);
@@ -276,13 +276,14 @@ class ImplicitScheme {
                       std::back_inserter(stages));
   }
 
-  /// What a mask holds does not move,
+  /// Terms are 0 where a mask constrains the state.
   model::Expr moving_part(const std::string& name, const model::Expr& part) const {
     const model::State& state = *lowering_.problem().find_state(name);
     return state.held ? model::select(state.held->inside, 0.0, part) : part;
   }
 
-  /// and its right side is what it is held at. The scheme goes on with the others: those inside masks say nothing.
+  /// Sets right sides inside masks to the constrained values, in new fields. Later stages use the original right sides,
+  /// whose values inside masks have no effect.
   void hold(std::vector<Stage>& stages, std::vector<NewtonEquation>& solved, const Expr& time) {
     Environment reading;
     reading.time = time;
@@ -305,8 +306,8 @@ class ImplicitScheme {
     return model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, factor, model::param("dt")), e);
   }
 
-  /// The field with the boundary of the state for which U - h*own*L U is `right`; what a mask holds is what it is held
-  /// at.
+  /// The field U with the boundary of the state for which U - h*own*L U = `right`; inside a mask U is the constrained
+  /// value.
   model::Expr solved(const Equation& equation, Weight own, const model::Expr& right) const {
     const model::State& state = *lowering_.problem().find_state(equation.advance.state);
     const model::Expr free = model::field(state.name);
@@ -323,7 +324,7 @@ class ImplicitScheme {
   std::string name_;
   bool is_projected_;
   std::vector<Equation> equations_;
-  FieldsOfStates into_;  // of the stage under way
+  FieldsOfStates into_;  // of the current stage
   bool is_last_ = true;
 };
 

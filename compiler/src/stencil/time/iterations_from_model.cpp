@@ -16,8 +16,8 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Conjugate gradients are of symmetric operators, whose differences are known here. The same solve to a tolerance has
-/// the operator as its block.
+/// Conjugate gradients need a symmetric operator, which can be tested only on its differences. They are taken from the
+/// block of the same solve with a tolerance.
 void check_one(const Lowering& lowering, const model::Expr& e, DiagnosticSink& sink) {
   model::Solve plain = std::get<model::Solve>(e->kind);
   plain.iterations.reset();

@@ -6,7 +6,7 @@
 
 namespace dpde::stencil {
 
-/// Reports solves whose iterations derivatives are to go through and whose operator is not symmetric.
+/// Reports solves that are differentiated through their iterations and whose operator is not symmetric.
 void check_iterations(const Lowering& lowering, DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

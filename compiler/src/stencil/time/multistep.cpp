@@ -34,7 +34,7 @@ class Multistep {
   Expr rate(const Advance& advance);
   /// Whether this is one of the first steps.
   Expr is_within(int steps) const;
-  /// A number that is different in the first step.
+  /// A number with another value in the first step.
   Expr at_first(const std::string& name, const Expr& first, const Expr& later);
   Expr weight_of_difference(std::size_t j);
   model::Placement placement_of(const std::string& state) const { return at_point_.placements().of(state); }
@@ -44,7 +44,7 @@ class Multistep {
   const model::Problem& problem_;
   const std::vector<Advance>& advances_;
   Discretiser at_point_;
-  std::map<std::string, Expr> shared_;  // by name: rates, velocities and numbers that are used twice
+  std::map<std::string, Expr> shared_;  // by name: rates, velocities and numbers that are used several times
 };
 
 Expr Multistep::is_within(int steps) const {
@@ -79,8 +79,8 @@ Expr Multistep::next(const Advance& advance) {
   return before + euler * (here - before) + (2.0 - euler) * dt() * rate(advance);
 }
 
-/// Of F_(j-1) - F_j, j = 1, 2, ..., F_0 being the step's own rate: without its sign, which alternates, the sum of the
-/// weights of F_j and of all older ones. The first steps have weights of their own.
+/// Absolute value of the weight of F_(j-1) - F_j, j = 1, 2, ..., with F_0 the current rate: the sum of the weights of
+/// F_j and of all older rates, whose sign alternates with j. The starting steps have other weights.
 Expr Multistep::weight_of_difference(std::size_t j) {
   const std::string name = j == 1 ? "weight_before" : j == 2 ? "weight_older" : fmt::format("weight_{}", j);
   const auto found = shared_.find(name);
@@ -99,7 +99,7 @@ Expr Multistep::weight_of_difference(std::size_t j) {
   return shared_.emplace(name, at_point_.shared(name, weight)).first->second;
 }
 
-/// With F_1 and F_2 the rates of the two steps before, ab3 is u + dt (F + 11/12 (F - F_1) - 5/12 (F_1 - F_2)).
+/// With F_1 and F_2 the rates of the two previous steps, ab3 is u + dt (F + 11/12 (F - F_1) - 5/12 (F_1 - F_2)).
 Expr Multistep::next_by_rates(const Advance& advance) {
   Expr sum = rate(advance), newer = sum;
   const model::State* history = problem_.history_of(advance.state);
@@ -137,7 +137,7 @@ Expr Multistep::next_history(const model::State& history) const {
 }
 
 std::vector<Stage> Multistep::stages(Kernel kernel) {
-  for (const Advance& advance : advances_) {  // histories come behind the states whose rates they take
+  for (const Advance& advance : advances_) {  // histories follow the states whose rates they store
     const model::State& state = *problem_.find_state(advance.state);
     const Expr value = state.history_of.empty() ? next(advance) : next_history(state);
     kernel.stores.push_back({advance.into, false, value, advance.origin});

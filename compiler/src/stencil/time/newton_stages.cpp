@@ -11,7 +11,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// `value` but on high walls that know it, and there the unknown.
+/// The unknown on high walls where the boundary gives the value, elsewhere `value`.
 Expr between_walls(const model::Problem& problem, const std::string& state, Expr value, const Expr& unknown) {
   const model::State* known = problem.find_state(state);
   for (const Offset& next : known == nullptr ? std::vector<Offset>{} : known_on_walls(*known, problem))
@@ -19,9 +19,9 @@ Expr between_walls(const model::Problem& problem, const std::string& state, Expr
   return value;
 }
 
-constexpr double last_change = 1e-10;  // the step that is taken then leaves its square
+constexpr double last_change = 1e-10;  // by quadratic convergence the error after this step is its square
 
-/// Other methods are those of the scheme's linear solves.
+/// The scheme's method if it is direct or bicgstab; other methods apply to the scheme's linear solves only.
 SolveMethod method_of(const model::Scheme& scheme) {
   const SolveMethod method = scheme.solve.method;
   const bool fits = method == SolveMethod::direct || method == SolveMethod::bicgstab;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stage of an implicit scheme that is solved by Newton's method, all fields at once:
+// A stage of an implicit scheme that is solved by Newton's method, for all fields together:
 //   X - factor*f(X) = R.
-// A block makes the left side: it copies X to fields with the boundaries of the states, fills these and takes f of
-// them. What lies on a high wall is no unknown: there the left side is X itself.
+// A block computes the left side: it copies X to fields with the boundaries of the states, fills these and evaluates f.
+// Known values on a high wall are not unknowns: there the left side is X itself.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ struct NewtonEquation {
   Origin origin;
 };
 
-/// `reading` knows the fields that stand for other states. Kernels are called NAME_trial and NAME_left.
+/// `reading` names the fields that replace other states. Kernels are called NAME_trial and NAME_left.
 std::vector<Stage> newton_stages(Lowering& lowering, const std::string& name,
                                  const std::vector<NewtonEquation>& equations, Environment reading);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constraints of a step: behind each stage the states that it leaves are changed so that they are true.
+// Constraints of a step: after each stage a projection changes the states so that the constraints hold.
 #pragma once
 
 #include <map>
@@ -10,18 +10,18 @@
 
 namespace dpde::stencil {
 
-/// What a stage stores into: for states that constraints change a field beside them, for the others that of `into`.
-/// `is_last`: the step ends with it.
+/// Fields into which a stage stores: an additional field for states that constraints change, else that of `into`.
+/// `is_last`: the stage is the last one of the step.
 FieldsOfStates before_projection(Lowering& lowering, const FieldsOfStates& into, bool is_last = true);
 
 struct ProjectedStage {
   std::string name;
-  FieldsOfStates from, into;  // of before_projection; what the results go to
-  Expr time, length, step;    // of the results; over which the stage took the rates; of the whole step
-  bool is_last = true;        // as of before_projection
+  FieldsOfStates from, into;  // the result of before_projection; the fields of the projected states
+  Expr time, length, step;    // time of the results; length of the stage; length of the whole step
+  bool is_last = true;        // as in before_projection
 };
-/// The stages that take what one stage leaves to where the constraints are true, those whose states `into` names. What
-/// constraints give is stored where it names that.
+/// Stages that project the results of `stage` onto the constraints of the states in `into`. Values that constraints
+/// determine are stored in the fields that `into` names for them.
 std::vector<Stage> projection_stages(Lowering& lowering, const ProjectedStage& stage);
 
 }  // namespace dpde::stencil

@@ -21,11 +21,11 @@ namespace {
 
 using model::Split;
 
-/// Some of the terms over a part of the step.
+/// A substep of a split scheme: some of the terms over a part of the step.
 struct SmallerStep {
   Split::Part part;
   double begin, length;                // in steps
-  std::vector<Advance> advances = {};  // the equations that have such terms
+  std::vector<Advance> advances = {};  // the equations with these terms
 };
 
 std::vector<SmallerStep> smaller_steps(const Split& split) {
@@ -41,7 +41,7 @@ std::vector<SmallerStep> smaller_steps(const Split& split) {
   return steps;
 }
 
-/// The equations that have such terms, with these alone.
+/// The equations that have terms of `part`, with these terms only.
 std::vector<Advance> advances_of(const model::Problem& problem, const std::vector<Advance>& advances,
                                  const Split::Part& part) {
   std::vector<Advance> result;
@@ -54,8 +54,8 @@ std::vector<Advance> advances_of(const model::Problem& problem, const std::vecto
   return result;
 }
 
-/// The steps that do something. What the last one makes of a state goes to where its result belongs, what is before to
-/// a field beside it; the last of all takes along what nothing changes.
+/// The substeps that have terms. The last one that changes a state stores it in its result field, earlier ones in
+/// another field. The very last substep also copies the states that no substep changes.
 std::vector<SmallerStep> planned(Lowering& lowering, const std::vector<Advance>& advances) {
   const model::Problem& problem = lowering.problem();
   std::vector<SmallerStep> steps = smaller_steps(problem.scheme.split);
@@ -74,7 +74,7 @@ std::vector<SmallerStep> planned(Lowering& lowering, const std::vector<Advance>&
   return steps;
 }
 
-/// A step of nothing but these terms.
+/// Stages of a substep with these terms only.
 std::vector<Stage> stages_of_terms(Lowering& lowering, const SmallerStep& step) {
   const Split::Terms terms = step.part.terms;
   if (terms == Split::Terms::advect && lowering.problem().scheme.is_semi_lagrangian())
@@ -97,7 +97,7 @@ std::vector<Stage> split_stages(Lowering& lowering, const std::vector<Advance>& 
   return stages;
 }
 
-/// One projection, where the step ends.
+/// The projection at the end of the step.
 std::vector<Stage> projected_once(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   FieldsOfStates into;
   for (const Advance& advance : advances) into[advance.state] = advance.into;

@@ -13,13 +13,13 @@ namespace dpde::stencil {
 
 namespace {
 
-using Fields = std::map<std::string, std::string>;  // what stands for a state
+using Fields = std::map<std::string, std::string>;  // the field that replaces each state
 
 class Subcycles {
  public:
   Subcycles(Lowering& lowering, std::string name) : lowering_(lowering), name_(std::move(name)) {}
 
-  /// All equations that make `parts` steps, after those that make fewer.
+  /// Adds the equations with `parts` substeps; those with fewer come before.
   void add(const std::vector<Advance>& advances, int parts) {
     std::vector<Stage> stages = parts == 1 ? time_stages(lowering_, advances, name_, lowering_.problem().scene)
                                            : stages_of_parts(advances, parts);
@@ -49,7 +49,7 @@ class Subcycles {
     return stages;
   }
 
-  /// What stands for the states that are done when `time` of the step is over. `between` gets the kernel for it.
+  /// Fields for the finished states after the fraction `time` of the step; adds their interpolation to `between`.
   Fields between_at(const Expr& time, const std::vector<Advance>& readers, Kernel& between) {
     Fields fields;
     for (const model::State& state : lowering_.problem().states) {
@@ -62,7 +62,7 @@ class Subcycles {
     return fields;
   }
 
-  /// A scheme does not look at all of its times.
+  /// Whether the stages read `field`: a scheme need not read the states at all of its times.
   static bool is_read(const std::string& field, const std::vector<Stage>& stages) {
     return std::ranges::any_of(stages, [&](const Stage& stage) {
       return std::ranges::any_of(reads_of(stage), [&](const Signature::Read& read) { return read.field == field; });
@@ -72,7 +72,7 @@ class Subcycles {
   Lowering& lowering_;
   std::string name_;
   std::vector<Stage> stages_;
-  Fields ends_;  // of the states that are done
+  Fields ends_;  // values of the finished states at the end of the step
 };
 
 }  // namespace

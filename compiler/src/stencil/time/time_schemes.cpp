@@ -22,7 +22,7 @@ namespace {
 using model::StageRow;
 using Tableau = std::span<const StageRow>;
 
-/// The value a kernel stores for a state, from its rate at the stage.
+/// Computes the value that a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
 
 class Stages {
@@ -30,13 +30,13 @@ class Stages {
   Stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& prefix, const StepPart& part)
       : lowering_(lowering), advances_(advances), prefix_(prefix), part_(part) {}
 
-  /// Neither a rate nor a constraint changes it.
+  /// Whether neither a rate nor a constraint changes the state.
   bool is_at_rest(const Advance& advance) const {
     return model::is_constant(advance.rate, 0) &&
            !(part_.is_projected && lowering_.problem().is_projected(advance.state));
   }
 
-  /// The fields of stage `number`, in the place of the states.
+  /// The fields of stage `number` that replace the states.
   std::map<std::string, std::string> fields(int number) const {
     std::map<std::string, std::string> fields;
     for (const Advance& advance : advances_) {
@@ -47,7 +47,7 @@ class Stages {
     return fields;
   }
 
-  /// Rates of the states `from` when this fraction of the part is over; results go to `into`.
+  /// The stage with the rates of the states `from` after this fraction of the substep; stores its results in `into`.
   Stage stage(const std::string& name, std::map<std::string, std::string> from, double fraction,
               const std::map<std::string, std::string>& into, const Update& update) const {
     Environment reading;
@@ -75,12 +75,12 @@ class Stages {
   }
 
   std::string name(int number) const { return prefix_ + "_stage" + std::to_string(number); }
-  /// The value of a state where the part begins.
+  /// The value of a state at the start of the substep.
   static Expr begin(const std::string& state) { return access(state); }
-  /// How long the part is.
+  /// Length of the substep.
   Expr dt() const { return part_.of == 1 ? param("dt") : param("dt") / static_cast<double>(part_.of); }
 
-  /// weight/over of that.
+  /// weight/over of the substep.
   Expr length(double weight, double over) const {
     const Expr step = weight == 1 ? dt() : weight * dt();
     return over == 1 ? step : step / over;
@@ -88,7 +88,7 @@ class Stages {
   Expr time(double fraction) const { return part_.time_at(fraction); }
   Expr end() const { return time(1); }
 
-  /// The value of the state where the part begins, and all of the part with its rate.
+  /// An Euler step from the start of the substep, over all of it.
   Update forward() const {
     return [dt = dt()](const std::string& state, const Expr& rate) { return begin(state) + scaled(dt, rate); };
   }
@@ -100,9 +100,9 @@ class Stages {
   const StepPart& part_;
 };
 
-using FieldsOfStages = std::vector<FieldsOfStates>;  // those of the first one stand for themselves
+using FieldsOfStages = std::vector<FieldsOfStates>;  // empty for the first stage: the states themselves
 
-/// What a row makes of a state.
+/// The update of a state by a row of the tableau.
 Update update_of(const StageRow& row, const Stages& stages, const FieldsOfStages& fields) {
   return [&](const std::string& state, const Expr& rate) {
     const auto value = [&](int stage) {
@@ -121,12 +121,12 @@ Update update_of(const StageRow& row, const Stages& stages, const FieldsOfStages
 }
 
 struct EndOfRow {
-  double time;  // of what it makes, in parts
+  double time;  // of the result, in substeps
   bool is_projected;
   bool is_last = true;
 };
 
-/// The stage of a row, and the projection behind it where there is one.
+/// The stage of a row, followed by its projection, if there is one.
 std::vector<Stage> stages_of_row(Lowering& lowering, const StageRow& row, const Stages& stages,
                                  const FieldsOfStages& fields, const std::string& name, const FieldsOfStates& into,
                                  const EndOfRow& end) {
@@ -141,7 +141,7 @@ std::vector<Stage> stages_of_row(Lowering& lowering, const StageRow& row, const 
   return result;
 }
 
-/// A single stage is called `name`. `fields`: those of the stages.
+/// All stages of a tableau. A single stage is called `name`. `fields` receives the fields of the stages.
 std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, const Stages& stages, const std::string& name,
                              const StepPart& part, FieldsOfStages& fields) {
   fields.assign(1, {});
@@ -158,8 +158,7 @@ std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, const Stages& 
   return result;
 }
 
-/// The sum over all cells of the mean square, over the states, of the error that is estimated over the one that is
-/// tolerated.
+/// The sum over all cells of the mean square, over the states, of the estimated error over the tolerated error.
 Kernel kernel_of_error(Lowering& lowering, const std::string& name, const FieldsOfStates& results,
                        const FieldsOfStates& embedded) {
   const model::StepControl& control = *lowering.problem().step_control;
@@ -178,9 +177,9 @@ Kernel kernel_of_error(Lowering& lowering, const std::string& name, const Fields
   return kernel;
 }
 
-/// Positions u move by v + dt/2 F, with the acceleration at the beginning; velocities, and fields with equations of
-/// first order, by the mean of their rates at both ends, the later one taken at the new positions and a first guess of
-/// the rest. Where F is free of velocities that is velocity Verlet.
+/// Positions u move by v + dt/2 F, with the acceleration at the start. Velocities, and fields with equations of first
+/// order, move by the mean of their rates at both ends; the later rate is evaluated at the new positions and an Euler
+/// prediction of the rest. If F does not depend on velocities, this is velocity Verlet.
 std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance>& advances, const std::string& prefix,
                                    const StepPart& part) {
   std::vector<Advance> first = advances, second;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Explicit Runge-Kutta methods as kernels, one a stage, every kernel covering all states. Between stages only states
-// are kept, never slopes ("stage-state form"): with U1 = u + dt/2 F(u), U2 = u + dt/2 F(U1), U3 = u + dt F(U2)
-// the classical RK4 step is (U1 + 2 U2 + U3 - u)/3 + dt/6 F(U3), as dt F(u) = 2 (U1 - u) and so on. SSP-RK3 is written
-// that way by its authors (Shu and Osher 1988): convex combinations of Euler steps. An equation of second order is two
-// of first order, for u and its velocity u_t; velocity Verlet alone treats them differently.
+// Explicit Runge-Kutta methods, one kernel per stage, for all states. Between stages only states are stored, never
+// slopes ("stage-state form"): with U1 = u + dt/2 F(u), U2 = u + dt/2 F(U1), U3 = u + dt F(U2) the classical RK4 step
+// is (U1 + 2 U2 + U3 - u)/3 + dt/6 F(U3), as dt F(u) = 2 (U1 - u) and so on. Shu and Osher (1988) write SSP-RK3 in this
+// form: convex combinations of Euler steps. An equation of second order is two of first order, for u and its velocity
+// u_t; only velocity Verlet treats the two differently.
 #pragma once
 
 #include <map>
@@ -23,39 +23,36 @@ struct Advance {
   Origin origin;
 };
 
-/// One of `of` equal parts of the step, which begins with the states.
+/// One of `of` equal substeps, which starts from the states.
 struct StepPart {
   int of = 1;
-  std::string counter;  // a parameter, the number of the part
-  /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what
-  /// they are.
+  std::string counter;  // a parameter, the number of the substep
+  /// By fraction of the substep: the fields that replace states which other stages advance; states not named are not
+  /// replaced.
   std::map<double, std::map<std::string, std::string>> others = {};
-  bool is_projected = true;  // constraints are made true behind each stage
+  bool is_projected = true;  // each stage ends with the projection onto the constraints
 
-  /// When this fraction of the part is over, from where the step begins, in steps.
+  /// Time after this fraction of the substep, since the start of the step, in steps.
   Expr time(double fraction) const;
-  /// The same in the scene's units, from its beginning.
+  /// The same as time of the scene, in its units.
   Expr time_at(double fraction) const;
 };
 
-/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it (whole where
-/// it solves for terms: implicit_schemes.h). A single
-/// kernel is called `name`, several PREFIX_stage1, PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state
-/// whose rate is 0 has no stages of its own.
+/// One step, or a substep, of the scheme's one-step time integrator (multistep.h has multistep schemes). For implicit
+/// schemes it is a whole step (implicit_schemes.h). A single kernel is called `name`, several PREFIX_stage1,
+/// PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part = {});
 
-/// When its stages look at other states, from 0 to 1: those of its rows too.
+/// Times from 0 to 1 at which stages read other states, including those of the tableau's rows.
 std::vector<double> stage_times(model::TimeScheme time);
 
-/// What a step makes of a state with dt(u) = (z/dt)*u: its stability function, a polynomial of z (E. Hairer and
-/// G. Wanner, Solving Ordinary Differential Equations II, IV.2), by powers. Empty of schemes that are none of rows
-/// alone.
+/// Stability function of a step, for dt(u) = (z/dt)*u: the coefficients of a polynomial of z by powers (E. Hairer and
+/// G. Wanner, Solving Ordinary Differential Equations II, IV.2). Empty for schemes that are not given by a tableau.
 std::vector<double> stability_polynomial(model::TimeScheme time);
 
-/// The same of an embedded pair, with a kernel behind it whose only sum says how large the error is: over all cells
-/// that of the square of the estimated error over the tolerated one, the mean over the states. The pair's other result
-/// is a stage like the others.
+/// One step of an embedded pair, followed by a kernel with one sum, the error: over all cells it adds the square of the
+/// estimated error over the tolerated error, averaged over the states. The pair's other result is one more stage.
 std::vector<Stage> stages_with_estimate(Lowering& lowering, const std::vector<Advance>& advances,
                                         const std::string& name, const std::string& prefix);
 

@@ -15,7 +15,7 @@ namespace {
 
 bool is_solve(const Stage& stage) { return stage.block && stage.block->solve; }
 
-/// What stages store, by the names that they know: a field that a scheme has names for and no use is not there.
+/// All fields that the stages store. A scheme may name fields that it does not use; these are not included.
 std::set<std::string> stored_by(const std::vector<Stage>& stages, const model::Problem& problem) {
   std::set<std::string> fields;
   for (const model::State& state : problem.states) fields.insert(state.name);
@@ -31,7 +31,7 @@ std::set<std::string> stored_by(const std::vector<Stage>& stages, const model::P
   return fields;
 }
 
-/// What a stage stores of the solution that it finds before it, in the place of states.
+/// Fields in which a stage stores the preceding solution, as replacements of states.
 std::optional<Environment> solution_in(const Stage& stage, const Lowering& lowering) {
   if (!stage.reading) return std::nullopt;
   Environment reading = *stage.reading;
@@ -55,8 +55,8 @@ WatchedStages::WatchedStages(Lowering& lowering, std::string name, const std::ve
   }
 }
 
-/// Where a stage makes none of the states whose equations a value stands in, none of these is evaluated; nor is one
-/// where the step ends, unless it is what a solve has found, nor behind that.
+/// Whether the stage evaluates formulas with the value: only if it computes a state in whose equation the value occurs.
+/// At the end of the step no formula is evaluated, except on the solution of a solve.
 bool WatchedStages::is_made_of(const Stage& stage, const Value& value, bool is_at_end) const {
   const std::set<std::string>& equations = value.watched.equations;
   if (equations.empty() && !value.watched.is_in_each_step) return true;
@@ -68,7 +68,7 @@ bool WatchedStages::is_made_of(const Stage& stage, const Value& value, bool is_a
                                 }));
 }
 
-/// Each place once. The first stage behind a solve has what it finds.
+/// Records each point of evaluation once. The first stage after a solve reads the solution.
 std::vector<WatchedStages::Look> WatchedStages::looks_of(const Group& group, std::size_t end,
                                                          bool is_behind_solve) const {
   std::vector<Look> looks;
@@ -104,7 +104,7 @@ void WatchedStages::mark(Mark& mark, const Expr& is_there, bool is_last, const V
   mark.now = to;
 }
 
-/// `left`: how often each value is still looked at in its group.
+/// `left`: for each value, the number of recordings that remain in its group.
 Stage WatchedStages::stage_of(const Look& look, std::vector<std::size_t>& left) {
   Kernel kernel = lowering_.kernel(name_ + "_" + std::to_string(++looks_));
   Discretiser at_point = lowering_.discretiser(look.reading);

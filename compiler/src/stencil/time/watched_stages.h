@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step that is watched: on which sides of 0 values are where formulas are taken, in each stage, each part of a
-// subcycle or a split step, and before events. States of its own carry that through all steps: `below` becomes 1 where
-// a value is negative, `above` where it is positive. They hold signs and no values, so that what overflows, as a
-// divisor may, is no state that has blown up.
+// A step that records the signs of watched values wherever formulas are evaluated: in each stage, each substep of a
+// subcycle or a split step, and before events. Additional states carry the record through all steps: `below` becomes 1
+// where a value is negative, `above` where it is positive. They hold signs and not values, so that a value that
+// overflows, as a divisor may, is not reported as a state that has blown up.
 //
-// An event that is not one of each step takes its values at times that nothing moves. What these are between its times
-// is of no account. It is taken for one that switches where it would if it happened at the beginning of its step.
+// An event that is not one of each step evaluates its values at fixed times; their values at other times do not matter.
+// Such an event counts as a switch if it would switch at the start of its step.
 #pragma once
 
 #include <optional>
@@ -24,27 +24,27 @@ class WatchedStages {
  public:
   WatchedStages(Lowering& lowering, std::string name, const std::vector<WatchedValue>& values);
 
-  /// Looks at the values of events that are not those of each step: at first as these would find them if they happened
-  /// at the beginning of the step, and then as they do. In other steps there are no marks of them.
+  /// Records the values of events that do not happen in each step: first their values at the start of the event's step,
+  /// then those at the event. In other steps these values have no marks.
   BeforeEvent before_events();
-  /// With stages that look, behind those that take formulas. What a solve tries is not looked at, but what it finds.
-  /// From the stage `end_of_step` on there are events alone.
+  /// Adds recording stages after the stages that evaluate formulas. The solution of a solve is recorded, its trial
+  /// values are not. From the stage `end_of_step` on there are events only.
   std::vector<Stage> behind(std::vector<Stage> stages, std::size_t end_of_step);
-  /// Afterwards.
+  /// The recorded signs after the last step.
   std::vector<SidesMarked> marks() const;
 
  private:
-  /// A field of a value that is carried along.
+  /// A state that records a sign of a value.
   struct Mark {
     std::string state, now;
-    LoopCarried carry = {};  // of the block under way, where it is looked at
+    LoopCarried carry = {};  // of the current block, if it records the value
   };
   struct Value {
     WatchedValue watched;
     model::Placement placement;
     Mark below, above;
   };
-  /// Which values are looked at behind a stage of a group, and what stands for the states.
+  /// The values that are recorded after stage `behind` of a group, and the fields that replace the states.
   struct Look {
     std::size_t behind;
     Environment reading;
@@ -52,7 +52,7 @@ class WatchedStages {
   };
   using Group = std::vector<Stage>;  // stages of one block, or outside of blocks
 
-  /// `end`: the first of its stages where the step ends.
+  /// `end`: index of the group's first stage at the end of the step.
   void add_group(Group group, std::size_t end, bool is_behind_solve, std::vector<Stage>& result);
   std::vector<Look> looks_of(const Group& group, std::size_t end, bool is_behind_solve) const;
   bool is_made_of(const Stage& stage, const Value& value, bool is_at_end) const;
@@ -64,8 +64,8 @@ class WatchedStages {
   std::string name_;
   std::vector<Value> values_;
   std::set<std::string> stored_;  // by all stages
-  bool solves_ = false;           // for states, in blocks
-  std::vector<Stage> supposed_;   // events at the beginning of the step; nobody reads what they make
+  bool solves_ = false;           // whether blocks solve for states
+  std::vector<Stage> supposed_;   // events as if at the start of the step; their results are not used
   int looks_ = 0;
 };
 
