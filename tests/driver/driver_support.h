@@ -54,8 +54,7 @@ inline std::string code_refused(const std::string& text, bool takes_jumps = fals
 inline void compile_stencil_again(driver::Compiled& scene) {
   std::vector<std::string> names;
   for (const stencil::Program& program : scene.stencil.programs) names.push_back(program.name);
-  scene.loop = loop::from_stencil(scene.stencil, names);
-  scene.variants.clear();
+  driver::replace_loop(scene, loop::from_stencil(scene.stencil, names));
   scene.code = codegen::jit(scene.loop).module;
   for (const driver::LinkedProgram& linked : driver::linked_programs(scene)) {
     scene.code->set_links(linked.program, linked.links);

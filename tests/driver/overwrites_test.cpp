@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <list>
 
 #include "driver/scene/session.h"
 #include "driver_support.h"
@@ -148,22 +149,19 @@ class Told {
   std::vector<double> told_;
 };
 
-const dpde_program* accumulating_adjoint(const RolloutSetup& setup) {
-  const dpde_adjoint_variant* variant = setup.find_variant(false);
-  return variant == nullptr ? nullptr : variant->adjoint;
-}
-
 std::vector<double> told_by(Session& session, const Asked& way, bool apart) {
   RolloutSetup setup = session.setup();
   const Compiled& compiled = session.compiled();
   const std::string step = compiled.step_name(), loss = session.problem().task->name + "_loss_1";
-  const Apart steps(compiled.program(step)), adjoints(compiled.adjoint_of(step)),
-      accumulating(accumulating_adjoint(session.setup()));
+  const Apart steps(compiled.program(step)), adjoints(compiled.adjoint_of(step));
   setup.step = apart ? steps.get() : compiled.program(step);
   setup.adjoint = apart ? adjoints.get() : compiled.adjoint_of(step);
-  setup.adjoint_variants.clear();
-  if (const dpde_program* adjoint = apart ? accumulating.get() : accumulating_adjoint(session.setup()))
-    setup.adjoint_variants.push_back({adjoint, nullptr});
+  std::list<Apart> programs;
+  const auto program = [&](const std::string& name) {
+    return apart ? programs.emplace_back(compiled.program(name)).get() : compiled.program(name);
+  };
+  for (const AdjointVariant& variant : compiled.variants)
+    setup.adjoint_variants.push_back({program(variant.adjoint), program(variant.step)});
   setup.sought = session.rollout().sought();
   LossTerm term;
   term.loss = compiled.program(loss);

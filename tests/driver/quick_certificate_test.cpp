@@ -375,7 +375,8 @@ TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
   }
   std::vector<std::string> names;
   for (const stencil::Program& program : wrong.programs) names.push_back(program.name);
-  scene->code = codegen::jit(loop::from_stencil(wrong, names)).module;
+  driver::replace_loop(*scene, loop::from_stencil(wrong, names));
+  scene->code = codegen::jit(scene->loop).module;
   EXPECT_FALSE(analysis::certify_quickly(source, scene, Certifying::always, sink).has_value());
   ASSERT_EQ(sink.all().size(), 1u);
   EXPECT_EQ(sink.all()[0].kind->code, "E0804");

@@ -139,20 +139,24 @@ std::string inside_brackets(const std::string& text, std::size_t open) {
 /// match() would compile with a kind that is added. Where most kinds are nothing to a place that is match_some(), or a
 /// case of several kinds, all named.
 TEST(House, MatchesHaveNoCaseForAnyKind) {
-  const std::regex any_kind(R"(\[[^\]]*\]\((const )?auto& *\))");
-  std::map<std::string, std::string> exceptions{
+  const std::regex any_kind(R"(\[[^\]]*\]\((const )?auto& *\w*\))");
+  std::set<std::string> used;
+  const std::map<std::string, std::string> exceptions{
       {"model/from_ast/formulas/units.cpp", "most of 54 kinds of lines cannot have a unit behind them"},
-      {"model/from_ast/network/network_layers.cpp", "other lines are an error, or for others"}};
+      {"model/from_ast/network/network_layers.cpp", "other lines are an error, or for others"},
+      {"plot/picture.cpp", "what is done with each kind of panel is overloaded"},
+      {"../../tools/dpde/lsp/declared_names.cpp", "most kinds of declarations have a name and items"}};
   for (const fs::path& path : sources({"compiler/src", "tools"})) {
     std::string text;
     for (const std::string& line : read_lines(path)) text += line + '\n';
     const std::string name = fs::relative(path, root / "compiler/src").generic_string();
     for (std::size_t at = text.find(" match("); at != std::string::npos; at = text.find(" match(", at + 1)) {
       if (!std::regex_search(inside_brackets(text, at + 6), any_kind)) continue;
-      EXPECT_EQ(exceptions.erase(name), 1U) << name << ": " << text.substr(at, text.find('\n', at) - at);
+      EXPECT_TRUE(exceptions.contains(name)) << name << ": " << text.substr(at, text.find('\n', at) - at);
+      used.insert(name);
     }
   }
-  EXPECT_TRUE(exceptions.empty()) << exceptions.begin()->first << " is an exception, and none is needed";
+  for (const auto& [name, why] : exceptions) EXPECT_TRUE(used.contains(name)) << name << " needs no exception";
 }
 
 std::size_t indent_of(const std::string& line) { return line.find_first_not_of(' '); }

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What operators mean over the axes of a scene, lets, vectors, conditions, and what is dropped.
 #include "model/build.h"
+#include "model/from_ast/formulas/built_ins.h"
 #include "model/model_support.h"
 
 namespace dpde::model {
 namespace {
+
+TEST(Expressions, EachElementaryFunctionHasARow) {
+  for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn)
+    EXPECT_NE(formulas::find_built_in(name_of(static_cast<Fn>(fn))), nullptr) << name_of(static_cast<Fn>(fn));
+}
 
 TEST(Operators, LaplacianRangesOverTheAxes) {
   EXPECT_EQ(rhs_of("lap(u)", 1), "d(u, x, 2)");

@@ -253,7 +253,7 @@ class ModelCheck {
       moved->stencil = stencil::with_rounding(jit_->stencil, phase);
       std::vector<std::string> names;
       for (const stencil::Program& program : moved->stencil.programs) names.push_back(program.name);
-      moved->loop = loop::from_stencil(moved->stencil, names, moved->real());
+      driver::replace_loop(*moved, loop::from_stencil(moved->stencil, names, moved->real()));
       moved->code = codegen::jit(moved->loop).module;
       for (const driver::LinkedProgram& linked : driver::linked_programs(*moved))
         moved->code->set_links(linked.program, linked.links);

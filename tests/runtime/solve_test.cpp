@@ -158,7 +158,7 @@ bool is_in_disc(std::int64_t x, std::int64_t y) {
 }
 bool is_outside_disc(std::int64_t x, std::int64_t y) { return !is_in_disc(x, y); }
 
-/// With linear interpolation around a disc cg takes 763 iterations (see solve/multigrid_level.h).
+/// With linear interpolation around a disc cg takes 763 iterations (see solve/multigrid/multigrid_level.h).
 TEST(LinearSolvers, ConjugateGradientsGoAroundDiscsOfOtherCoefficients) {
   for (const auto is_inside : {is_in_disc, is_outside_disc}) {
     for (const double jump : {1e3, 1e6}) {

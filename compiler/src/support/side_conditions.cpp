@@ -87,11 +87,11 @@ constexpr std::array<SideCondition, 11> conditions{
 }  // namespace
 
 bool makes_nothing(const GhostRow& row) {
-  return std::ranges::all_of(row.terms, [](const GhostRow::Term& term) { return term.place == GhostNumber{}; });
+  return std::ranges::all_of(row.terms, [](const GhostRow::Term& term) { return term.ghost == GhostNumber{}; });
 }
 
 GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way) {
-  double ghost = 0, image = 0, behind = 0;
+  double ghost = 0, mirror = 0, second = 0;
   for (int t = 0; t < side_coefficients; ++t) {
     const GhostRow::Term& term = row.terms[t];
     ghost += coefficients[t] * term.ghost.at(way);

@@ -70,14 +70,14 @@ using CoefficientSlopes = std::array<Slopes, side_coefficients>;
 struct Layer {
   const GhostRow& row;
   double way;
-  int image;  // cells inwards
+  int mirror;  // cells inwards
 };
 
-/// place*v + image*u + behind*w over rate and, where the coefficient is, the spacing: what c must make up for when the
+/// ghost*v + mirror*u + second*w over rate and, where the coefficient is, the spacing: what c must make up for when the
 /// coefficient grows by 1.
 Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, const std::string& field,
            const WallSide& at) {
-  const int inwards = at.is_low ? layer.image : -layer.image;
+  const int inwards = at.is_low ? layer.mirror : -layer.mirror;
   const std::array<double, 3> numbers{term.ghost.at(layer.way), term.mirror.at(layer.way), term.second.at(layer.way)};
   const std::array<Expr, 3> values{access(field), access(field, along(at.axis, inwards)),
                                    access(field, along(at.axis, inwards + (at.is_low ? 1 : -1)))};
@@ -120,9 +120,9 @@ Slopes beyond_the_wall(const CoefficientSlopes& slopes, const Side& side, int k,
   const GhostRow& row = rows.row;
   const Layer layer{row, static_cast<double>(2 * k + 1 - (side.on_wall ? 1 : 0)), row.first + row.step * k + 1 + k};
   Slopes here = combined(slopes, side, layer, field, at);
-  // the image is never farther out than the place: that is said for whoever asks how far out it is read
-  const Offset image = along(at.axis, at.is_low ? layer.image : -layer.image);
-  for (auto& [name, value] : here) value = select(inside(image, layers), value, 0.0);
+  // the mirror cell is never farther out than the ghost cell: that is said for whoever asks how far out it is read
+  const Offset mirror = along(at.axis, at.is_low ? layer.mirror : -layer.mirror);
+  for (auto& [name, value] : here) value = select(inside(mirror, layers), value, 0.0);
   return here;
 }
 

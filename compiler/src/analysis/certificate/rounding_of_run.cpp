@@ -24,8 +24,7 @@ std::shared_ptr<const driver::Compiled> moved_by_roundings(const driver::Compile
   moved->stencil = stencil::with_rounding(compiled.stencil, phase, compiled.is_single() ? 5e-7 : 1e-15);
   std::vector<std::string> names;
   for (const stencil::Program& program : moved->stencil.programs) names.push_back(program.name);
-  moved->loop = loop::from_stencil(moved->stencil, names, compiled.real());
-  moved->variants.clear();
+  driver::replace_loop(*moved, loop::from_stencil(moved->stencil, names, compiled.real()));
   moved->code = driver::interpreted(moved->stencil, moved->loop);
   for (const driver::LinkedProgram& linked : driver::linked_programs(*moved))
     moved->code->set_links(linked.program, linked.links);

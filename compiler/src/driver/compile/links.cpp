@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/compile/links.h"
 
-#include <algorithm>
-
 #include "support/assert.h"
 
 namespace dpde::driver {

@@ -453,6 +453,11 @@ LoweredToLoop lower_to_loop(stencil::Module module, std::vector<std::string> pro
   return {loop::from_stencil(module, programs, real, values), variants};
 }
 
+void replace_loop(Compiled& compiled, loop::Module loop) {
+  compiled.loop = std::move(loop);
+  compiled.variants.clear();
+}
+
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
   const auto start = std::chrono::steady_clock::now();
   Compiled compiled;

@@ -139,6 +139,9 @@ struct LoweredToLoop {
 LoweredToLoop lower_to_loop(stencil::Module module, std::vector<std::string> programs, Precision real,
                             const StepToReverse& reversed = {}, const loop::ParamValues& values = {});
 
+/// Takes `loop` in place of the rows of the compiled programs; it has no variants of the adjoint.
+void replace_loop(Compiled& compiled, loop::Module loop);
+
 /// Part of `module`: the named programs, their kernels, and the loops that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);
 

@@ -7,6 +7,7 @@
 #include "codegen/program_table.h"
 #include "driver/compile/links.h"
 #include "driver/memory/cost.h"
+#include "support/assert.h"
 
 namespace dpde::driver {
 
@@ -108,8 +109,11 @@ std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const Sto
     tables.set_links(derivative.program, derivative.links);
   RolloutSetup setup = setup_of_run(tables, compiled);
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
-  for (const AdjointVariant& variant : compiled.variants)
+  for (const AdjointVariant& variant : compiled.variants) {
     setup.adjoint_variants.push_back({tables.find(variant.adjoint), tables.find(variant.step)});
+    require(setup.adjoint_variants.back().adjoint != nullptr, "a variant has its adjoint");
+    require(variant.step.empty() || setup.adjoint_variants.back().step != nullptr, "a variant has its step");
+  }
   setup.team = options.threads;
   setup.checkpoint_bytes = budget_of_states(options);
   if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;

@@ -252,8 +252,11 @@ void SceneTable::Storage::add_task(const model::Task& task) {
 void SceneTable::Storage::add_step() {
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
-  for (const AdjointVariant& variant : compiled->variants)
+  for (const AdjointVariant& variant : compiled->variants) {
     facts.adjoint_variants.push_back({compiled->program(variant.adjoint), compiled->program(variant.step)});
+    require(facts.adjoint_variants.back().adjoint != nullptr, "a variant has its adjoint");
+    require(variant.step.empty() || facts.adjoint_variants.back().step != nullptr, "a variant has its step");
+  }
   scene.adjoint_variant_count = static_cast<int32_t>(facts.adjoint_variants.size());
   scene.adjoint_variants = facts.adjoint_variants.data();
 }

@@ -137,7 +137,7 @@ void report_no_grid(Elaboration& elaboration, const std::string& what, SourceRan
 void bind_networks(Elaboration& elaboration);
 /// network_symmetries.cpp: applies the `symmetric` line of the block to the network of `declared`.
 void bind_symmetries(Elaboration& elaboration, DeclaredNetwork& declared);
-/// nullptr if the file has no such network; the caller adds the name to elaboration.called_networks.
+/// nullptr if the file has no such network; the caller adds the name to elaboration.networks.called.
 const DeclaredNetwork* find_network(const Elaboration& elaboration, const std::string& name);
 /// Adds the networks that are called to the problem.
 void keep_called_networks(Elaboration& elaboration);

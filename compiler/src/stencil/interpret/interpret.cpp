@@ -29,7 +29,7 @@ struct HaloCell {
 
 /// Layer k of a side of an axis with n cells: where it is, where its image is, and how it is made of that.
 struct Layer {
-  int place, image;
+  int place, mirror;
   GhostWeights ghost{1, 0, 0};
 };
 
@@ -72,8 +72,8 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
     high[axis] = layer.place + 1;
     for_each_cell(low, high, [&](const CellIndex& cell) {
       cells.push_back({cell, cell, cell, periodic ? nullptr : &side, layer.ghost});
-      cells.back().mirror[axis] = layer.image;
-      cells.back().second[axis] = layer.image + (low_side ? 1 : -1);
+      cells.back().mirror[axis] = layer.mirror;
+      cells.back().second[axis] = layer.mirror + (low_side ? 1 : -1);
       if (periodic || !rule_of(side).turns) return;
       const int around_pole = axis == 0 ? 1 : 0, turn = state.grid().cells[around_pole] / 2;
       for (CellIndex* turned : {&cells.back().mirror, &cells.back().second})
@@ -132,8 +132,8 @@ void apply(State& state, const Fold& fold, const Params& params) {
           second = state.stored(second + cell.ghost.second_weight * value);
         }
         if (cell.ghost.weight != 0) {
-          double& image = state.at(fold.field, cell.mirror);
-          image = state.stored(image + cell.ghost.weight * value);
+          double& mirror = state.at(fold.field, cell.mirror);
+          mirror = state.stored(mirror + cell.ghost.weight * value);
         }
         state.at(fold.field, cell.place) = 0;
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows along x in two halves, the cells of even x first, so that a sweep over one colour of a red-black grid is a loop
 // without gaps. Before the second half and after both there is space for the periodic neighbour; with bounded ends it
-// stays 0. Halves of vectors are separate (solve/row_kernels.h), those of coefficients contiguous.
+// stays 0. Halves of vectors are separate (solve/rows/row_kernels.h), those of coefficients contiguous.
 #pragma once
 
 #include <cstdint>

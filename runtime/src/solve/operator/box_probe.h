@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds all matrix entries in boxes around the cells, by applying the operator to unit vectors. Cells whose boxes do
-// not overlap share one vector (colours along each axis: solve/axis_colours.h).
+// not overlap share one vector (colours along each axis: solve/multigrid/axis_colours.h).
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ struct IterationReport {
 /// Iterations without progress before a method gives up: as many as GMRES has vectors.
 inline constexpr int least_patience = 40;
 
-/// Bit-identical for any number of threads, as all vector operations here (solve/vector_parts.h).
+/// Bit-identical for any number of threads, as all vector operations here (solve/operator/vector_parts.h).
 double dot(std::span<const double> a, std::span<const double> b, const Team& team = 1);
 double norm(std::span<const double> a, const Team& team = 1);
 /// y += c*x

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Row operations of multigrid and conjugate gradients (solve/half_rows.h), for each instruction set.
+// Row operations of multigrid and conjugate gradients (solve/matrix/half_rows.h), for each instruction set.
 #pragma once
 
 #include <cstdint>

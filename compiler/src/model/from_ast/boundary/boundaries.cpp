@@ -68,8 +68,8 @@ std::optional<Side> condition_side(Elaboration& elaboration, const SideCondition
   if (!takes(elaboration, call, parts.size(), usage)) return std::nullopt;
   bool good = true;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const FormulaContext purpose = parts[i] == &side.value ? FormulaContext::boundary : FormulaContext::boundary_weight;
-    const auto part = formulas::number({elaboration, purpose, field}, call.arguments[i].value);
+    const FormulaContext context = parts[i] == &side.value ? FormulaContext::boundary : FormulaContext::boundary_weight;
+    const auto part = formulas::number({elaboration, context, field}, call.arguments[i].value);
     if (part) *parts[i] = *part;
     good = good && part;
   }

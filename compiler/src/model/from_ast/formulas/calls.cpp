@@ -12,7 +12,6 @@
 #include "model/from_ast/formulas/elaborate.h"
 #include "model/from_ast/names/constants.h"
 #include "model/from_ast/parts.h"
-#include "support/assert.h"
 
 namespace dpde::model {
 

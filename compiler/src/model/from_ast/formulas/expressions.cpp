@@ -37,34 +37,38 @@ constexpr bool yes = true, no = false;
 constexpr Rules rules[] = {
     {FormulaContext::equation, "an equation", yes, yes, yes, yes},
     {FormulaContext::event, "an event", yes, yes, yes, yes},
-    {FormulaContext::quantity, "a sum over space", yes, yes, yes, yes},
     {FormulaContext::initial, "an initial state", yes, no, yes, no,
      "an initial state is made of numbers, parameters, coordinates and other initial states"},
     {FormulaContext::coefficient, "a coefficient", yes, no, yes, no,
      "a coefficient is made of numbers, parameters, coordinates and other coefficients"},
     {FormulaContext::control_field, "a control field", yes, yes, no, no,
      "a control field is made of numbers, parameters, coordinates and t"},
+    {FormulaContext::mask, "a mask", yes, yes, no, no,
+     "a mask is a condition of numbers, parameters, controls, coordinates and t"},
     {FormulaContext::exact, "an exact solution", yes, yes, yes, no,
      "an exact solution is made of numbers, parameters, coordinates and t"},
     {FormulaContext::boundary, "a boundary value", yes, yes, yes, no,
      "a boundary value is made of numbers, parameters, coordinates, t, fields, and coefficients at cell centres"},
-    {FormulaContext::mask, "a mask", yes, yes, no, no,
-     "a mask is a condition of numbers, parameters, controls, coordinates and t"},
-    {FormulaContext::control, "a control", no, yes, no, no, "a control is made of numbers, parameters and t"},
     {FormulaContext::boundary_weight, "a weight of mixed", no, yes, yes, no,
      "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"},
+    {FormulaContext::control, "a control", no, yes, no, no, "a control is made of numbers, parameters and t"},
     {FormulaContext::number, "a number of the scene", no, no, no, no, "it is made of numbers and parameters"},
     {FormulaContext::stretch, "a stretched axis", yes, no, no, no,
      "its formula is made of numbers, parameters and the coordinate of the axis itself"},
     {FormulaContext::scale, "a scale factor", yes, no, no, no,
      "it is made of numbers, parameters given in the scene and coordinates"},
+    {FormulaContext::quantity, "a sum over space", yes, yes, yes, yes},
 };
 
-const Rules& rules_of(FormulaContext context) {
-  const auto* found = std::ranges::find(rules, context, &Rules::context);
-  if (found == std::end(rules)) unreachable("a context without rules");
-  return *found;
+constexpr bool has_a_row_each() {
+  for (std::size_t i = 0; i < std::size(rules); ++i) {
+    if (rules[i].context != static_cast<FormulaContext>(i)) return false;
+  }
+  return std::size(rules) == static_cast<std::size_t>(FormulaContext::quantity) + 1;
 }
+static_assert(has_a_row_each(), "a row for each context, in their order");
+
+const Rules& rules_of(FormulaContext context) { return rules[static_cast<std::size_t>(context)]; }
 
 TypedExpr condition_of(Expr e) { return {TypedExpr::Type::condition, {std::move(e)}}; }
 

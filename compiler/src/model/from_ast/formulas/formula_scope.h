@@ -79,7 +79,7 @@ inline TypedExpr definition(FormulaScope&& here, const ast::Expr& e) { return de
 }  // namespace formulas
 
 /// "an equation", "an initial state", ...
-std::string_view place_of(FormulaContext purpose);
+std::string_view place_of(FormulaContext context);
 
 /// "vector of 2 components", "condition", ...
 std::string describe(const TypedExpr& value);
@@ -116,7 +116,7 @@ Expr with_points_as_numbers(const Problem& problem, const Expr& e);
 Expr over_one_cell(Elaboration& elaboration, const Expr& e);
 
 /// A formula, or load("path") with or without a variable, for each component of `subject`.
-std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, FormulaContext purpose,
+std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, FormulaContext context,
                                const std::string& subject);
 
 }  // namespace dpde::model

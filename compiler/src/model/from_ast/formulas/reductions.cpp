@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // mean(u), mean(u, y), max(u, over = (x, y)): reductions over all axes of the scene, or over those named.
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "model/analyse/placement.h"

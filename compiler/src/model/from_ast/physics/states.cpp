@@ -70,7 +70,7 @@ std::optional<LoadedFile> file_of(Elaboration& elaboration, const ast::Expr& e) 
   return LoadedFile{};
 }
 
-std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, FormulaContext purpose,
+std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, FormulaContext context,
                                const std::string& subject) {
   const std::size_t count = components_of(elaboration, subject).size();
   std::vector<Source> sources(count);
@@ -78,7 +78,7 @@ std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, For
   const bool has_files = tuple && std::any_of(tuple->elements.begin(), tuple->elements.end(), is_load);
   if (count > 1 && has_files && tuple->elements.size() == count) {
     for (std::size_t i = 0; i < count; ++i) {
-      sources[i] = sources_of(elaboration, tuple->elements[i], purpose, components_of(elaboration, subject)[i]).front();
+      sources[i] = sources_of(elaboration, tuple->elements[i], context, components_of(elaboration, subject)[i]).front();
     }
     return sources;
   }
@@ -87,7 +87,7 @@ std::vector<Source> sources_of(Elaboration& elaboration, const ast::Expr& e, For
     const LoadedFile file = file_of(elaboration, e).value_or(LoadedFile{});
     sources.front().file = file.file;
     sources.front().variable = file.variable;
-  } else if (const auto formulas = formulas::components({elaboration, purpose, subject}, e, subject)) {
+  } else if (const auto formulas = formulas::components({elaboration, context, subject}, e, subject)) {
     for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
   }
   return sources;

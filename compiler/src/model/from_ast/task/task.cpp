@@ -176,10 +176,10 @@ void bind_unknown_states(Elaboration& elaboration, const ast::UnknownItem& item,
 void bind_unknown_coefficients(Elaboration& elaboration, const ast::UnknownItem& item, const Unknown& common) {
   const std::vector<std::string> names = components_of(elaboration, item.name.name);
   const Coefficient* first = elaboration.problem.find_coefficient(names.front());
-  const FormulaContext purpose =
+  const FormulaContext context =
       first && first->is_control() ? FormulaContext::control_field : FormulaContext::coefficient;
   std::vector<Source> from;
-  if (item.from) from = sources_of(elaboration, *item.from, purpose, item.name.name);
+  if (item.from) from = sources_of(elaboration, *item.from, context, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (Coefficient& coefficient : elaboration.problem.coefficients) {
       if (coefficient.name != names[i]) continue;
