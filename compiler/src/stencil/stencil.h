@@ -36,9 +36,9 @@
 //    pole: the value half a turn away, v = u; opposite_pole, for vector components: v = -u. -1-k from k and n+k from
 //    n-1-k, with the mirror cell shifted by n'/2 cells (rounded down) along the other one of x and y, which is periodic
 //    and has n' cells.
-//    So each ghost value is weight*u + second_weight*u' + rate*c, with u' one cell farther inside than its mirror value u.
-//    support/side_conditions.h lists these coefficients, for this level, its derivatives and all back ends.
-//    The author of a program states a HaloRule for each field; a pass puts fills where reads need them and removes the
+//    So each ghost value is weight*u + second_weight*u' + rate*c, with u' one cell farther inside than its mirror value
+//    u. support/side_conditions.h lists these coefficients, for this level, its derivatives and all back ends. The
+//    author of a program states a HaloRule for each field; a pass puts fills where reads need them and removes the
 //    rules. So a field has one rule in a program, and a block has rules of its own.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds). Axes are taken in reverse. Each of those halo

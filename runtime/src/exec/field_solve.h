@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A linear solve of a program for one field, resolved for one layout (dpde_solve of kernel_abi.h).
 //
-// The matrix rows of the operator are found by running its operations on unit vectors (solve/operator/operator_probe.h), on
-// first use and after a change of a coefficient or parameter. The solver is cached and rebuilt in place, so that steps
-// with changing coefficients allocate nothing from the second time on. A solve starts from 0 or from fields of the
-// program: it does not depend on earlier solves. The adjoint finds solutions of the step on tapes, in the field's
-// precision, by solver and a 64-bit hash of right side and guesses.
+// The matrix rows of the operator are found by running its operations on unit vectors
+// (solve/operator/operator_probe.h), on first use and after a change of a coefficient or parameter. The solver is
+// cached and rebuilt in place, so that steps with changing coefficients allocate nothing from the second time on. A
+// solve starts from 0 or from fields of the program: it does not depend on earlier solves. The adjoint finds solutions
+// of the step on tapes, in the field's precision, by solver and a 64-bit hash of right side and guesses.
 #pragma once
 
 #include <array>

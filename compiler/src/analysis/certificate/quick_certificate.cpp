@@ -75,8 +75,9 @@ Size size_of(const stencil::Module& module, const std::vector<stencil::Statement
   for (const stencil::Statement& statement : statements) {
     const Size more = match(
         statement,
-        [](const OneOf<stencil::Fill, stencil::Fold, stencil::Reduce, stencil::NetworkCall,
-                       stencil::Transform> auto&) { return Size{}; },
+        [](const OneOf<stencil::Fill, stencil::Fold, stencil::Reduce, stencil::NetworkCall, stencil::Transform> auto&) {
+          return Size{};
+        },
         [&](const stencil::Run& run) {
           const double nodes = size_of(*module.find_kernel(run.kernel));
           return Size{nodes, nodes};

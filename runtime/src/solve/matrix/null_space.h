@@ -29,8 +29,8 @@ struct NullSpaceMemory {
 class NullSpace {
  public:
   NullSpace() = default;
-  /// `sums`: those of its rows (solve/rows/row_sums.h). Unless `known` says more, columns count as summing to 0 if their
-  /// sums may be rounding of entries and the more accurate sums of rows cancel: both have the same total.
+  /// `sums`: those of its rows (solve/rows/row_sums.h). Unless `known` says more, columns count as summing to 0 if
+  /// their sums may be rounding of entries and the more accurate sums of rows cancel: both have the same total.
   NullSpace(const StencilMatrix& matrix, std::span<const double> sums, double rounding,
             const OperatorKnowledge& known = {}) {
     NullSpaceMemory memory;

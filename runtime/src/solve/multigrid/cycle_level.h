@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One level of multigrid in the form of its cycles: vectors and coefficients in half rows, sweeps over one colour or
-// over all cells (solve/multigrid/smoother.h). A cell is red if the sum of its indices along the axes is even, else black.
-// Vectors have the red cells of all rows before the black ones: so a sweep reads and writes contiguous memory. Threads
-// have slabs of rows; cells of one colour are independent, and sums are made row by row, so that results do not depend
-// on the threads.
+// over all cells (solve/multigrid/smoother.h). A cell is red if the sum of its indices along the axes is even, else
+// black. Vectors have the red cells of all rows before the black ones: so a sweep reads and writes contiguous memory.
+// Threads have slabs of rows; cells of one colour are independent, and sums are made row by row, so that results do not
+// depend on the threads.
 #pragma once
 
 #include <array>

@@ -3,12 +3,13 @@
 // one sign: diffusion with variable coefficients, obstacles and walls, with or without a zeroth-order term (Brandt
 // 1977; cell centred: Wesseling 1988). solve/multigrid/multigrid_level.h has the equations of the levels.
 //
-// A V-cycle smooths on the way down and up, by default red cells, then black ones (solve/multigrid/smoother.h). Interpolation is
-// linear. A symmetric cycle, as a preconditioner of CG, smooths in reverse on the way up, and its restriction is the
-// transpose of interpolation. A cycle that is used alone converges faster with the plain sum of residuals (to 1e-6 on
-// 512^2 and 128^3: 6 and 7 cycles in place of 8 and 10). The coarsest level is factorised.
+// A V-cycle smooths on the way down and up, by default red cells, then black ones (solve/multigrid/smoother.h).
+// Interpolation is linear. A symmetric cycle, as a preconditioner of CG, smooths in reverse on the way up, and its
+// restriction is the transpose of interpolation. A cycle that is used alone converges faster with the plain sum of
+// residuals (to 1e-6 on 512^2 and 128^3: 6 and 7 cycles in place of 8 and 10). The coarsest level is factorised.
 //
-// Vectors are in half rows (solve/matrix/half_rows.h), times the sign that makes the diagonal positive: pack and unpack.
+// Vectors are in half rows (solve/matrix/half_rows.h), times the sign that makes the diagonal positive: pack and
+// unpack.
 #pragma once
 
 #include <cstdint>

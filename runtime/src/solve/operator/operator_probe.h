@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the matrix rows of a linear operator, given as a list of operations, by applying it to unit vectors. For
 // constant rows one suffices. Otherwise cells of which no row reads two share one vector (colours: Curtis, Powell and
-// Reid 1974; fewer for a stencil with few entries: solve/matrix/pattern_colours.h). The result is compared in each cell with
-// the operator applied to arbitrary values.
+// Reid 1974; fewer for a stencil with few entries: solve/matrix/pattern_colours.h). The result is compared in each cell
+// with the operator applied to arbitrary values.
 #pragma once
 
 #include <array>

@@ -85,8 +85,8 @@ class SolveArrays {
     keep(all / 2);
   }
 
-  /// A vector in half rows, with the extra spaces between them (solve/matrix/half_rows.h), on a level's grid; `line`: numbers
-  /// in a cache line.
+  /// A vector in half rows, with the extra spaces between them (solve/matrix/half_rows.h), on a level's grid; `line`:
+  /// numbers in a cache line.
   double packed(const std::array<std::int64_t, 3>& cells, std::int64_t line = numbers_of_line<double>) const {
     const HalfRows row(cells[0], shape_.periodic[0], line);
     return static_cast<double>(row.stride() * cells[1] * cells[2]) / cells_;
