@@ -34,7 +34,7 @@ Effects of_fill(const Fill& fill) {
   return e;
 }
 
-/// It adds the halo to the cells, and to the fields of the walls.
+/// A fold adds the halo to the interior and to the fields of boundary values.
 Effects of_fold(const Fold& fold) {
   std::set<std::string> folded = wall_fields(fold.axes);
   folded.insert(fold.field);
@@ -93,7 +93,7 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
   return e;
 }
 
-/// What a step of Newton's method adds: it reads what the block reads, the unknowns, and what belongs to it alone.
+/// Adds the effects of a Newton step. It reads the fields that the block reads, the unknowns, and its own local fields.
 void add_step(const Effects& step, const Solve& solve, Effects& e) {
   const auto add_inner = [&](const std::string& field) {
     const bool is_known = has(e.reads, field) || has(solve.unknowns, field);

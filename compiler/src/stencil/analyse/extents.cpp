@@ -11,7 +11,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// What an expression stands behind: the places where all these are true.
+/// Conditions under which an expression is evaluated: all of these are true.
 using Insides = std::vector<Inside>;
 
 void add_insides(const Expr& condition, Insides& insides) {

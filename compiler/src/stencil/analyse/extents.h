@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far kernels read beyond the cells of a program.
+// Distances beyond the interior at which kernels read fields.
 #pragma once
 
 #include <map>
@@ -11,14 +11,14 @@
 
 namespace dpde::stencil {
 
-/// How far beyond bounded axes a kernel that runs `grow` cells beyond them uses what it reads of each field. Behind
-/// inside[o] grow g the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
+/// For each field the largest distance beyond bounded axes at which a kernel run with `grow` uses its values. Under the
+/// condition inside[o] grow g, i+o is at most g outside, so that a read of i+k is at most g + |k-o| outside.
 std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes);
 
-/// The fields that a kernel reads at an offset along a periodic axis. Interpolation wraps by itself.
+/// The fields that a kernel reads at an offset along a periodic axis. Interpolations are excluded, as they wrap.
 std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes);
 
-/// The fields of whose halo it uses anything, along any axis. Interpolation looks at the first cell of it.
+/// The fields whose halo a kernel reads, along any axis. Interpolation reads its first cell.
 std::set<std::string> read_beyond(const Kernel& kernel, int grow, const std::vector<Topology>& axes);
 
 }  // namespace dpde::stencil

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of series by their differential equations: y = exp(s) has y' = s'*y, whatever s is.
+// Functions of series by their differential equations: y = exp(s) satisfies y' = s'*y for every s.
 #include "stencil/analyse/laurent.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace dpde::stencil {
 namespace {
 
 constexpr double zero_below = 1e-9;  // times the scale
-constexpr int largest_power = 64;    // that is multiplied out
+constexpr int largest_power = 64;    // larger ones are not multiplied out
 
 LaurentTerm exact(double value) { return {value, std::abs(value)}; }
 LaurentTerm operator-(const LaurentTerm& a) { return {-a.value, a.scale}; }
@@ -26,23 +26,23 @@ LaurentTerm operator/(const LaurentTerm& a, const LaurentTerm& b) {
   const double ratio = a.value / b.value;
   return {ratio, (a.scale + std::abs(ratio) * b.scale) / std::abs(b.value)};
 }
-/// f(a), where f has this slope.
+/// f(a), with the value and the derivative of f at a.
 LaurentTerm of_function(double value, double slope, const LaurentTerm& a) {
   return {value, std::abs(value) + std::abs(slope) * a.scale};
 }
 
-/// The coefficient of h^power, one that is known.
+/// The coefficient of h^power, which must be known.
 LaurentTerm at(const Laurent& s, int power) {
   return power < s.low ? LaurentTerm{} : s.terms[static_cast<std::size_t>(power - s.low)];
 }
 
-/// Without leading coefficients that are 0.
+/// The series without leading coefficients that are 0.
 Laurent from_first(const Laurent& s) {
   const int first = valuation(s);
   return {first, {s.terms.begin() + (first - s.low), s.terms.end()}};
 }
 
-/// From h^0 on; what grows for h -> 0 has no value to take a function of.
+/// The series from h^0 on, as argument of a function; unknown if the series grows for h -> 0.
 Laurent taylor(const Laurent& s) {
   if (s.end() <= 0 || valuation(s) < 0) return no_series();
   Laurent result{0, {}};
@@ -60,7 +60,7 @@ Laurent weighted_slope(const Laurent& s) {
   return result;
 }
 
-/// The series that begins with `first` and has h*y' = slope.
+/// The series y with constant term `first` and h*y' = slope.
 Laurent integral(const LaurentTerm& first, const Laurent& slope) {
   Laurent result{0, {first}};
   for (int power = 1; power < slope.end(); ++power) result.terms.push_back(at(slope, power) / exact(power));
@@ -107,7 +107,7 @@ std::pair<Laurent, Laurent> circle(const Laurent& angle) {
   return {sine, cosine};
 }
 
-/// base^p for a number p: the first power of h apart, so that sqrt(h^2*...) is known.
+/// base^p for a number p. The leading power of h is factored out, so that sqrt(h^2*...) is known.
 Laurent number_power(const Laurent& base, double p) {
   if (p == std::round(p) && std::abs(p) <= largest_power) {
     Laurent result = monomial(1);
@@ -123,7 +123,7 @@ Laurent number_power(const Laurent& base, double p) {
   return result;
 }
 
-/// Of a series from h^0 on.
+/// Whether the series, from h^0 on, is a constant.
 bool is_number(const Laurent& s) {
   return std::all_of(s.terms.begin() + 1, s.terms.end(), [](const LaurentTerm& c) { return c.scale == 0; });
 }
@@ -156,7 +156,7 @@ Laurent rounded_down(const Laurent& argument) {
 
 bool LaurentTerm::is_zero() const { return !(std::abs(value) > zero_below * scale); }
 
-/// So far down that sums with it know nothing either.
+/// Its power is so low that sums with it are unknown too.
 Laurent no_series() { return {-1000000, {}}; }
 
 Laurent monomial(double value, int power) {

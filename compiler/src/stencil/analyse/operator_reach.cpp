@@ -16,7 +16,7 @@ namespace {
 constexpr int anywhere = -1;
 using Reach = std::array<int, max_rank>;
 
-/// Backwards from the image: how far away from it each field is read.
+/// Computes, backwards from the image, the distance at which each field is read.
 class ReachFinder {
  public:
   ReachFinder(const Module& module, std::size_t rank) : module_(module), rank_(rank) {}
@@ -58,7 +58,7 @@ class ReachFinder {
       known[axis] = known[axis] == anywhere || by[axis] == anywhere ? anywhere : std::max(known[axis], by[axis]);
   }
 
-  /// What lies on walls and has no value there is made of two cells inside.
+  /// Values on walls without a value condition are computed from two cells inside.
   void add_walls(const std::string& field, const std::vector<AxisBoundary>& axes) {
     const auto known = reach_.find(field);
     if (known == reach_.end()) return;
@@ -70,7 +70,7 @@ class ReachFinder {
     }
   }
 
-  /// Whatever the kernel stores is made of whatever it reads.
+  /// Assumes that every store of the kernel depends on all its reads.
   void add_kernel(const Kernel& kernel) {
     const Signature s = signature(kernel);
     std::optional<Reach> from;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How sparse the matrix of a solve is.
+// Sparsity of the matrix of a solve.
 #pragma once
 
 #include <array>
@@ -8,7 +8,8 @@
 
 namespace dpde::stencil {
 
-/// How many cells away along each axis the unknown may lie that the image in a cell is made of; -1: anywhere.
+/// Stencil radius of the operator: along each axis the largest distance between an image and an unknown on which it
+/// depends; -1: unlimited.
 std::array<int, max_rank> reach_of_operator(const Module& module, const Solve& solve, std::size_t rank);
 
 }  // namespace dpde::stencil

@@ -20,7 +20,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// What the operator is given: numbers that no terms cancel for but those that always do.
+/// Inputs of the operator: arbitrary numbers, for which terms cancel only if they always do.
 class ArbitraryInputs {
  public:
   double number() { return spread_(generator_); }
@@ -86,7 +86,7 @@ double product_of(const std::vector<double>& a, const std::vector<double>& b) {
   return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
-/// NaN where one is.
+/// The largest magnitude; NaN if any value is NaN.
 double largest_of(const std::vector<double>& values) {
   double most = 0;
   for (const double value : values)
@@ -99,8 +99,8 @@ struct Seen {
   double size = 0;  // of the largest image
 };
 
-/// By images of arbitrary x and y, whose numbers are about 1: (y, A*x) is (x, A*y), and the sum of A*x is (A^T*1, x).
-/// `size`: of images where cells are more. Those of a few may be no more than rounding.
+/// Tests arbitrary x and y with values near 1: if A is symmetric, (y, A*x) = (x, A*y); the sum of A*x is (A^T*1, x).
+/// `size`: magnitude of images on more cells. On few cells images may consist of rounding errors only.
 Seen traits_on(SmallOperator a, double size = 0) {
   const std::vector<double> x = a.arbitrary(), y = a.arbitrary();
   const std::vector<double> of_x = a.image_of(x), of_y = a.image_of(y);
@@ -113,12 +113,12 @@ Seen traits_on(SmallOperator a, double size = 0) {
           std::max(largest_of(of_x), largest_of(of_y))};
 }
 
-/// Where cells are of two different neighbours along each axis, whatever the reach.
+/// A grid large enough that along each axis both neighbours of a cell differ, for any stencil radius.
 CellIndex cells_for(const std::array<int, max_rank>& reach, std::size_t rank) {
   CellIndex cells{1, 1, 1};
   for (std::size_t axis = 0; axis < rank; ++axis) {
     const int least = reach[axis] < 0 ? 3 : 2 * reach[axis] + 1;
-    cells[axis] = least + static_cast<int>(rank - axis);  // of different lengths
+    cells[axis] = least + static_cast<int>(rank - axis);  // axes differ in length
   }
   return cells;
 }
@@ -130,8 +130,8 @@ Module operator_module(const Module& module, const Program& program, const Solve
   return small;
 }
 
-/// Where values near 1 may show less than all: a function that saturates or has cases, a power of many or of no known
-/// number, a number of another size than the terms beside it.
+/// Whether values near 1 may hide a term: a function that saturates or has cases, a high or unknown power, a number of
+/// another magnitude than the other terms.
 bool may_hide_a_term(const Expr& part) {
   constexpr double most_number = 1e6, most_power = 8;
   return match(
@@ -160,7 +160,7 @@ bool is_plain(const Kernel& kernel) {
   return !hides && kernel.scatters.empty();
 }
 
-/// Straight lines of fills and kernels whose formulas show all of their terms.
+/// Whether the block consists of fills and kernels only, whose formulas hide no terms.
 bool is_plain(const Module& module, const Solve& solve) {
   return std::ranges::all_of(solve.body, [&](const Statement& statement) {
     return match(
@@ -183,7 +183,8 @@ OperatorTraits traits_of(const Module& module, const Program& program, const Sol
   return traits_on({small, small.programs.front(), solve.unknowns.front(), cells, known}).traits;
 }
 
-/// Cells that are few have rules of their own: neighbours around a ring are one, and slopes at walls are of two values.
+/// Also tests grids of one and two cells, which have special rules: both periodic neighbours are the same cell, and
+/// slopes at walls use two values.
 OperatorTraits certain_traits_of(const Module& module, const Program& program, const Solve& solve) {
   if (!solve.is_linear || solve.unknowns.size() != 1 || !is_plain(module, solve)) return {};
   const Module small = operator_module(module, program, solve);

@@ -79,7 +79,7 @@ std::optional<Terms> of_binary(const Binary& b) {
 
 namespace {
 
-/// Its number among wave_names.
+/// Index of `e` in wave_names.
 std::optional<int> number_of(const Expr& e) {
   const Param* p = std::get_if<Param>(&e->kind);
   if (p == nullptr) return std::nullopt;
@@ -165,7 +165,7 @@ Expr with_slopes(const Expr& symbol) {
 
 namespace {
 
-/// Terms of odd order change their sign.
+/// The symbol for -k: terms of odd order change sign.
 Expr with_opposite_waves(const Expr& symbol) {
   std::optional<Terms> polynomial = polynomial_of(symbol);
   if (!polynomial) return symbol;  // verify_stencil reports it

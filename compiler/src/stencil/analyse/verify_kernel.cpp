@@ -11,7 +11,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Checks of one kernel by itself.
+/// Checks of a single kernel.
 class KernelCheck {
  public:
   KernelCheck(const Kernel& kernel, std::vector<Violation>& violations)

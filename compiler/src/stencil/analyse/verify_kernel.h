@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of stencil.h for one kernel by itself.
+// The rules of stencil.h for a single kernel.
 #pragma once
 
 #include <vector>

@@ -12,7 +12,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The fields that a preconditioner has for itself are nothing else.
+/// The preconditioner's local fields must not have any other use.
 void check_preconditioner(const Solve& solve, const std::string& all, std::vector<std::string>& misfits) {
   const NetworkCall& call = *solve.preconditioner;
   const bool is_flexible = solve.by.method == SolveMethod::cg || solve.by.method == SolveMethod::gmres;

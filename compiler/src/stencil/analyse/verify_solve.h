@@ -8,7 +8,7 @@
 
 namespace dpde::stencil {
 
-/// What is wrong with a solve whatever its block is: "solves for psi to the tolerance 2: ...".
+/// Errors of a solve that do not depend on its block: "solves for psi to the tolerance 2: ...".
 std::vector<std::string> misfits_of(const Solve& solve);
 
 }  // namespace dpde::stencil

@@ -64,7 +64,7 @@ class ProgramCheck {
     }
   }
 
-  /// One pass is a program of its own. Statements are counted with those of blocks, each after what it is in.
+  /// A pass is checked as a program. Statement numbers include those of blocks, which follow their statement.
   void check_repeat(const Repeat& repeat) {
     if (repeat.count < 1) violation("repeats something {} times", repeat.count);
     const Program pass = pass_of(repeat, program_);
@@ -88,7 +88,7 @@ class ProgramCheck {
     }
   }
 
-  /// The block is a program of its own too.
+  /// The block is checked as a program too.
   void check_solve(const Solve& solve) {
     const Program block = operator_of(solve, program_);
     ProgramCheck inside(module_, block, violations_);
@@ -129,7 +129,7 @@ class ProgramCheck {
     grown_[unknown] = 0;
   }
 
-  /// What holds behind a block, whose `own` fields nobody knows outside.
+  /// Updates the state after a block, whose `own` fields are local to it.
   void leave_block(const ProgramCheck& inside, const std::set<std::string>& own) {
     inner_.insert(inside.written_.begin(), inside.written_.end());
     inner_.insert(inside.inner_.begin(), inside.inner_.end());
@@ -145,8 +145,8 @@ class ProgramCheck {
     }
   }
 
-  /// A block that fills on walls changes the value there of a field from outside: what is read behind it, or is a
-  /// result, needs a fill of its own.
+  /// A block that fills on walls changes the wall values of an outside field: a later read of the field, or a result,
+  /// needs another fill.
   void check_walls_of_pass(const std::string& field) {
     if (read_unfilled_.contains(field)) violation("reads {} before the fill that sets its values on the walls", field);
     sets_walls_.insert(field);
@@ -160,7 +160,7 @@ class ProgramCheck {
       violation("reads {}, whose values on the walls a repeat has set, without a fill", field);
   }
 
-  /// Repeats one behind the other may count with one name.
+  /// Consecutive repeats may use the same counter name.
   void check_counters() {
     for (const std::string& name : counters_of(program_.body)) {
       if (find_bound_name(name) || params_.contains(name) || fields_.contains(name) || inner_.contains(name))
@@ -257,12 +257,12 @@ class ProgramCheck {
     for (const std::string& wall : wall_fields(fill.axes)) {
       if (!written_.contains(wall)) violation("fills {} from {} before that is written", fill.field, wall);
       walls_of_[fill.field][wall] = known_of(wall);
-      // What was computed farther out is gone, and nothing has taken its place.
+      // The fill has overwritten values that were computed farther out.
       grown_[fill.field] = std::min(grown_of(fill.field), known_of(wall));
     }
   }
 
-  /// How far out a field that stands in a condition is known: as far as it was computed, or everywhere by a fill.
+  /// Distance to which a field of a condition is known: as far as it was computed, or everywhere after a fill.
   int known_of(const std::string& field) {
     if (!filled_.contains(field)) return grown_of(field);
     int known = std::numeric_limits<int>::max();
@@ -270,7 +270,7 @@ class ProgramCheck {
     return known;
   }
 
-  /// Values so far outside: computed there, or set by a fill.
+  /// Whether the field has values `grow` cells outside: computed there, or set by a fill.
   bool has_halo(const std::string& field, int grow) { return std::max(grown_of(field), known_of(field)) >= grow; }
 
   void check_fold(const Fold& fold) {
@@ -316,7 +316,7 @@ class ProgramCheck {
       note_read(term.field);
       if (term.field == transform.result) violation("transforms {} to itself", term.field);
     }
-    std::set<std::string> params = params_;  // wave numbers are none
+    std::set<std::string> params = params_;  // without wave numbers
     for (const std::string& name : params_of(transform)) params.insert(name);
     for_each_symbol(transform, [&](const Expr& symbol) {
       if (!is_uniform(symbol) || !polynomial_of(symbol))
@@ -393,9 +393,9 @@ class ProgramCheck {
     return found;
   }
 
-  /// Along periodic axes a neighbour needs a filled halo. Along bounded axes it may also have been computed on a grown
-  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the first halo cell in
-  /// any case.
+  /// Along periodic axes a read of a neighbour needs a filled halo. Along bounded axes the neighbour may also have been
+  /// computed on an extended region, and reads of kernels with inside[] are not checked. Interpolation always reads
+  /// the first halo cell.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     const std::set<std::string> around = read_around(kernel, program_.axes);
@@ -413,7 +413,7 @@ class ProgramCheck {
     }
   }
 
-  /// Where the values of the walls are fields, a halo is filled as far as these were computed.
+  /// If boundary values are fields, a halo is filled as far as these fields were computed.
   void check_walls(const Kernel& kernel, const Signature::Read& read, bool masked, int grow) {
     if (masked || !filled_.contains(read.field)) return;
     for (const auto& [wall, known] : walls_of_[read.field]) {
@@ -456,13 +456,13 @@ class ProgramCheck {
   int statement_ = -1;
   std::set<std::string> written_, updated_, filled_, read_unfilled_, fields_, params_;
   std::map<std::string, std::map<std::string, int>>
-      walls_of_;                       // how far each wall was known when the field was filled from it
-  std::set<std::string> inner_;        // what repeats write for themselves
+      walls_of_;                       // distance to which each wall field was known when the fill used it
+  std::set<std::string> inner_;        // local fields of repeats
   std::set<std::string> counters_;     // of the repeats around this one
   std::set<std::string> sets_walls_;   // filled on walls
-  std::set<std::string> lost_walls_;   // in a repeat, and not yet behind it
-  std::map<std::string, int> stacks_;  // that were saved, and as how many passes; 0: loaded
-  std::map<std::string, int> grown_;   // region on which a field's values were computed, and no fill has lost them
+  std::set<std::string> lost_walls_;   // filled on walls in a repeat, and not filled again after it
+  std::map<std::string, int> stacks_;  // saved stacks, with their number of passes; 0: loaded
+  std::map<std::string, int> grown_;   // extended region on which a field was computed, unless a fill overwrote it
 };
 
 template <class T>

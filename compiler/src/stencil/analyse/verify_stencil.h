@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of what every stencil module must satisfy. For bugs of the compiler: what a user can write wrongly is reported
-// by from_ast before.
+// Checks of the invariants of every stencil module. They find bugs of the compiler: from_ast has reported errors of the
+// user before.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace dpde::stencil {
 
-/// One thing that is wrong, and where.
+/// A broken invariant and its location.
 struct Violation {
   std::string text;
   std::string declaration;  // the kernel or program; "" for the module
@@ -18,7 +18,7 @@ struct Violation {
 };
 std::vector<Violation> find_violations(const Module& module);
 
-/// Everything wrong with `module`, one sentence each; empty when all holds.
+/// One sentence for each broken invariant of `module`; empty if all hold.
 std::vector<std::string> verify(const Module& module);
 
 }  // namespace dpde::stencil

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statements one behind the other. Kernels: interpret_kernel.cpp.
+// Statements in sequence. Kernels: interpret_kernel.cpp.
 #include "stencil/interpret/interpret.h"
 
 #include <algorithm>
@@ -20,14 +20,14 @@ int modulo(int i, int n) { return (i % n + n) % n; }
 
 // ---- halos ---------------------------------------------------------------------------------------------------------
 
-/// A halo cell, the cells it is filled from, and how; `side` is nullptr along periodic axes.
+/// A halo cell, its mirror cell and the cell after it, and their weights; `side` is nullptr along periodic axes.
 struct HaloCell {
   CellIndex place, mirror, second;
   const Side* side;
   GhostWeights ghost;
 };
 
-/// Layer k of a side of an axis with n cells: where it is, where its image is, and how it is made of that.
+/// Layer k of a side of an axis with n cells: its position, its mirror cell's position, and the weights of its rule.
 struct Layer {
   int place, mirror;
   GhostWeights ghost{1, 0, 0};
@@ -46,7 +46,7 @@ Layer bounded_layer(const Side& side, bool low_side, int k, int n, double h, con
   return {cell(-1 - k), cell(row.first + row.step * k), weights_of(row, coefficients, 2 * k + 1 - on_wall)};
 }
 
-/// The halo cells of both sides of an axis in layer k, over the halo of the axes before.
+/// The halo cells in layer k on both sides of an axis, including the halo of the axes before.
 std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boundary, int axis, int k,
                                     const CellIndex& width, const Params& params) {
   const int n = state.grid().cells[axis];
@@ -178,8 +178,8 @@ class Interpreter {
     }
     return values;
   }
-  /// What a block reads from outside, with halos, where it does not spoil them. What nothing has written is garbage
-  /// before and behind it.
+  /// Cells, with halos, of the outside fields that a block reads and whose halos it does not invalidate. Unwritten
+  /// fields are undefined before and after the block.
   Values cells_kept_by(const Effects& block) const {
     Values cells;
     for (const std::string& field : block.reads) {
@@ -190,7 +190,7 @@ class Interpreter {
     }
     return cells;
   }
-  /// Interiors; halos are garbage.
+  /// Sets interiors; halos become NaN.
   void set(const Values& all) {
     for (const auto& [field, values] : all) state_.set(field, values);
   }

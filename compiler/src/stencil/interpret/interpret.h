@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference meaning of stencil programs: every rule of stencil.h, one point at a time, slow and obvious.
-// What holds: memory nobody has written is NaN, so that a read of it shows in the result.
+// The reference semantics of stencil programs: every rule of stencil.h, point by point, slow and obvious.
+// Invariant: unwritten memory is NaN, so that a read of it shows in the result.
 #pragma once
 
 #include <array>
@@ -35,24 +35,23 @@ void for_each_cell(const CellIndex& low, const CellIndex& high, const F& f) {
   }
 }
 
-/// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars`, and to those of the
-/// rates, begins with 0.
+/// Weights of one network, in its order, with their tangents `rates`. Empty rates are 0. Adjoints add to `bars`, and to
+/// `rate_bars`, which start at 0.
 struct Weights {
   std::vector<double> values, rates, bars, rate_bars;
-  /// What a network of the host's computes, as dpde_host_network has it (dpde/network_abi.h); arrays as in
-  /// network::Tensor.
+  /// Functions of a network of the host, as in dpde_host_network (dpde/network_abi.h); arrays as in network::Tensor.
   std::function<void(const double* inputs, const double* weights, double* outputs)> host_value;
   std::function<void(const double* inputs, const double* weights, const double* seeds, double* input_bars,
                      double* weight_bars)>
       host_vector_jacobian;
 };
 
-/// Pseudo-inverses of operators, for who runs a program many times with the same coefficients.
+/// Cached pseudo-inverses of operators, for many runs of a program with the same coefficients.
 class Inverses;
 std::shared_ptr<Inverses> new_inverses();
 
-/// Fields by name, each with the same halo on both sides of every axis. Of precision f32, every value a program stores
-/// (halos and what is added up in place too) is rounded to a float; between, all is computed in doubles.
+/// Fields by name, each with the same halo on both sides of every axis. With precision f32 every stored value (also in
+/// halos and after each in-place addition) is rounded to a float; all other arithmetic is in doubles.
 class State {
  public:
   State(Grid grid, int halo, Precision real = Precision::f64) : grid_(grid), halo_(halo), real_(real) {}
@@ -61,11 +60,11 @@ class State {
   /// Halo width along `axis`; 0 beyond the rank.
   int halo(int axis) const { return axis < grid_.rank ? halo_ : 0; }
   Precision real() const { return real_; }
-  /// What the memory of a cell makes of a value.
+  /// The value as a cell stores it.
   double stored(double value) const { return rounded(value, real_); }
   bool has(const std::string& field) const { return fields_.contains(field); }
 
-  /// The value of a cell; -halo <= cell < cells + halo. The writing form creates a field that is not there, all NaN.
+  /// The value of a cell; -halo <= cell < cells + halo. The writing form creates a missing field, all NaN.
   double& at(const std::string& field, std::array<int, max_rank> cell);
   double at(const std::string& field, std::array<int, max_rank> cell) const;
   double& at(const std::string& field, int i, int j = 0, int k = 0) { return at(field, std::array{i, j, k}); }
@@ -75,10 +74,10 @@ class State {
   void set(const std::string& field, const std::vector<double>& interior);
   std::vector<double> get(const std::string& field) const;
 
-  /// All cells of a field, halo included, and the same put back.
+  /// All cells of a field, halo included; set_cells restores them.
   const std::vector<double>& cells(const std::string& field) const { return fields_.at(field); }
   const std::vector<double>* find_cells(const std::string& field) const;
-  /// Where a cell is among these.
+  /// Index of a cell in cells().
   std::size_t index(const std::array<int, max_rank>& cell) const {
     std::size_t index = 0;
     for (int axis = max_rank - 1; axis >= 0; --axis) {
@@ -90,7 +89,7 @@ class State {
     return index;
   }
   void set_cells(const std::string& field, std::vector<double> cells) { fields_[field] = std::move(cells); }
-  /// Created as by at().
+  /// Creates the field as at() does.
   std::vector<double>& cells_to_write(const std::string& field);
 
   /// Makes every cell NaN.
@@ -100,7 +99,7 @@ class State {
 
   /// By the name of the network.
   std::map<std::string, Weights> weights;
-  /// Those found before; null: each solve finds its own.
+  /// Cache of the pseudo-inverses; null: each solve computes its own.
   std::shared_ptr<Inverses> inverses;
 
  private:
@@ -109,10 +108,10 @@ class State {
   Grid grid_;
   int halo_;
   Precision real_;
-  std::unordered_map<std::string, std::vector<double>> fields_;  // looked up for each value that is read
+  std::unordered_map<std::string, std::vector<double>> fields_;  // hashed: looked up for each read
 };
 
-/// Of params and numbers.
+/// Value of an expression of params and numbers.
 double uniform_value(const Expr& e, const State& state, const Params& params);
 
 /// Runs a kernel at all points of its region, `grow` cells farther beyond bounded axes, and adds to `sums`.
@@ -127,26 +126,25 @@ void apply(State& state, const Fold& fold, const Params& params);
 /// Sets the interior of the result.
 void apply(State& state, const Reduce& reduce);
 
-/// Sets the interior of the results. What the network computes in is doubles, whatever its precision.
+/// Sets the interior of the results. The network is evaluated in doubles, whatever its precision.
 void apply(State& state, const NetworkCall& network_call, const network::Network& network);
 
 /// Sets the interior of the result.
 void apply(State& state, const Transform& transform, const Params& params);
 
-/// What an operator makes of the interior values of its fields, one behind the other.
+/// Applies an operator to the concatenated interior values of its unknowns; returns those of its images.
 using Image = std::function<std::vector<double>(const std::vector<double>&)>;
-/// What an operator is made of.
+/// All data that determine an operator.
 struct OperatorParts {
   Solve solve;
   std::map<std::string, std::vector<double>> coefficients;
   Params params;
   bool operator==(const OperatorParts&) const = default;
 };
-/// Of all values for which the distance of their image from the right sides is least the smallest (2-norm). Where the
-/// operator is not linear, by Newton's method from the right sides on, with difference quotients for its matrix; NaNs
-/// where that comes to nothing. `state` says how images are rounded.
+/// Minimum-norm least-squares solution (2-norm). For a nonlinear operator, Newton's method starts from the right sides,
+/// with a Jacobian of difference quotients; NaNs if it fails. `state` has the precision to which images are rounded.
 std::vector<double> solution(const OperatorParts& parts, const Image& image, const State& state);
-/// The interiors of fields, one behind the other.
+/// The concatenated interiors of fields.
 std::vector<double> values_of_all(const State& state, const std::vector<std::string>& fields);
 void set_all(State& state, const std::vector<std::string>& fields, const std::vector<double>& values);
 

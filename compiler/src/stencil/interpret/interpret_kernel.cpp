@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels, each part of an expression at all points before the next. Stores are applied only after all has been
-// evaluated, so that the rule "reads see the fields as they were" holds by construction. Names are looked up once a run
-// of a kernel.
+// Kernels. Each subexpression is evaluated at all points before the next one. Stores are applied after all evaluations,
+// so that the rule "reads see the fields as they were" holds by construction. Names are looked up once per run of a
+// kernel.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -22,13 +22,13 @@ int wrapped(int i, int n) { return (i % n + n) % n; }
 
 // ---- interpolation -------------------------------------------------------------------------------------------------
 
-/// A cell along one axis and what an interpolation takes of it.
+/// A cell along one axis and its weight in an interpolation.
 struct WeightedCell {
   int cell;
   double weight;
 };
 
-/// Those along one axis.
+/// The weighted cells along one axis.
 struct Taps {
   std::array<WeightedCell, 4> cells{};
   int count = 0;
@@ -40,7 +40,7 @@ struct Taps {
 Taps taps_along(Topology topology, int n, int at, double d, InterpolationBasis along) {
   const double j = at + std::floor(d);
   double f = d - std::floor(d);
-  const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result
+  const bool nowhere = !std::isfinite(d);  // no position: the weights and the result are NaN
   int low = 0;
   bool clamped = false;
   if (nowhere) {
@@ -67,7 +67,7 @@ Taps taps_along(Topology topology, int n, int at, double d, InterpolationBasis a
 
 // ---- expressions ---------------------------------------------------------------------------------------------------
 
-/// Where kernels run, and what their names mean.
+/// The state of a run and the values of names.
 struct Scope {
   const State& state;
   const std::vector<Topology>& axes;
@@ -77,7 +77,7 @@ struct Scope {
 
 struct Bound;
 using Operand = std::shared_ptr<const Bound>;
-/// A field that nobody has written is NaN.
+/// A read of a field; the values of an unwritten field are NaN.
 struct BoundAccess {
   const std::vector<double>* cells;
   Offset offset;
@@ -85,7 +85,7 @@ struct BoundAccess {
 struct BoundInterp {
   const Interp* interp;
   const std::vector<double>* cells;
-  std::vector<Operand> displacement;  // one an axis
+  std::vector<Operand> displacement;  // one per axis
 };
 struct BoundLocal {
   std::size_t number;
@@ -104,7 +104,7 @@ struct BoundCall {
 struct BoundSelect {
   Operand condition, yes, no;
 };
-/// An expression with its names looked up, and what is the same at all points computed.
+/// An expression with its names looked up and its uniform parts evaluated.
 struct Bound {
   std::variant<double, BoundLocal, BoundAccess, BoundInterp, Inside, BoundNeg, BoundBinary, BoundCall, BoundSelect>
       kind;
@@ -167,7 +167,7 @@ CellIndex displaced(CellIndex cell, const Offset& offset) {
 /// One for each point, x fastest.
 using Values = std::vector<double>;
 
-/// What expressions are worth at the points of a box.
+/// Values of expressions at the points of a box.
 class Evaluation {
  public:
   Evaluation(const Scope& scope, const CellIndex& low, const CellIndex& high)
@@ -210,10 +210,10 @@ class Evaluation {
     for (const Operand& e : all) result.push_back(values(e));
     return result;
   }
-  /// The next local.
+  /// Evaluates the next local.
   void define(const Operand& e) { locals_.push_back(values(e)); }
 
-  /// Calls f(cell, weight) for each cell the interpolation takes at point `p`, which is `at`.
+  /// Calls f(cell, weight) for each cell of the interpolation at point number `p`, cell `at`.
   template <class F>
   void for_each_tap(const Interp& interp, const std::vector<Values>& displacement, std::size_t p, const CellIndex& at,
                     const F& f) const {
@@ -282,7 +282,7 @@ class Evaluation {
 
 // ---- kernels -------------------------------------------------------------------------------------------------------
 
-/// A kernel with its names looked up; one of each list for one of the kernel's.
+/// A kernel with its names looked up; each list has the order of the kernel's list.
 struct BoundKernel {
   std::vector<Operand> lets, stores, sums, scatters;
   std::vector<BoundInterp> targets;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statements that apply networks, by the reference evaluation of these.
+// Statements that apply networks, by the reference evaluation of networks.
 #include <span>
 
 #include "network/evaluate.h"
@@ -10,7 +10,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// One channel a field; "" is 0.
+/// A tensor with one channel per field; the field "" is 0.
 network::Tensor tensor_of(const State& state, const std::vector<std::string>& fields) {
   network::Tensor tensor{static_cast<int>(fields.size()), state.grid().cells, {}};
   for (const std::string& field : fields) {
@@ -20,7 +20,7 @@ network::Tensor tensor_of(const State& state, const std::vector<std::string>& fi
   return tensor;
 }
 
-/// Of a network that the host computes.
+/// Applies a network that the host computes.
 network::Tensor apply_host(const State& state, const NetworkCall& network_call, const network::Network& network,
                            const network::Tensor& inputs, Weights& weights) {
   const bool has_rates =
@@ -41,7 +41,7 @@ network::Tensor apply_host(const State& state, const NetworkCall& network_call, 
   return result;
 }
 
-/// One field a channel; "" is not wanted.
+/// Stores each channel in a field; the channel of "" is dropped.
 void store(State& state, std::span<const std::string> fields, const network::Tensor& from) {
   auto next = from.values.begin();
   for (const std::string& field : fields) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meaning of a solve: the matrix of the operator, a column for each cell, and its pseudo-inverse.
+// Reference semantics of a solve: the operator's matrix, one column per cell, and its pseudo-inverse.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -21,8 +21,7 @@ std::vector<double> image_of(const Image& image, std::vector<double> values, dou
   return image(values);
 }
 
-/// Numbers between -1 and 1 that are the same in each run. No stencil makes 0 of them, as it would of a regular
-/// sequence.
+/// Numbers between -1 and 1, the same in each run. They are irregular, so that no stencil maps them to 0.
 std::vector<double> arbitrary(std::size_t count) {
   std::vector<double> values(count);
   std::uint64_t state = 0x9e3779b97f4a7c15;
@@ -33,8 +32,8 @@ std::vector<double> arbitrary(std::size_t count) {
   return values;
 }
 
-/// Of differences that cancel, as in one cell, nothing is left but for what rounding leaves. That is multiplied by
-/// powers of two exactly, but not by three or five. Such rows are 0.
+/// Sets matrix rows to 0 that consist of rounding errors only, as when differences cancel in one cell. Such rows scale
+/// exactly when the input is multiplied by a power of two, but not by three or five.
 void drop_rounding(const Image& image, DenseMatrix& matrix, std::size_t cells) {
   const std::vector<double> values = cells == 1 ? std::vector<double>{1.0} : arbitrary(cells);
   const std::vector<double> once = image_of(image, values, 1);
@@ -76,7 +75,7 @@ PseudoInverse inverse_of(const Image& image, std::size_t cells, Precision real) 
   }
   drop_rounding(image, matrix, cells);
   const double rounding = real == Precision::f32 ? 0x1p-23 : 0x1p-52;
-  return {std::move(matrix), 64 * rounding * static_cast<double>(cells)};  // entries are rounded: 0 is not quite 0
+  return {std::move(matrix), 64 * rounding * static_cast<double>(cells)};  // entries are rounded, zeros too
 }
 
 double norm(const std::vector<double>& x) {
@@ -125,9 +124,9 @@ std::vector<double> smallest_solution(const OperatorParts& parts, const Image& i
   return found->second.solve(right);
 }
 
-/// Newton's method with its matrix by differences: what it comes to does not hang on that matrix. Where there are
-/// several solutions it takes the way of the runtime to one of them: steps that make what is left grow much are halved,
-/// and where steps grow twice it is given up.
+/// Newton's method with a Jacobian of difference quotients, whose errors do not change the solution. If there are
+/// several solutions it follows the runtime to one of them: steps that increase the residual much are halved, and it
+/// fails when steps grow twice.
 class Newton {
  public:
   Newton(const Image& image, const std::vector<double>& right, std::size_t fields, const State& state)
@@ -167,7 +166,7 @@ class Newton {
 
  private:
   static constexpr int most_iterations = 60, most_halvings = 8;
-  static constexpr double near_enough = 1e-3;  // a change after which the same matrix may serve
+  static constexpr double near_enough = 1e-3;  // below this change the Jacobian may be reused
   static double rounding_of(Precision real) { return real == Precision::f32 ? 0x1p-23 : 0x1p-52; }
 
   std::vector<double> residual(const std::vector<double>& x) const {
@@ -194,8 +193,8 @@ class Newton {
     return slopes;
   }
 
-  /// The largest of the fields. One that is 0, as a velocity that masks hold everywhere, moves by what rounding of the
-  /// others leaves in it: that is no size to compare with.
+  /// The largest relative change of all fields. A field that is 0, as a velocity that masks constrain everywhere,
+  /// changes by the rounding errors of the others, which is no size to compare with.
   double relative_size(const std::vector<double>& change, const std::vector<double>& x) const {
     double most = 0, all = 1e-300;
     for (std::size_t i = 0; i < x.size(); ++i) all = std::max({all, std::abs(x[i]), std::abs(right_[i])});

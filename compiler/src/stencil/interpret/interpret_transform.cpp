@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transforms by their definition: sums over all cells for each wave, one axis after the other. The runtime takes a fast
-// Fourier transform and knows polynomials by their coefficients; nothing is shared with it.
+// Transforms by their definition: sums over all cells for each wave, one axis after the other. The code is independent
+// of the runtime, which uses a fast Fourier transform and represents polynomials by their coefficients.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -17,7 +17,7 @@ namespace dpde::stencil {
 namespace {
 
 using Complex = std::complex<double>;
-/// i times the wave numbers, and whether the wave has two cells along the axis.
+/// For each axis i times the wave number, and whether the wave has two cells along the axis.
 struct Waves {
   std::array<Complex, max_rank> numbers{};
   std::array<bool, max_rank> are_shortest{};
@@ -91,8 +91,8 @@ Complex value_of(const Expr& e, const Waves& waves, const State& state, const Pa
   unreachable("a polynomial of wave numbers");
 }
 
-/// By the recursion, as its mean over a circle around z that keeps away from 0, where that loses its digits (A.-K.
-/// Kassam and L. N. Trefethen, SIAM J. Sci. Comput. 26, 2005, 1214): each of its steps divides errors by |w|.
+/// phi_number(z) by its recursion, averaged over a circle around z that avoids 0 (A.-K. Kassam and L. N. Trefethen,
+/// SIAM J. Sci. Comput. 26, 2005, 1214). Each step of the recursion divides errors by |w|, so digits are lost near 0.
 Complex phi(int number, Complex z) {
   constexpr int points = 64;
   const double size = std::abs(z), apart = std::max(2.0, 0.5 * number);
@@ -111,10 +111,10 @@ Complex phi(int number, Complex z) {
   return sum / static_cast<double>(points);
 }
 
-/// Mode m of n: those beyond the half are negative.
+/// Signed number of mode m of n: modes beyond n/2 are negative.
 int signed_mode(int m, int n) { return 2 * m <= n ? m : m - n; }
 
-/// What one cell of the spectrum is multiplied by.
+/// The multiplier of each mode of the spectrum.
 class Factor {
  public:
   Factor(const Multiplier& by, const State& state, const Params& params, const std::array<bool, max_rank>& axes)
@@ -135,7 +135,7 @@ class Factor {
   }
 
  private:
-  /// Over k and -k along axes where the wave has two cells, which are the same wave there.
+  /// Mean over k and -k along axes where the wave has two cells: both are the same wave there.
   Complex mean(const CellIndex& mode) const {
     Complex sum = 0;
     int count = 0;
@@ -163,7 +163,7 @@ class Factor {
     if (by_.function.kind == WaveFunction::Kind::heaviside) return argument.real() > 0 ? 1 : 0;
     return std::abs(argument) <= 1e-13 * size_of(waves) ? 0 : std::pow(argument, -by_.function.number);
   }
-  /// The sum of the sizes of the terms of the argument.
+  /// Sum of the magnitudes of the argument's terms.
   double size_of(const Waves& waves) const {
     double size = 0;
     const std::vector<Monomial> terms = polynomial_of(by_.argument).value();
@@ -183,7 +183,7 @@ class Factor {
   const State& state_;
   const Params& params_;
   const std::array<bool, max_rank> axes_;
-  const bool has_numbers_;  // else the program has no need of spacings, and is given none
+  const bool has_numbers_;  // otherwise spacings are not needed, and may be missing
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Of one stage. What it does in order is renamed in order: a field has its new name where it is read later.
+/// Renames the fields of one stage, in the order of its statements: later reads use the new name.
 class OwnNames {
  public:
   OwnNames(std::string stage, NameSupply& taken, const std::map<std::string, std::string>& state_of)

@@ -10,8 +10,8 @@
 
 namespace dpde::stencil {
 
-/// Reductions of one stage know nothing of those of another: gives the fields of each names of their own, but for those
-/// that stand for states.
+/// Gives the fields of each stage unique names, except those that hold states: the names of fields for reductions and
+/// the like are chosen separately in each stage.
 std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken,
                                   const std::map<std::string, std::string>& state_of);
 

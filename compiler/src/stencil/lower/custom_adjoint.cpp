@@ -53,13 +53,13 @@ Dependence dependence(const Expr& e, const Kernel& kernel) {
   return b ? of_product(*b, dependence(b->left, kernel), dependence(b->right, kernel)) : Dependence::other;
 }
 
-/// `e` with reads replaced where `f` has something for them.
+/// `e` with each read replaced for which `f` returns an expression.
 Expr replace_reads(const Expr& e, const std::function<std::optional<Expr>(const Access&)>& f) {
   if (const Access* a = std::get_if<Access>(&e->kind)) return f(*a).value_or(e);
   return map_children(e, [&](const Expr& child) { return replace_reads(child, f); });
 }
 
-/// Where `kernel` reads the field, lets included; nothing where it interpolates it.
+/// The offsets at which `kernel` reads the field, in lets too; nullopt if it interpolates the field.
 std::optional<std::set<Offset>> offsets_read(const Kernel& kernel, const std::string& field) {
   std::set<Offset> offsets;
   bool interpolates = false;
@@ -93,7 +93,8 @@ std::string seed_in(const Kernel& kernel, const Expr& term) {
   return name;
 }
 
-/// A term with seeds at k is what the kernel's result at k does to the input here: it reads the input at -k.
+/// A term with seeds at k is the effect of the input here on the kernel's result at k: the kernel reads the input at
+/// -k.
 std::optional<CustomAdjointViolation> problem_of_seeds(const Kernel& kernel, const CustomAdjoint& given,
                                                        const Offset& k, const Expr& term) {
   const std::string seed = seed_in(kernel, term);
@@ -111,7 +112,7 @@ std::optional<CustomAdjointViolation> problem_of_seeds(const Kernel& kernel, con
                                 "what is read at +k comes back from -k: the offsets of seeds have the opposite sign"};
 }
 
-/// Beside a seed at k stands what the kernel reads at k.
+/// The factors of a seed at k may contain only values that the kernel reads when it runs at k.
 std::optional<CustomAdjointViolation> problem_of_factors(const Kernel& kernel, const Offset& k, const Expr& term) {
   const Signature s = signature(kernel);
   std::optional<CustomAdjointViolation> problem;

@@ -12,8 +12,8 @@ namespace {
 
 Expr time_at_end() { return param("t") + param("dt"); }
 
-/// How many steps are done at the end of this one; t is exact to much less than half a step. Between the parts of a
-/// step, half a step off what any event asks for.
+/// Number of steps at the end of this one; the rounding error of t is much less than half a step. Between substeps the
+/// number is half a step away from that of any event.
 Expr steps_done(const model::Problem& problem) {
   if (!problem.has_parts()) return call(Fn::floor, {(param("t") - problem.t_begin) / param("dt") + 1.5});
   const Expr place = (time_at_end() - problem.t_begin) / problem.step, nearest = call(Fn::floor, {place + 0.5});
@@ -21,7 +21,7 @@ Expr steps_done(const model::Problem& problem) {
   return select(is_end, nearest, nearest + 0.5);
 }
 
-/// When the event happens that is not one of each step.
+/// Condition of an event that does not happen in each step.
 std::optional<Expr> condition_by_number(const model::Event& event, const Expr& steps) {
   if (event.every > 0) {
     const double every = event.every;
@@ -35,7 +35,7 @@ std::optional<Expr> condition_by_number(const model::Event& event, const Expr& s
   return any;
 }
 
-/// `e` with the locals in place of the reads of these fields.
+/// `e` with reads of these fields replaced by the locals.
 Expr with_locals(const Expr& e, const std::map<std::string, Expr>& locals) {
   if (const Access* read = std::get_if<Access>(&e->kind)) {
     const auto found = locals.find(read->field);
@@ -64,8 +64,8 @@ class EventStages {
     return found == stores.end() ? nullptr : &*found;
   }
 
-  /// Whether the last kernel stores all that changes, and nobody looks at neighbours of what it stores or reduces
-  /// anything.
+  /// Whether the event fits into the last kernel: that stores all changed states, and the event has no reductions and
+  /// reads no neighbours of stored fields.
   bool is_at_the_point(const model::Event& event) const {
     for (const model::Event::Update& update : event.updates) {
       if (!last_store(ends_.at(update.state))) return false;
@@ -83,8 +83,8 @@ class EventStages {
     return true;
   }
 
-  /// States as they are at the end of the step, or of the event before. What solves begin with is stored behind all
-  /// events.
+  /// Environment with the states at the end of the step, or after the previous event. Initial guesses of solves are
+  /// excluded: they are stored after all events.
   Environment reading() const {
     Environment reading;
     reading.fields = ends_;
@@ -95,12 +95,12 @@ class EventStages {
     return reading;
   }
 
-  /// Into the last kernel, behind its stores' values.
+  /// Merges the event into the last kernel, after the values of its stores.
   void join(const model::Event& event) {
     Kernel& kernel = stages_.back().kernel;
     Discretiser at_point = lowering_.discretiser(reading(), kernel.lets);
     std::map<std::string, Expr> locals;
-    for (const model::State& state : lowering_.problem().states) {  // in the model's order, whatever the names
+    for (const model::State& state : lowering_.problem().states) {  // in the model's order, not that of names
       const std::string& field = ends_.at(state.name);
       if (const Store* store = last_store(field))
         locals.emplace(field, at_point.shared(state.name + "_end", store->value));
@@ -119,7 +119,7 @@ class EventStages {
     for (const Let& let : at_point.lets()) kernel.lets.push_back({let.name, with_locals(let.value, locals)});
   }
 
-  /// A kernel of its own that reads what the stages before have stored.
+  /// Adds the event as a kernel of its own that reads the results of the previous stages.
   void append(const model::Event& event, int number) {
     Kernel kernel = lowering_.kernel(lowering_.problem().scene + "_event" + std::to_string(number));
     Discretiser at_point = lowering_.discretiser(reading());

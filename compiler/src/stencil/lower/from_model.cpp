@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks first, all of them; then lowering, which cannot fail. Orders of derivatives and schemes, and that numbers are
-// linear in reductions, were checked by the model level.
+// Runs all checks first; then lowering, which cannot fail. The model level has checked orders of derivatives and
+// schemes, and that scalar quantities are linear in reductions.
 #include "stencil/lower/from_model.h"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The formulas of an operator whose adjoint is given.
+/// Checks the formulas of an operator's custom adjoint.
 void check_given(const Prerequisite& made, DiagnosticSink& sink) {
   const Kernel* kernel = std::get_if<Kernel>(&made);
   for (std::size_t i = 0; kernel && i < kernel->custom_adjoints.size(); ++i) {
@@ -42,9 +42,9 @@ void check_given(const Prerequisite& made, DiagnosticSink& sink) {
   }
 }
 
-/// What programs are made of: fields, or numbers made of sums over the grid.
+/// Result of a formula: a field, or a number from sums over the grid.
 enum class Made { field, sums };
-/// nullopt: nothing that differences are taken of.
+/// nullopt if the formula is not discretised on its own.
 std::optional<Made> made(model::UseKind kind) {
   using enum model::UseKind;
   switch (kind) {
@@ -66,17 +66,17 @@ std::optional<Made> made(model::UseKind kind) {
     case held_where:
     case held_value: return std::nullopt;  // as part of a correction
     case control:
-    case control_start: return std::nullopt;  // of t
+    case control_start: return std::nullopt;  // formulas of t
     case boundary_value:
-    case boundary_weight: return std::nullopt;  // of places and values beside the wall
+    case boundary_weight: return std::nullopt;  // formulas of positions and values next to the wall
     case stretch_map:
-    case metric: return std::nullopt;           // of coordinates
+    case metric: return std::nullopt;           // formulas of coordinates
     case stated_operator: return std::nullopt;  // measured, see operator_order.h
   }
   unreachable("kind of use");
 }
 
-/// Lowers a formula to see whether its differences stay within reason.
+/// Lowers a formula to check that its differences do not exceed max_parts.
 void check_size(const Lowering& lowering, const model::Use& use, Made as, DiagnosticSink& sink) {
   const model::Expr& e = use.formula;
   Discretiser at_point = lowering.discretiser();
@@ -113,7 +113,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   return sink.all().size() == before;
 }
 
-/// A field and the formula that gives it.
+/// A field and its formula.
 struct Formula {
   std::string field;
   model::Expr value;
@@ -121,7 +121,7 @@ struct Formula {
   model::Placement placement;
 };
 
-/// Whether the formula, or what a boundary says of the field on a high wall, reads one of these fields.
+/// Whether the formula, or the boundary value of the field on a high wall, reads one of these fields.
 bool reads_any(const model::Problem& problem, const Formula& formula, const std::vector<std::string>& fields) {
   const auto reads = [&](const model::Expr& e) {
     return model::any_part(e, [&](const model::Expr& part) {
@@ -162,7 +162,7 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
   return stages;
 }
 
-/// A program that stores and keeps the formulas' fields; none when there are no formulas.
+/// Adds a program that stores the formulas' fields as results; no program without formulas.
 void add_formulas(Module& module, const Lowering& lowering, const std::string& name,
                   const std::vector<Formula>& formulas) {
   if (formulas.empty()) return;
@@ -187,7 +187,7 @@ std::vector<Formula> initial_formulas(const model::Problem& problem) {
   return formulas;
 }
 
-/// The formulas; where states are to begin with their constraint true, what a projection makes of them.
+/// Initial states from their formulas, projected if the constraint must hold at the start.
 void add_initial(Module& module, Lowering& lowering, const std::string& name) {
   const model::Problem& problem = lowering.problem();
   std::vector<Formula> formulas = initial_formulas(problem);
@@ -212,13 +212,13 @@ bool is_control(const model::Problem& problem, const model::Unknown& unknown) {
   return unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
 }
 
-/// Names of fields may hold a point: programs have numbers.
+/// Names of fields may contain a dot, names of programs may not: programs are numbered.
 std::ptrdiff_t number_of(const model::Problem& problem, const std::string& coefficient) {
   return std::ranges::find(problem.coefficients, coefficient, &model::Coefficient::name) -
          problem.coefficients.begin() + 1;
 }
 
-/// Those of coefficients before those of states, whose walls may read them.
+/// Formulas of coefficients before those of states, whose boundaries may read them.
 std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task& task) {
   std::vector<Formula> formulas;
   for (const model::Unknown& u : task.unknowns) {
@@ -260,8 +260,8 @@ std::vector<Formula> shown_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
-/// The last stage that solves for what `guess` is of, the value of `kept`, stores the solution for the next step; of a
-/// state it is what that was when the step began.
+/// Stores the initial guess of the next step's solve: the solution of the last stage that uses `guess`, or, for the
+/// guess of a state `kept`, the state at the start of the step.
 void keep_solution(Lowering& lowering, std::vector<Stage>& stages, const Advance& guess, const std::string& kept,
                    const std::string& name) {
   const bool is_of_state = lowering.problem().find_state(kept) != nullptr;
@@ -283,7 +283,7 @@ bool has_step(const model::Problem& problem) {
   return problem.program.empty() && !problem.states.empty() && std::ranges::all_of(problem.states, has_equation);
 }
 
-/// Events have stages of their own behind it, which read the states as they are there.
+/// An empty stage at the end of the step. Events follow it as stages of their own, which read the states there.
 Stage end_of_step(const Lowering& lowering, const std::string& name, const FieldsOfStates& ends) {
   Environment reading;
   reading.fields = ends;
@@ -291,7 +291,7 @@ Stage end_of_step(const Lowering& lowering, const std::string& name, const Field
   return Lowering::stage(lowering.kernel(name + "_end"), lowering.discretiser(reading), reading.time);
 }
 
-/// `with_estimate`: of the error, by an embedded pair. `watched`: null where nothing is.
+/// Adds the program of a step. `with_estimate`: with the error of an embedded pair. `watched`: null if nothing is.
 Program& add_step(Module& module, Lowering& lowering, const std::string& name, bool with_estimate,
                   WatchedStages* watched = nullptr) {
   const model::Problem& problem = lowering.problem();
@@ -346,9 +346,9 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
-constexpr double rounding_of_states = 1e-3;  // of the terms of a constraint, where 1e-6 of them is rounding
+constexpr double rounding_of_states = 1e-3;  // weight of states/h in the size to which residuals 1e-6 are rounding
 
-/// How far constraints are from being true.
+/// The residual of each constraint and the size of its terms.
 std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames& names) {
   std::vector<NamedValue> values;
   const auto largest = [](const model::Expr& e) {  // numbers are linear in sums: a maximum is its own mean
@@ -363,7 +363,7 @@ std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames
     const auto& [miss, sum] = names.misses[values.size() / 2];
     values.push_back({miss, largest(magnitude(projection.constraint))});
     model::Expr size = largest(terms);
-    for (const model::Event::Update& update : projection.updates) {  // of flows that are the same everywhere
+    for (const model::Event::Update& update : projection.updates) {  // a size for uniform flows, whose terms are 0
       const model::Expr spacing = model::param("h" + problem.axes.front().name);
       const model::Expr rounding = model::binary(BinaryOp::divide, rounding_of_states, spacing);
       const model::Expr of_state = largest(magnitude(model::field(update.state)));
@@ -374,7 +374,7 @@ std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames
   return values;
 }
 
-/// What a spectrum or a correlation is of, each component where it lies.
+/// Operands of a spectrum or a correlation, each component at its placement.
 std::vector<Formula> test_formulas(Lowering& lowering, const model::Test& test) {
   const model::Placements placements(lowering.problem());
   std::vector<Formula> formulas;

@@ -25,7 +25,7 @@ class Iterations {
         module_(module),
         rank_(rank) {}
 
-  /// Of right side and start, without their means where A takes constants to 0.
+  /// Initialises the iteration from the right side and the start, without their means if A maps constants to 0.
   void begin(const std::string& start, bool without_means, std::vector<Statement>& body) const {
     const std::string& given = solve_.rights.front();
     Expr right = access(given), guess = start.empty() ? Expr(0.0) : access(start);
@@ -55,7 +55,7 @@ class Iterations {
     run("product", products, body);
     reduce(fields_.curvature, Reduction::sum, fields_.product, body);
     if (solve_.preconditioner) reduce(fields_.ahead_sum, Reduction::sum, fields_.ahead, body);
-    const Expr along = solve_.preconditioner ? access(fields_.ahead_sum) : before;  // (r, p), which is (r, r) without
+    const Expr along = solve_.preconditioner ? access(fields_.ahead_sum) : before;  // (r, p); plain CG: = (r, r)
     const Let length{"length", select(is_first, 1.0, select(is_found, 0.0, along / access(fields_.curvature)))};
     const Let left{"left", access(fields_.left.state) - local("length") * image};
     run("move",
@@ -79,7 +79,7 @@ class Iterations {
  private:
   using Stored = std::pair<std::string, Expr>;
 
-  /// z = M(r), or r where that is of no use, and how much of the old direction makes it the next one.
+  /// z = M(r), or r if z is of no use, and the weight of the old direction in the next one.
   std::pair<Expr, Expr> searched(bool without_means, std::vector<Statement>& body) const {
     const NetworkCall& network = *solve_.preconditioner;
     const Expr left = access(fields_.left.next), image = access(solve_.images.front());
@@ -93,7 +93,7 @@ class Iterations {
     run("search",
         {{fields_.towards, local("towards")},
          {fields_.gains, local("towards") * left},
-         {fields_.lengths, square_of(local("scale") * access(made))},  // of which rounding is judged, as in krylov.cpp
+         {fields_.lengths, square_of(local("scale") * access(made))},  // the size for rounding, as in krylov.cpp
          {fields_.turns, local("towards") * image},
          {fields_.drifts, left * image}},
         body, {scale, towards});
@@ -113,7 +113,7 @@ class Iterations {
   static Expr square_of(const Expr& e) { return e * e; }
   const std::string& direction() const { return solve_.unknowns.front(); }
 
-  /// Over all axes.
+  /// A reduction over all axes.
   void reduce(const std::string& result, Reduction kind, const std::string& field, std::vector<Statement>& body) const {
     Reduce reduction{result, kind, field};
     std::fill_n(reduction.over.begin(), rank_, true);
@@ -137,7 +137,7 @@ class Iterations {
 
   const Solve& solve_;
   const IterationFields& fields_;
-  double negligible_;  // of squares
+  double negligible_;  // relative size of squares
   std::string name_;
   Module& module_;
   int rank_;

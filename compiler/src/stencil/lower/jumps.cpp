@@ -14,7 +14,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// A value of a kernel, its lets put in, as one of independent symbols.
+/// Converts a value of a kernel, with lets substituted, to an expression of independent symbols.
 class Converter {
  public:
   Converter(const Kernel& kernel, const Movement& movement) : movement_(movement) {
@@ -23,7 +23,7 @@ class Converter {
 
   Piecewise::Id convert(const Expr& e);
   const Piecewise& formula() const { return formula_; }
-  /// What the switch hangs on.
+  /// Fields and parameters on which the switch depends.
   std::set<std::string> movers_of(Piecewise::Id id);
   /// The function that switches; "" for if.
   std::string function_of(Piecewise::Id id) const;
@@ -48,7 +48,7 @@ class Converter {
   Piecewise formula_;
 };
 
-/// Of what moves.
+/// Names of the fields and parameters in `e` that vary.
 std::set<std::string> Converter::names_in(const Expr& e) {
   std::set<std::string> names;
   const auto add = [&](const std::string& name) {
@@ -66,7 +66,7 @@ std::set<std::string> Converter::names_in(const Expr& e) {
   return names;
 }
 
-/// Once for each let: each of a chain may stand in the next one twice.
+/// Cached for each let: in a chain of lets each may occur twice in the next, which would take exponential time.
 const std::set<std::string>& Converter::names_in_let(const std::string& name) {
   const auto found = names_of_lets_.find(name);
   if (found != names_of_lets_.end()) return found->second;

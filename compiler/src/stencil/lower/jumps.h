@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what a kernel stores or adds up jumps where a condition, sign, floor or fraction switches, or where it
-// divides by 0.
+// Detects kernels whose stores or sums jump where a condition, sign, floor or fraction switches, or where a divisor is
+// 0.
 #pragma once
 
 #include <functional>
@@ -13,18 +13,18 @@
 
 namespace dpde::stencil {
 
-/// What moves, and the values that parameters have.
+/// The fields and parameters that vary, and the values of parameters.
 struct Movement {
-  std::function<bool(const std::string&)> moves;  // of fields and parameters
+  std::function<bool(const std::string&)> moves;  // whether a field or parameter varies
   std::function<Piecewise::Symbol(const std::string&)> param;
-  bool keeps_signs = true;  // fields that something is divided by have one for which it is written
+  bool keeps_signs = true;  // divisors are assumed to keep one sign
 };
 
 struct KernelJump {
   SourceRange range;
   std::string what;              // "sign", "floor"; "" for if
   std::set<std::string> movers;  // fields and parameters that move the switch
-  bool is_at_pole = false;       // where something is divided by 0
+  bool is_at_pole = false;       // division by 0
 };
 std::optional<KernelJump> jump_in(const Kernel& kernel, const Movement& movement);
 

@@ -30,7 +30,7 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
   return false;
 }
 
-/// All that a preparation reads.
+/// All reads of a preparation.
 std::vector<Signature::Read> reads_of(const Prerequisite& preparation) {
   using Reads = std::vector<Signature::Read>;
   return match(
@@ -62,7 +62,7 @@ std::vector<Signature::Read> reads_of(const Prerequisite& preparation) {
       });
 }
 
-/// In its block.
+/// Halo width that the block of a solve reads; 0 for other preparations.
 int width_inside(const Prerequisite& preparation) {
   return match(preparation, always<0, Kernel, Reduce, NetworkCall, Transform>, [](const PreparedSolve& solve) {
     int width = 0;
@@ -72,7 +72,7 @@ int width_inside(const Prerequisite& preparation) {
   });
 }
 
-/// Of a stage that is nothing but what is done before it.
+/// Whether the stage has preparations only: its kernel is empty.
 bool is_idle(const Kernel& kernel) { return kernel.stores.empty() && kernel.sums.empty() && kernel.scatters.empty(); }
 
 int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
@@ -87,9 +87,9 @@ bool is_read_by_solve(const Stage& stage, const Kernel& kernel) {
   });
 }
 
-/// How far beyond walls each preparation of a stage has to go: as far as what it stores is read. Formulas of
-/// coordinates, as those of masks that move, are filled like coefficients where there are rings beside walls, or a
-/// solve fills them too.
+/// For each preparation of a stage the number of cells beyond walls at which it runs: as far as its results are read.
+/// Formulas of coordinates, such as moving masks, are instead filled like coefficients if the grid also has periodic
+/// axes, or if a solve reads them.
 std::vector<int> grows_of(const Stage& stage, const std::vector<Topology>& axes) {
   const bool has_walls = std::ranges::count(axes, Topology::bounded) > 0;
   const bool has_rings = std::ranges::count(axes, Topology::periodic) > 0;
@@ -143,7 +143,7 @@ std::vector<std::string> known_outside(const Stage& stage) {
   return results;
 }
 
-/// What the passes of a block write or carry.
+/// Fields that the passes of a block write or carry.
 std::set<std::string> fields_of_passes(const std::vector<Stage>& stages, const StageBlock* block) {
   std::set<std::string> fields;
   for (const LoopCarried& carry : block->carries) fields.insert({carry.state, carry.next});
@@ -154,14 +154,14 @@ std::set<std::string> fields_of_passes(const std::vector<Stage>& stages, const S
   return fields;
 }
 
-/// Lets what is added to a program be that of a block, which says by itself how fields go on: of what was filled
-/// outside it knows the interior.
+/// Redirects additions to a program into its current block. A block has halo rules of its own: of fields filled outside
+/// it sees the interior only.
 class BlockScope {
  public:
   BlockScope(const std::vector<Stage>& stages, Program& program, std::set<std::string>& grown, Walls& walls)
       : stages_(stages), program_(program), grown_(grown), walls_(walls) {}
 
-  /// Leaves the block that is under way, unless it is this one; null: none.
+  /// Leaves the current block unless it is `block`, and enters `block`; null: none.
   void enter(const std::shared_ptr<const StageBlock>& block) {
     if (block == block_) return;
     if (block_) leave();
@@ -174,10 +174,10 @@ class BlockScope {
     outer_walls_ = walls_.forget();
   }
 
-  /// A value from outside that is read as it is there: that on a wall belongs to the time of the step, not to that of
-  /// the pass.
+  /// Whether the field comes from outside the block: its value on a wall belongs to the time of the step, not of the
+  /// pass.
   bool is_from_outside(const std::string& field) const { return block_ && !own_.contains(field); }
-  /// Filled in a block, perhaps.
+  /// Whether a block may have filled the field.
   bool may_spoil(const std::string& field) const { return filled_inside_.contains(field); }
 
  private:
@@ -281,7 +281,7 @@ Stage Lowering::stage(Kernel kernel, const Discretiser& at_point, Expr time) {
           at_point.reading().fields, nullptr,         at_point.reading()};
 }
 
-/// Of a field without a boundary of its own.
+/// The boundary of a field without a boundary of its own.
 std::vector<AxisBoundary> Lowering::plain_boundary() const {
   std::vector<AxisBoundary> boundary;
   for (const model::Axis& axis : problem_.axes) {
@@ -292,7 +292,7 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
   return boundary;
 }
 
-/// Of a field that is no state.
+/// The boundary of a field that is not a state.
 std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const {
   std::vector<AxisBoundary> boundary = plain_boundary();
   const auto placed = placed_.find(field);
@@ -319,7 +319,7 @@ std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const 
   return boundary;
 }
 
-/// The state whose boundary holds for `field`: also for data that are the same field of another scene's run.
+/// The state whose boundary applies to `field`; also for data of the same field from another scene's run.
 const model::State* Lowering::state_beyond_walls(const std::string& field) const {
   const auto found = state_of_.find(field);
   if (found != state_of_.end()) return problem_.find_state(found->second);
@@ -327,12 +327,12 @@ const model::State* Lowering::state_beyond_walls(const std::string& field) const
   const auto datum = std::ranges::find(problem_.task->data, field, &model::Datum::name);
   if (datum == problem_.task->data.end() || datum->series) return nullptr;
   const model::State* state = problem_.find_state(datum->field);
-  const bool needs_others = state != nullptr && (model::radiates(*state) ||  // nothing says what its rate is
+  const bool needs_others = state != nullptr && (model::radiates(*state) ||  // its rate is not known here
                                                  model::has_wall_formula(problem_, state->boundary));
   return needs_others ? nullptr : state;
 }
 
-/// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.
+/// The state of `field`, if its values lie on walls; nullptr for histories of time schemes, which have no other reader.
 const model::State* Lowering::state_on_walls(const std::string& field) const {
   const auto found = state_of_.find(field);
   const model::State* state = found == state_of_.end() ? nullptr : problem_.find_state(found->second);
@@ -346,7 +346,7 @@ const model::State* Lowering::state_on_walls(const std::string& field) const {
 std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const {
   const auto time_of = [&](const std::string& field, std::size_t after) {
     for (std::size_t later = after + 1; later < stages.size(); ++later) {
-      if (stages[later].block != stages[after].block) continue;  // results, for passes
+      if (stages[later].block != stages[after].block) continue;  // outside a block its fields are results
       const std::vector<Signature::Read> reads = reads_of(stages[later]);
       const auto is_of_field = [&](const Signature::Read& read) { return read.field == field; };
       if (std::any_of(reads.begin(), reads.end(), is_of_field)) return stages[later].time;
@@ -362,7 +362,7 @@ std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const E
   return stages;
 }
 
-/// Whether what is read is complete as its kernel stores it.
+/// Whether the read needs no fill, as the kernel has stored the value on walls too.
 bool Lowering::has_value_on_walls(const Signature::Read& read) const {
   const model::State* state = state_on_walls(read.field);
   return state != nullptr && !is_read_beyond_the_cell(read) && !is_derived_on_wall(*state, problem_);
@@ -372,7 +372,7 @@ bool Lowering::needs_fill(const Signature::Read& read) const {
   return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
 }
 
-/// In a block a value on a wall that comes from outside is that of the step, not of the pass, and is read as it is.
+/// In a block a wall value from outside belongs to the step, not to the pass, and no fill replaces it.
 HaloRule Lowering::rule_for(const std::string& field, std::vector<AxisBoundary> boundary, bool is_from_outside) const {
   HaloRule rule = rule_of_fill({field, std::move(boundary)});
   const model::State* state = state_on_walls(field);
@@ -381,17 +381,17 @@ HaloRule Lowering::rule_for(const std::string& field, std::vector<AxisBoundary> 
   return rule;
 }
 
-/// A program that is being made.
+/// The program under construction.
 struct Lowering::KernelDraft {
   Module& module;
   Program& program;
   Walls& walls;
   const BlockScope& scope;
-  std::set<std::string>& grown;                // what a stage stores for itself as far beyond walls as it reads it
+  std::set<std::string>& grown;                // fields that a stage computes as far beyond walls as it reads them
   std::map<std::string, model::State> solved;  // the unknowns, with their boundaries
 };
 
-/// A field goes on as at its own time, that of the first stage that reads it: u at t, which later stages read too.
+/// A field has the boundary of its own time, that of the first stage which reads it: u that of t, in later stages too.
 void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& time, int grow,
                          const FieldsOfStates& at, KernelDraft& draft) const {
   for (Signature::Read read : reads) {
@@ -435,7 +435,7 @@ void Lowering::add_preparation(const Prerequisite& preparation, const Stage& sta
 
 namespace {
 
-/// What a stage needs at many places is made before it.
+/// Stores values that a stage needs at many points in fields before it.
 void store_values(Stage& stage, const std::vector<Topology>& axes) {
   StoredValues stored = with_stored_values(stage.kernel, axes);
   stage.kernel = std::move(stored.kernel);

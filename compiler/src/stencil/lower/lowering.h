@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of one problem share: names, boundaries, and the rule by which a sequence of kernels becomes a
-// program: what is read at offsets or interpolated, or lies on walls, has a rule by which it goes on; place_fills
-// (passes/place_fills.h) makes the fills of that.
+// Common parts of all programs of a problem: names, boundaries, and the construction of a program from a sequence of
+// kernels. Each field that is read at offsets or interpolated, or that lies on walls, gets a HaloRule, from which
+// place_fills (passes/place_fills.h) makes the fills.
 #pragma once
 
 #include <functional>
@@ -20,26 +20,26 @@
 
 namespace dpde::stencil {
 
-/// Stages that are the passes of a repeat, or the block of a solve.
+/// A block of stages: the passes of a repeat, or the block of a solve.
 struct StageBlock {
   int count = 1;
   std::string counter = {};
   std::vector<LoopCarried> carries = {};
-  Expr end;  // the time where a pass ends
+  Expr end;  // the time at the end of a pass
   std::optional<Solve> solve = std::nullopt;
 };
 
-/// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values
-/// that vary).
+/// One kernel of a program, the statements before it, and the time of the fields that they read (for boundary values
+/// that vary in time).
 struct Stage {
   Kernel kernel;
   Expr time;
   std::vector<Prerequisite> before;
-  FieldsOfStates at = {};                             // what it reads in the place of states
-  std::shared_ptr<const StageBlock> block = nullptr;  // which it stands in with the stages that have the same
-  std::optional<Environment> reading = std::nullopt;  // when formulas of a problem stand in it: what they read
+  FieldsOfStates at = {};                             // the fields that it reads instead of states
+  std::shared_ptr<const StageBlock> block = nullptr;  // its block, shared by all stages of the block
+  std::optional<Environment> reading = std::nullopt;  // the environment, if it evaluates formulas of the problem
 };
-/// All that a stage reads.
+/// All reads of a stage.
 std::vector<Signature::Read> reads_of(const Stage& stage);
 
 class Lowering {
@@ -49,29 +49,29 @@ class Lowering {
   const model::Problem& problem() const { return problem_; }
   int rank() const { return static_cast<int>(problem_.axes.size()); }
 
-  /// A new field beside a state with the state's boundary, as u_next or u_1.
+  /// A new field for a state, such as u_next or u_1, with the state's boundary.
   std::string field_beside(const std::string& state, const std::string& suffix);
-  /// Of a state that is no memory of a time scheme: itself, or beside it.
+  /// Whether the field is a state, or a field for one, that is not a history of a time scheme.
   bool stands_for_state(const std::string& field) const;
-  /// The state that a field is, or is beside; "" of others.
+  /// The state itself for a state, the state of a field for one; "" for other fields.
   std::string state_of(const std::string& field) const;
-  /// A new field with no boundary of its own, as u_exact.
+  /// A new field without a boundary, such as u_exact.
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
-  /// One that lies where `placement` says. On low walls, which have no point of it, it is what its straight line is.
+  /// A new field at `placement`. It has no point on low walls: there it is extrapolated linearly.
   std::string fresh_field_at(const std::string& wish, const model::Placement& placement) {
     return placed_.emplace(names_.fresh(wish), placement).first->first;
   }
 
-  /// Transport along the flow is no difference: where it was chosen, an advect that is left is central(2).
-  /// Lets get other names than those of `taken`.
+  /// With semi-Lagrangian transport, which is not a difference, a remaining advect is central(2). Lets get other names
+  /// than those of `taken`.
   Discretiser discretiser(Environment reading = {}, const std::vector<Let>& taken = {}) const;
 
   Kernel kernel(const std::string& name) const;
-  /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
+  /// The stage of `kernel` with the lets and preparations of `at_point`; it reads the fields at `time`.
   static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Environment().time);
-  /// Adds the kernels and the program that runs them; swaps and keeps are the caller's, who has its fills placed then.
-  /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that
-  /// reads it, else at that of the results.
+  /// Adds the kernels and the program that runs them; the caller adds swaps and keeps, and then has fills placed.
+  /// For a state that lies on walls the kernels store the boundary value there: at the time of the stage that reads it,
+  /// else at that of the results.
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages,
                        const Expr& time_of_results = Environment().time) const;
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
@@ -99,8 +99,8 @@ class Lowering {
   const model::Problem& problem_;
   model::Placements placements_;
   NameSupply names_;
-  std::map<std::string, std::string> state_of_;     // the states, and the fields beside them
-  std::map<std::string, model::Placement> placed_;  // fields without a boundary that lie somewhere
+  std::map<std::string, std::string> state_of_;     // the states, and the fields for them
+  std::map<std::string, model::Placement> placed_;  // fields without a boundary that have a placement
 };
 
 }  // namespace dpde::stencil

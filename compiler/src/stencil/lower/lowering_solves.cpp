@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves of programs: the operator with homogeneous walls as a block, and what walls with values give to the right
-// side.
+// Solves of programs: the operator with homogeneous boundary conditions as a block, and the contribution of boundary
+// values to the right side.
 #include <algorithm>
 #include <utility>
 
@@ -14,7 +14,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// With the condition that a difference of two fields with the boundary has.
+/// The state with homogeneous conditions, as satisfied by the difference of two fields with its boundary.
 model::State homogeneous(model::State state) {
   for (model::AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
   return state;
@@ -28,7 +28,8 @@ bool has_values(const std::vector<AxisBoundary>& axes) {
 
 }  // namespace
 
-/// What walls with values do to the image belongs to the right side: the image of what is 0 inside, which is filled so.
+/// Moves the contribution of boundary values to the right side: the operator applied to a field that is 0 inside and
+/// filled with these values.
 void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary>& boundary,
                             const StateHalos& state_halos, Module& module, Program& program) const {
   const auto add = [&](Kernel made) { program.body.push_back(Run{add_kernel(module, std::move(made))}); };
@@ -51,8 +52,8 @@ void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary
   solve.right = solve.total;
 }
 
-/// What lies on a high wall is no unknown, but at an open end: its row is 1, and the rest knows what the boundary has
-/// there. What the operator reads in place of the unknown.
+/// Values on a high wall are not unknowns, except at an open end: their matrix row is that of the identity, and the
+/// other rows use the boundary's value there. Returns the field that the operator reads instead of the unknown.
 std::string Lowering::keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const {
   const std::vector<Offset> beyond_walls = known_on_walls(solve.state, problem_);
   if (beyond_walls.empty()) return solve.unknown;
@@ -94,7 +95,7 @@ void Lowering::add_solve(PreparedSolve solve, const Expr& time, const StateHalos
     return add_iterations(made, *solve.iterations, solve.starts.empty() ? "" : solve.starts.front(),
                           problem_.scheme.real, name, module, program);
   for (const std::string& guess : solve.guesses) {
-    if (state_of_.contains(guess)) made.guesses.push_back(guess);  // problems without memories are looked at too
+    if (state_of_.contains(guess)) made.guesses.push_back(guess);  // some problems are lowered without their guesses
   }
   made.guesses.insert(made.guesses.end(), solve.starts.begin(), solve.starts.end());
   program.body.push_back(std::move(made));

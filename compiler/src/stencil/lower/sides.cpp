@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sides of bounded axes: what they are made of, and the rule by which a fill, a fold and derivatives know them.
+// Sides of bounded axes: their expressions, and their rules for fills, folds and derivatives.
 #include <algorithm>
 #include <set>
 #include <string>

@@ -19,11 +19,11 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Of each side of each axis, low and high.
+/// A value for each side (low, high) of each axis.
 template <class T>
 using OfSides = std::array<std::array<T, 2>, max_rank>;
 
-/// What equations, losses and the like read beyond walls.
+/// The fields that equations, losses and the like read beyond walls.
 class Readers {
  public:
   explicit Readers(const Lowering& lowering) : lowering_(lowering), problem_(lowering.problem()) {
@@ -34,8 +34,7 @@ class Readers {
   bool anywhere(const std::string& field, int axis, bool is_high) const {
     return in_step(field, axis, is_high) || is_in(elsewhere_, field, axis, is_high);
   }
-  /// The state with points on the wall whose equation, were it asked there, would read the condition; "" where there is
-  /// none.
+  /// A state with points on the wall whose equation, if evaluated there, would read the condition; "" if there is none.
   std::string on_wall(const std::string& field, int axis, bool is_high) const {
     const auto found = on_wall_.find(field);
     return found == on_wall_.end() ? "" : found->second[static_cast<std::size_t>(axis)][is_high ? 1 : 0];
@@ -66,7 +65,7 @@ class Readers {
       case correction:
       case event: return add_to_state(*problem_.find_state(use.owner), use.formula);
       case held_where:
-      case held_value: return;  // as part of a correction
+      case held_value: return;  // part of a correction
       case potential:
       case constraint:
       case courant_rate: return add_field(use.formula, use.home, in_step_);
@@ -84,8 +83,8 @@ class Readers {
       case boundary_value:
       case boundary_weight:
       case stretch_map:
-      case metric: return;           // read no field around them
-      case stated_operator: return;  // is not run
+      case metric: return;           // these read no neighbours
+      case stated_operator: return;  // never run
     }
   }
 
@@ -93,7 +92,7 @@ class Readers {
     return model::Placements(problem_).natural(e).value_or(model::Placement{});
   }
 
-  /// The points on walls are not asked.
+  /// Equations are not evaluated at points on walls.
   void add_to_state(const model::State& state, const model::Expr& e) {
     Discretiser at_point = lowering_.discretiser();
     const Expr value = at_point(e, state.placement);
@@ -128,7 +127,7 @@ class Readers {
     note_preparations(at_point, sides);
   }
 
-  /// `last(axis)`: how many cells before the last one the last point is.
+  /// `last(axis)`: number of cells between the last point and the last cell.
   void note(const Expr& part, Sides& sides, const std::function<int(int)>& last) {
     if (const Interp* interp = std::get_if<Interp>(&part->kind)) return note_all(interp->field, sides);
     const Access* access = std::get_if<Access>(&part->kind);
@@ -140,14 +139,14 @@ class Readers {
     }
   }
 
-  /// What is stored before a kernel may be stored beyond walls too: whatever it is made of counts as read there.
+  /// Preparations may be computed beyond walls too: all their inputs count as read there.
   void note_preparations(const Discretiser& at_point, Sides& sides) {
     const auto note_reads = [&](const Kernel& kernel) {
       for (const Signature::Read& read : signature(kernel).reads) note_all(read.field, sides);
     };
     for (const Prerequisite& preparation : at_point.preparations()) {
       match(
-          preparation, note_reads, ignored<Reduce, Transform>,  // of points inside, and of rings
+          preparation, note_reads, ignored<Reduce, Transform>,  // these read the interior and periodic axes only
           [&](const NetworkCall& call) {
             for (const std::string& input : call.inputs) note_all(input, sides);
           },
@@ -181,13 +180,13 @@ bool has_no_slope(const model::Side& side) {
   return is_slope && model::is_constant(side.value, 0);
 }
 
-/// Where the condition is written.
+/// Source range of the condition.
 SourceRange range_of(const model::State& state, const model::Side& side) {
   const SourceRange range = side.value->origin.range;
   return range.is_known() ? range : state.origin.range;
 }
 
-/// By time, an unknown or a field.
+/// Whether the condition depends on time, a control variable or a field.
 bool varies(const model::Problem& problem, const model::Side& side) {
   const auto is_varying = [&](const model::Expr& part) {
     const auto* param = std::get_if<model::Param>(&part->kind);
@@ -201,8 +200,8 @@ bool varies(const model::Problem& problem, const model::Side& side) {
 
 using WallPlace = std::array<double, max_rank>;
 
-/// What a formula of numbers, parameters and coordinates is at a place; nullopt where more stands in it, or it is no
-/// number.
+/// Value at a point of a formula of numbers, parameters and coordinates; nullopt for other formulas, or if the value is
+/// not a number.
 std::optional<double> number_at(const model::Problem& problem, const model::Expr& e, const WallPlace& place) {
   const auto at = [&](const model::Expr& part) { return number_at(problem, part, place); };
   std::optional<double> value;
@@ -238,7 +237,7 @@ bool is_sought(const model::Problem& problem, const model::State& state) {
          });
 }
 
-/// False where the state is known to begin with something else at the wall than the condition wants there.
+/// False if the initial value of the state at the wall is known to differ from the value of the condition.
 bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high,
                     const model::Side& side) {
   if (!condition_of(side.kind).gives_value()) return false;
@@ -257,12 +256,12 @@ bool may_begin_with(const model::Problem& problem, const model::State& state, in
   return true;
 }
 
-/// One side of one field.
+/// A condition that is not read: one side of one field.
 struct Idle {
   const model::State& state;
   int axis = 0;
   bool is_high = false;
-  const model::State* holder = nullptr;  // what lies on the wall and would have read the condition
+  const model::State* holder = nullptr;  // the state on the wall whose equation would have read the condition
 
   const model::Side& of(const model::State& any) const {
     const model::AxisSides& sides = any.boundary[static_cast<std::size_t>(axis)];
@@ -280,7 +279,7 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
     return;
   }
   const std::string& holder = idle.holder->name;
-  // Where the flux has no slope, what it carries stays as it is: an open end.
+  // An open end: where the flux has zero slope, the transported state is constant.
   if (has_no_slope(idle.of(*idle.holder)) && !varies(problem, side)) {
     const std::string hint = fmt::format(
         "where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
@@ -298,7 +297,7 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
                           name, holder, place, idle.is_high ? "-" : ""));
 }
 
-/// All that ask for something and are not read.
+/// All conditions, except of zero slope, that are not read.
 std::vector<Idle> unread_boundaries(const Lowering& lowering) {
   std::vector<Idle> found;
   const model::Problem& problem = lowering.problem();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions at walls that nothing reads. The equations say it: what each reads at its own points, once it is made of
-// offsets.
+// Boundary conditions that no equation reads, found from the reads of each discretised equation at its own points.
 #pragma once
 
 #include "source/diagnostic.h"
@@ -8,11 +7,11 @@
 
 namespace dpde::stencil {
 
-/// An error where a field on the wall would have read the condition, but has one of its own there; else a warning.
-/// Conditions of slope 0 ask for nothing.
+/// Reports conditions that are not read: an error if the equation of a field on the wall would read the condition, but
+/// the field has its own condition there; else a warning. Conditions of zero slope are not reported.
 void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink);
 
-/// With zero_gradient in their places: what no equation reads neither jumps nor switches.
+/// The problem with zero_gradient instead of conditions that are not read: they can neither jump nor switch.
 model::Problem without_idle_walls(const model::Problem& problem);
 
 }  // namespace dpde::stencil

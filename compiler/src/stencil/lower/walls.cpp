@@ -29,18 +29,18 @@ Expr at_wall(const Expr& e, const std::string& coordinate, double wall) {
   return map_children(e, [&](const Expr& part) { return at_wall(part, coordinate, wall); });
 }
 
-/// The value c of a side, of what states and coefficients are at the point where it is taken. `at`: what stands for
-/// states.
+/// The value c of a side, as a formula of states and coefficients at the point of evaluation. `at`: the fields that
+/// replace states.
 Expr side_value(const model::State& state, const model::Problem& problem, int axis, bool is_low, const Expr& time,
                 const FieldsOfStates& at = {}) {
   const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
   const double wall = is_low ? problem.axes[axis].low : problem.axes[axis].high;
-  model::Placement along = state.placement;  // the wall itself is no half cell away
+  model::Placement along = state.placement;  // across the wall there is no half-cell shift
   along[static_cast<std::size_t>(axis)] = false;
   return at_wall(lowered(from.value, time, along, at), axis_letter(axis), wall);
 }
 
-/// Whether lines through the two cells beside the wall lead a field of the formula to it.
+/// Whether the field is extrapolated linearly to the wall from the two cells next to it.
 bool is_led_to_walls(const std::string& field, const model::Problem& problem, int axis, const FieldsOfStates& at) {
   const auto index = static_cast<std::size_t>(axis);
   const auto is_read = [&](const model::State& state) {
@@ -52,8 +52,8 @@ bool is_led_to_walls(const std::string& field, const model::Problem& problem, in
          (coefficient && model::is_led_to_walls(problem, *coefficient, index));
 }
 
-/// A formula in the cell beside the side, of fields as they are on the wall: (3u - w)/2 of the cell and the next one,
-/// u where there is one cell. What lies on the wall is there.
+/// A formula in the cell next to the side, with fields extrapolated to the wall: (3u - w)/2 with u in this cell and w
+/// in the next one inside, u if there is one cell. Fields that lie on the wall are read as they are.
 Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is_low, const FieldsOfStates& at = {}) {
   const Access* read = std::get_if<Access>(&e->kind);
   if (!read || !is_led_to_walls(read->field, problem, axis, at))
@@ -64,8 +64,8 @@ Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is
   return select(inside(inwards, 0), 1.5 * e - 0.5 * access(read->field, behind), e);
 }
 
-/// Whether a side's value is made in the cell beside it, of what lines lead to the wall. Rates hold in that cell, and
-/// speeds of waves are those there.
+/// Whether a side's value is computed in the cell next to it, from fields extrapolated to the wall. Rates and wave
+/// speeds are those in that cell.
 bool is_made_beside(const model::Side& side, const model::Problem& problem, int axis) {
   if (model::is_of_states(problem, side)) return true;
   return !condition_of(side.kind).takes_rate() && model::any_part(side.value, [&](const model::Expr& part) {
@@ -74,7 +74,7 @@ bool is_made_beside(const model::Side& side, const model::Problem& problem, int 
   });
 }
 
-/// Of what waves leave by, the slope about the cell that has the rate.
+/// For radiating conditions, the gradient mirrored about the cell that has the rate.
 SideKind kind_of_fill(const model::Side& side) {
   return condition_of(side.kind).takes_rate() ? SideKind::gradient_at_cell : side.kind;
 }
@@ -124,20 +124,20 @@ bool Walls::varies(const model::Expr& value) const {
     const auto* param = std::get_if<model::Param>(&part->kind);
     const model::Parameter* known = param ? problem_.find_param(param->name) : nullptr;
     const bool is_control = param && problem_.find_control(param->name) !=
-                                         nullptr;  // a halo filled a step before would hold its last value
+                                         nullptr;  // a halo filled one step earlier would have its last value
     return std::holds_alternative<model::Coordinate>(part->kind) || std::holds_alternative<model::Field>(part->kind) ||
            (known && known->unknown) || is_control;
   });
 }
 
-/// What stands for dt(u).
+/// The field with dt(u).
 std::string Walls::rate_field(const model::State& state, const FieldsOfStates& at) const {
   const std::string& rate = problem_.velocity_of(state.name)->name;
   const auto found = at.find(rate);
   return found == at.end() ? rate : found->second;
 }
 
-/// Known in the cells beside the sides and, as it is there, beyond them.
+/// The field with dt(u), with a rule for its halo.
 std::string Walls::filled_rate(const model::State& state, const Expr& time, Module& module, Program& program,
                                const FieldsOfStates& at) {
   const std::string field = rate_field(state, at);
@@ -147,8 +147,8 @@ std::string Walls::filled_rate(const model::State& state, const Expr& time, Modu
   return field;
 }
 
-/// Across the side, the line whose slope is 0 times that of the first cells is what the nearest cell has, at all halo
-/// cells. Along it the value goes on as it varies, also beyond corners.
+/// Across the side the rule `line` with factor 0 copies the nearest cell's value to all halo cells. Along the side it
+/// extrapolates linearly, also beyond corners.
 Expr Walls::from_beside(const model::State& state, int axis, bool is_low, const Expr& time, Module& module,
                         Program& program, const FieldsOfStates& at) {
   const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
@@ -170,7 +170,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
   std::vector<AxisBoundary> boundary;
   std::vector<std::pair<int, bool>> varying;  // sides, as axis and whether it is the low one
   std::optional<Expr> value;                  // at each halo cell that of the axis filled last
-  SourceRange origin;                         // of all its parts
+  SourceRange origin;                         // covers all its parts
   for (int axis = 0; axis < static_cast<int>(problem_.axes.size()); ++axis) {
     boundary.push_back({problem_.axes[axis].topology, {}, {}});
     if (boundary.back().topology == Topology::periodic) continue;
@@ -203,7 +203,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
   return boundary;
 }
 
-/// The field that holds `value` on the halo, stored once where several fills need the same.
+/// The field with `value` on the halo; fills with equal values share one field.
 std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, int grow, Module& module,
                           Program& program) {
   const auto same = [&](const auto& known) { return known.first == value; };

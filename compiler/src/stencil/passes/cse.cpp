@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What more than one place refers to, and costs something, gets a let before its first use. Expressions of params and
-// numbers only are left alone: they are computed once for all points anyway.
+// An expression that occurs more than once and has a cost gets a let before its first use. Expressions of params and
+// numbers are excluded: they are computed once for all points anyway.
 #include <fmt/format.h>
 
 #include <map>
@@ -34,7 +34,7 @@ class Rewriter {
     result.lets.clear();
     for (const Let& let : kernel_.lets) {
       const int n = numbering_.number(let.value);
-      if (defined_.contains(n)) continue;  // an earlier let has this value
+      if (defined_.contains(n)) continue;  // an earlier let has the same value
       const Expr value = rewrite_below(let.value);
       lets_.push_back({let.name, value});
       if (is_worth_a_name(n)) defined_.emplace(n, let.name);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backward liveness over programs. A kernel that several programs run keeps what any of them needs, and then reads for
-// all of them; so the parts that live are grown to a fixed point first, and everything else is removed after.
+// Backward liveness over programs. A kernel that several programs run keeps the parts that any of them needs, and then
+// has the reads of all these parts in each. So live parts are first extended to a fixed point; then the rest is
+// removed.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -19,7 +20,7 @@ namespace {
 
 using NameSet = std::set<std::string>;
 
-/// From the last let to the first, each looked at once: a let is read by what stands behind it only.
+/// Goes from the last let to the first, once: a let is read only by later lets and statements.
 Kernel without_unused_lets(Kernel kernel) {
   NameSet used;
   const auto note = [&](const Expr& e) {
@@ -45,7 +46,7 @@ Kernel restricted(Kernel kernel, const NameSet& fields) {
   return without_idle_formulas(without_unused_lets(with_stores_only(std::move(kernel), fields)));
 }
 
-/// The statements of one program seen from its end.
+/// Walks the statements of one program from its end.
 class Liveness {
  public:
   Liveness(const Module& module, const Program& program, std::map<std::string, NameSet>& live_parts)
@@ -54,7 +55,7 @@ class Liveness {
     live_.insert(program.keeps.begin(), program.keeps.end());
   }
 
-  /// The statements that have an effect, in order.
+  /// Returns the statements that have an effect, in order.
   std::vector<Statement> run() {
     std::vector<Statement> kept;
     const auto keep_if = [&](bool has_effect, const auto& statement) {
@@ -122,7 +123,7 @@ class Liveness {
     return true;
   }
 
-  /// Leaves in its block what the image is made of.
+  /// Reduces the block to the statements that the image depends on. False if the solve is dead.
   bool pass_solve(Solve& solve) {
     if (std::ranges::none_of(solve.unknowns, [&](const std::string& field) { return is_live(field); })) return false;
     const Program block = operator_of(solve, program_);
@@ -139,7 +140,7 @@ class Liveness {
     return true;
   }
 
-  /// What it makes is used whatever the block is.
+  /// The result of a Newton step is always used.
   void pass_step(Solve& step) {
     live_.insert(step.unknowns.begin(), step.unknowns.end());
     pass_solve(step);
@@ -166,7 +167,7 @@ class Liveness {
     return network_call;
   }
 
-  /// What nobody reads may be gone: nothing is added to it.
+  /// Removes dead fields of boundary values from a fold: it must not add to fields that may be removed.
   Statement without_dead_walls(Fold fold) const {
     fold.axes = map_sides(fold.axes, [&](const Expr& e) {
       const Access* wall = std::get_if<Access>(&e->kind);
@@ -195,7 +196,7 @@ class Liveness {
     return true;
   }
 
-  /// Leaves in it what has an effect: what a pass carries on may be needed by what it carries else.
+  /// Reduces a repeat to its live part. A carried field may be needed by other carried fields, hence a fixed point.
   bool pass_repeat(Repeat& repeat) {
     std::erase_if(repeat.saves, [&](const TapeEntry& save) { return live_stacks_.erase(save.stack) == 0; });
     const auto is_saved = [&](const LoopCarried& carry) {
@@ -241,7 +242,7 @@ class Liveness {
   const Program& program_;
   std::map<std::string, NameSet>& live_parts_;
   NameSet live_, live_halos_, live_stacks_;
-  NameSet dead_results_;  // of the network that was passed last
+  NameSet dead_results_;  // of the last network call
 };
 
 }  // namespace

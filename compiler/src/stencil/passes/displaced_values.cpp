@@ -23,39 +23,39 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Of one more field that passes through memory, in loads and operations: see adjoint/reverse/adjoint_kernel.cpp.
+/// Cost of one more field that passes through memory, in loads and operations: see adjoint/reverse/adjoint_kernel.cpp.
 constexpr int stream_cost = 12;
 
-/// Of what a point takes: a field that saves less is not worth its memory.
+/// A field that saves less than 1/least_part of a point's cost is not worth its memory.
 constexpr int least_part = 32;
 
 Offset plus(const Offset& a, const Offset& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Offset minus(const Offset& a, const Offset& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-/// A value but for where it is taken: displaced values are one form.
+/// A value up to displacement: displaced values have the same form.
 struct Form {
   struct Part {
     int form;
-    Offset from;  // of the first read of the form to that of the part
+    Offset from;  // offset from the first read of the form to that of the part
   };
   std::vector<Part> parts;
   bool moves = false;      // it reads a field
   bool is_leaf = false;    // nothing is computed
   bool is_stored = false;  // in a field
-  bool is_fit = true;      // to be stored: no truth, and no decision in it
+  bool is_fit = true;      // may be stored: not a truth value, and no decision in it
   bool is_decision = false;
   std::string field;     // of a read
-  Offset low{}, high{};  // of all its reads, from the first one
+  Offset low{}, high{};  // bounds of all its reads, relative to the first one
 };
 
-/// A form at a place.
+/// A form at a point.
 struct Placed {
   int form = 0;
   Offset at{};
   auto operator<=>(const Placed&) const = default;
 };
 
-/// The forms of a kernel's values; lets stand for what they are.
+/// The forms of a kernel's values, with lets substituted.
 class Forms {
  public:
   explicit Forms(const std::vector<Topology>& axes) {
@@ -70,7 +70,7 @@ class Forms {
 
   void define(const Let& let) { lets_[let.name] = placed(let.value); }
 
-  /// What a decision hangs on stays as it is written. Parts have smaller numbers than what they are part of.
+  /// Excludes operands of decisions, which stay as written. Parts have smaller numbers than their wholes.
   void keep_what_decides() {
     std::vector<bool> decides(forms_.size());
     for (int form = size() - 1; form >= 0; --form) {
@@ -88,7 +88,7 @@ class Forms {
     return by_node_.emplace(&e.node(), found).first->second;
   }
 
-  /// The middle of what a form reads, from its first read.
+  /// Centre of a form's reads, relative to its first read.
   Offset middle(int form) const {
     const Form& of = (*this)[form];
     Offset middle{};
@@ -106,7 +106,7 @@ class Forms {
     return names_.emplace(name, static_cast<std::int64_t>(names_.size())).first->second;
   }
 
-  /// Along axes that displacements go along; along the others it is part of the form.
+  /// Splits an offset into its part along axes whose displacements are shared, and the rest, which belongs to the form.
   std::pair<Offset, Offset> split(const Offset& offset) const {
     Offset at{}, own{};
     for (std::size_t axis = 0; axis < max_rank; ++axis) (shifts_[axis] ? at : own)[axis] = offset[axis];
@@ -183,14 +183,14 @@ class Forms {
   std::vector<Expr> kept_;  // keeps the nodes of by_node_ alive
 };
 
-/// Which forms are best stored.
+/// Chooses the forms to store.
 class Choice {
  public:
   Choice(Forms& forms, const std::vector<Placed>& roots) : forms_(forms) {
     for (const Placed& root : roots) roots_.push_back(node_of(root));
   }
 
-  /// The forms to store; none where that does not halve the cost.
+  /// The forms to store; none if storing does not halve the cost.
   std::vector<int> made() {
     const int whole = cost();
     int now = whole;
@@ -201,12 +201,12 @@ class Choice {
   }
 
  private:
-  /// A form at a place, and what it is made of.
+  /// A form at a point, and its parts.
   struct Value {
     Placed placed;
     std::vector<int> parts = {};
-    bool is_open = true;  // its parts are not known yet
-    int seen = 0;         // by this walk
+    bool is_open = true;  // its parts are not computed yet
+    int seen = 0;         // number of the last walk that visited it
   };
 
   int node_of(const Placed& placed) {
@@ -227,7 +227,8 @@ class Choice {
     return values_[value].parts;
   }
 
-  /// What a kernel that makes these values takes at a point. `places`: at how many a form is needed is added.
+  /// Cost per point of a kernel that computes these values. Adds to `places` the number of points at which each form is
+  /// needed.
   int cost_of(std::vector<int> open, std::map<int, int>* places = nullptr) {
     ++walk_;
     std::set<std::string> fields;
@@ -261,13 +262,13 @@ class Choice {
     return total;
   }
 
-  /// The form that lowers the cost most as it is stored; `now` is what is left then. The most that a form can save is
-  /// its own cost at all places but one.
+  /// The form whose storage reduces the cost most; sets `now` to the remaining cost. A form saves at most its own cost
+  /// at all points but one.
   std::optional<int> best(int& now) {
     std::map<int, int> places;
     cost_of(roots_, &places);
     for (const int form : stored_) cost_of(parts_of_form(form), &places);
-    std::vector<std::pair<int, int>> bounds;  // the most that it saves, and the form
+    std::vector<std::pair<int, int>> bounds;  // upper bound of the saving, and the form
     for (const auto& [form, count] : places) {
       const Form& of = forms_[form];
       if (of.is_leaf || of.is_stored || !of.is_fit) continue;
@@ -301,7 +302,7 @@ class Choice {
   int walk_ = 0;
 };
 
-/// Puts reads of fields in the place of stored forms.
+/// Replaces stored forms by reads of their fields.
 class Rewriting {
  public:
   struct Written {
@@ -314,10 +315,10 @@ class Rewriting {
     for (const Let& let : kernel.lets) lets_.emplace(let.name, let.value);
   }
 
-  /// At its own point, where lets are known.
+  /// Rewrites an expression at offset 0, where lets may be used.
   Expr operator()(const Expr& e) { return written(e, true); }
 
-  /// Of a form itself, from one of its values, with what lets stand for in their places.
+  /// The formula of a form, from one of its values, with lets substituted.
   Expr definition(const Expr& e) {
     written_.clear();
     const Placed placed = forms_.placed(e);
@@ -325,7 +326,7 @@ class Rewriting {
     return shift(parts_of(e, false), to_middle, [](const std::string& name) { return name; });
   }
 
-  /// A value of each form to be stored that stands in `e`, which was written there.
+  /// Finds in `e` one value of each form to be stored, and its origin.
   void find(const Expr& e, const Origin& origin, std::map<int, Written>& values) {
     if (!looked_at_.insert(&e.node()).second) return;
     if (const Local* local = std::get_if<Local>(&e->kind)) return find(lets_.at(local->name), origin, values);
@@ -358,7 +359,7 @@ class Rewriting {
   std::set<const Node*> looked_at_;
 };
 
-/// Behind what it reads.
+/// Sorts kernels so that each follows those whose results it reads.
 std::vector<Kernel> in_order(std::vector<Kernel> kernels) {
   std::vector<Kernel> ordered;
   while (!kernels.empty()) {
@@ -411,7 +412,7 @@ StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology
 
 namespace {
 
-/// Of one program, or of a block of it.
+/// Substitutes stored values in one program, or in a block of it.
 class InPlace {
  public:
   explicit InPlace(Module& module) : module_(module) {}
@@ -444,7 +445,7 @@ class InPlace {
   }
 
  private:
-  /// A let is known in its own kernel alone.
+  /// Substitutes lets, which are local to their kernel.
   static Expr without_lets(const Expr& e, const std::map<std::string, Expr>& lets) {
     if (const Local* local = std::get_if<Local>(&e->kind)) return lets.at(local->name);
     return map_children(e, [&](const Expr& child) { return without_lets(child, lets); });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that a kernel needs at many displacements, as those that a difference of a difference takes: each level of
-// nesting multiplies the text by the width of a difference. Stored in a field once, such a value is read there (Devito:
-// cross-iteration redundancy elimination): the text grows with the sum of the widths.
+// Values that a kernel needs at many displacements, such as the operands of nested differences: each level of nesting
+// multiplies the size of the expression by the width of a difference. If such a value is stored in a field once and
+// read there (Devito: cross-iteration redundancy elimination), the size grows with the sum of the widths only.
 #pragma once
 
 #include <vector>
@@ -12,20 +12,21 @@ namespace dpde::stencil {
 
 struct StoredValues {
   std::vector<Kernel> before;  // without names, in order: each stores one field
-  Kernel kernel;               // which reads these fields
+  Kernel kernel;               // reads these fields
 };
 
-/// Of a stage's own kernel; what is solved for keeps its text. Where that at least halves what a point takes, in loads,
-/// operations and fields that pass through memory; else the kernel as it is. What a decision hangs on stays as it is
-/// written (stencil/space/comparisons.h). Fields get names that no field of the kernel has.
+/// Stores displaced values of a stage's own kernel; kernels of solves are not changed. Does so only if that at least
+/// halves the cost of a point, in loads, operations and fields that pass through memory; otherwise returns the kernel
+/// unchanged. Operands of decisions stay as written (stencil/space/comparisons.h). New fields get names that no field
+/// of the kernel has.
 ///
-/// Where all axes are alike a value is stored for all of its displacements: along rings fills go around, beyond walls
-/// its kernel runs as far out as it is read. Beside rings it keeps its displacements along walls: a fill around a ring
-/// leaves nothing of what a field holds beyond walls.
+/// If all axes have the same topology, a value is stored for all its displacements: periodic axes are filled, and along
+/// bounded axes its kernel runs as far out as the value is read. With both topologies only displacements along periodic
+/// axes are shared: a periodic fill overwrites the values of a field beyond walls.
 StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology>& axes);
 
-/// The module with these values back in the places where they are read, for who asks what a step reads of its states,
-/// or freezes them at a place: what varies from cell to cell within a stored value is seen in its formula alone.
+/// The module with stored values substituted where they are read. Analyses of the reads of a step, or of frozen
+/// coefficients, need it: only the formula of a stored value shows what varies from cell to cell.
 Module with_values_in_place(const Module& module);
 
 }  // namespace dpde::stencil

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Algebra that saves multiplications once uniform factors are combined: dt*(nu*a/hx^2 + v*b/(2*hx)) has two uniform
-// factors outside and two inside, dt*nu/hx^2*a + v*dt/(2*hx)*b none more than the terms had. Equal but for rounding.
+// Saves multiplications by combining uniform factors: dt*(nu*a/hx^2 + v*b/(2*hx)) has a uniform factor outside and one
+// in each term, dt*nu/hx^2*a + v*dt/(2*hx)*b only those of the terms. Equal up to rounding.
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -21,7 +21,7 @@ const Binary* as_binary(const Expr& e, BinaryOp one, BinaryOp other) {
 const Binary* as_sum(const Expr& e) { return as_binary(e, BinaryOp::add, BinaryOp::subtract); }
 const Binary* as_product(const Expr& e) { return as_binary(e, BinaryOp::multiply, BinaryOp::divide); }
 
-/// uniform * above[0] * above[1] ... / below, as a product or quotient is made of.
+/// A product or quotient as uniform * above[0] * above[1] ... / below.
 struct Chain {
   Expr uniform = 1.0;
   std::vector<Expr> above;
@@ -57,7 +57,7 @@ Chain chain_of(const Expr& e) {
 
 bool is_one(const Expr& uniform) { return is_literal(uniform, 1) || is_literal(uniform, -1); }
 
-/// True if a uniform factor of `e` costs nothing, because every term of it has one already.
+/// True if a uniform factor of `e` costs nothing, because every term of `e` has one already.
 bool absorbs(const Expr& e) {
   if (is_uniform(e)) return true;
   if (const Binary* sum = as_sum(e)) return absorbs(sum->left) && absorbs(sum->right);
@@ -73,7 +73,7 @@ bool absorbs(const Expr& e) {
 
 Expr each_scaled(const Expr& e, const Expr& uniform);
 
-/// The chain with its uniform factor moved into a sum that absorbs it, where there is one.
+/// The chain with its uniform factor moved into a sum that absorbs it, if there is one.
 Expr pushed_down(Chain chain) {
   if (is_one(chain.uniform)) return chain.build();
   for (Expr& factor : chain.above) {
@@ -105,7 +105,7 @@ Expr distribute(const Expr& e) {
   return inner;
 }
 
-/// Uses of each let by what is stored, directly or through other lets that are used.
+/// Number of uses of each let by stores, directly or through other used lets.
 std::unordered_map<std::string, int> count_uses(const Kernel& kernel) {
   std::unordered_map<std::string, int> uses;
   const auto note = [&](const Expr& e) {

@@ -9,7 +9,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Instructions of `+ coefficient * monomial`: the last multiplication adds too.
+/// Instructions of `+ coefficient * monomial`: the last multiplication is a fused multiply-add.
 int cost(const Powers& monomial, const Coefficient& c) {
   return std::max(1, degree(monomial) - (is_sign(c) || monomial.empty() ? 1 : 0));
 }
@@ -24,18 +24,18 @@ int cost(const Polynomial& p) {
   return total - (starts_free ? 1 : 0);
 }
 
-/// divisor * atom (or minus that) occurs in a sum.
+/// An occurrence of divisor * atom (or its negative) in a sum.
 struct Occurrence {
   Polynomial* sum;
-  int number;  // of the sum, in the order in which sums are gone through
+  int number;  // of the sum, in the order of processing
   int atom;
   bool negative;
-  int saved = 0;  // where it becomes one term
+  int saved = 0;  // instructions, if it becomes one term
 
   auto order() const { return std::pair(number, atom); }
 };
 
-/// The terms at a place that make up divisor * atom; none if one of them is not there (any more).
+/// The terms that form divisor * atom at `place`; none if one of them is missing (by now).
 Polynomial terms_at(const Occurrence& place, const Polynomial& divisor) {
   Polynomial terms;
   for (const auto& [monomial, c] : divisor) {
@@ -52,7 +52,7 @@ struct FactorCandidate {
   int saved = 0;
 };
 
-/// What may be taken out of sums. Taking one thing out changes few of them: the others stay as they are known.
+/// Candidates for factoring. Factoring one out changes few sums: the entries of the others are reused.
 class Candidates {
  public:
   void add(Polynomial& sum, int number) {
@@ -70,7 +70,7 @@ class Candidates {
     for_each_pair(sum, [&](const Powers& pair, int saved) { pairs_[pair] += saved; });
   }
 
-  /// Of a sum as it was added.
+  /// Removes the candidates of a sum, which must be unchanged since it was added.
   void remove(const Polynomial& sum, int number) {
     for (const auto& [atom, quotient] : quotients_of(sum)) {
       const auto entry = divisors_.find(divisor_of(quotient).first);
@@ -83,7 +83,7 @@ class Candidates {
     for_each_pair(sum, [&](const Powers& pair, int saved) { pairs_[pair] -= saved; });
   }
 
-  /// Sums that terms with one atom in common have beside it.
+  /// The best common divisor: a sum that several terms with a common atom have as cofactor.
   FactorCandidate best_sum(First first) const {
     const std::pair<const Polynomial, Found>* best = nullptr;
     for (const auto& candidate : divisors_) {
@@ -112,7 +112,7 @@ class Candidates {
     int saved = 0;
   };
 
-  /// Of two terms and more, by their atoms.
+  /// Cofactors with two or more terms, by atom.
   static std::map<int, Polynomial> quotients_of(const Polynomial& sum) {
     std::map<int, Polynomial> quotients;
     for (const auto& [monomial, c] : sum) {
@@ -122,13 +122,13 @@ class Candidates {
     return quotients;
   }
 
-  /// And whether the quotient is minus that.
+  /// The quotient up to sign, and whether it is the negative.
   static std::pair<Polynomial, bool> divisor_of(const Polynomial& quotient) {
     const bool negative = quotient.begin()->second.begin()->second < 0;
     return {negative ? negated(quotient) : quotient, negative};
   }
 
-  /// Tells products of two atoms, and what a term saves where one is known.
+  /// Reports each product of two atoms, and the instructions that a term saves if it is available.
   template <class Tell>
   static void for_each_pair(const Polynomial& sum, const Tell& tell) {
     for (const auto& [monomial, c] : sum) {
@@ -201,7 +201,7 @@ class Factoring {
   void take_out_pair(const Powers& pair, int atom) {
     if (const auto known = result_.definitions.find(atom); known != result_.definitions.end()) {
       candidates_.remove(known->second, number_of_definition(atom));
-      result_.definitions.erase(known);  // not in terms of itself
+      result_.definitions.erase(known);  // never defined by itself
     }
     for (const auto& [number, sum] : all_sums()) {
       const bool is_there = std::ranges::any_of(*sum, [&](const auto& term) { return has_pair(term.first, pair); });

@@ -10,21 +10,21 @@
 
 namespace dpde::stencil {
 
-/// Sums with names for what they share: definitions[k] is what atom k stands for.
+/// Sums with atoms for their shared parts: definitions[k] is the polynomial of atom k.
 struct Factored {
   std::vector<Polynomial> sums;
   std::map<int, Polynomial> definitions;
 };
 
-/// What is taken out first: the largest saving, or the largest saving among sums that occur in more than one place.
+/// Factored out first: the largest saving, or the largest saving among sums that occur in more than one place.
 enum class First { largest, shared };
 
-/// Takes out what several terms of `sums`, or of the atoms defined in them, share, until nothing saves an instruction.
+/// Factors out common parts of terms of `sums`, and of the atoms defined in them, until nothing saves an instruction.
 Factored factor(const std::vector<Polynomial>& sums, Atoms& atoms, First first);
 
 /// True for 1 and -1.
 bool is_sign(const Coefficient& c);
-/// Factors of the monomial, repeated ones counted.
+/// Number of factors of the monomial, with multiplicity.
 int degree(const Powers& monomial);
 
 }  // namespace dpde::stencil

@@ -11,11 +11,11 @@ namespace dpde::stencil {
 
 namespace {
 
-constexpr int most_cost = 1 << 29;  // squares of squares cost twice as much each time
+constexpr int most_cost = 1 << 29;  // limits costs, which double with each nested square
 
 }  // namespace
 
-/// Fowler, Noll and Vo's, word by word, with the high bits mixed in.
+/// Fowler-Noll-Vo hash by words, with the high bits mixed in.
 std::size_t Numbering::Hash::operator()(const Key& key) const {
   std::uint64_t hash = 14695981039346656037u;
   for (const std::int64_t word : key) {
@@ -29,7 +29,7 @@ std::int64_t Numbering::number_of_name(const std::string& name) {
   return names_.emplace(name, static_cast<std::int64_t>(names_.size())).first->second;
 }
 
-/// The node without its children; sets its own cost and whether it varies by itself.
+/// The key of the node without its children; sets its own cost and whether it varies by itself.
 Numbering::Key Numbering::describe(const Expr& e, Value& value) {
   const auto costs = [&](int cost) { value.cost = cost; };
   const auto varies = [&] { value.uniform = false; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value numbering: equal expressions get equal numbers, and a local has the number of what it stands for.
+// Value numbering: equal expressions get equal numbers, and a local has the number of its value.
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@ namespace dpde::stencil {
 struct Value {
   std::vector<int> children;
   int cost = 0;         // operations at each point
-  bool uniform = true;  // the same at all points
+  bool uniform = true;  // in space
   int references = 0;   // by distinct values and by statements
 };
 
 class Numbering {
  public:
-  /// The number of `e`; equal expressions, equal numbers.
+  /// The number of `e`; equal expressions have equal numbers.
   int number(const Expr& e) {
     const auto known = by_node_.find(&e.node());
     if (known != by_node_.end()) return known->second;
@@ -38,7 +38,7 @@ class Numbering {
   const Value& operator[](int number) const { return values_[number]; }
 
  private:
-  /// A node by numbers: its kind and what it says, with names by their own numbers, and its children's.
+  /// A node encoded as numbers: its kind, its contents (names by their numbers), and the numbers of its children.
   using Key = std::vector<std::int64_t>;
   struct Hash {
     std::size_t operator()(const Key& key) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Passes: verified module in, verified module out, same observable results (swaps, keeps, sums and loops).
-// A pass cannot fail. The pipeline runs default_passes on what it prints, and before code is generated loop_passes.
+// A pass cannot fail. The pipeline runs default_passes before it prints a module, and loop_passes before it generates
+// code.
 #pragma once
 
 #include <string_view>
@@ -9,28 +10,28 @@
 
 namespace dpde::stencil {
 
-/// Rebuilds every expression through the smart constructors and replaces lets that are numbers, params or other locals
-/// by what they stand for.
+/// Rebuilds every expression through the smart constructors and substitutes lets that are numbers, params or other
+/// locals.
 Module simplify(const Module& module);
 
 /// Gives expressions that occur more than once in a kernel a let (t1, t2, ...), largest first.
 Module eliminate_common_subexpressions(const Module& module);
 
-/// Removes what no result depends on: lets, stores, scatters, runs, fills, folds, and kernels left without a run.
-/// Results of a program are its swaps, keeps and sums. Kernels that no program ran before stay.
+/// Removes lets, stores, scatters, runs, fills and folds that no result depends on, and kernels whose runs are all
+/// removed. Results of a program are its swaps, keeps and sums. Kernels that no program ran before stay.
 Module remove_dead_code(const Module& module);
 
-/// Writes lets that are used once where they are used, and removes those nothing uses.
+/// Substitutes lets that are used once, and removes unused lets.
 Module inline_lets(const Module& module);
 Kernel with_lets_inlined(const Kernel& kernel);
 
 /// Multiplies uniform factors into sums all of whose terms have one already. Results change by rounding.
 Module distribute_uniforms(const Module& module);
 
-/// Regroups updates u + dt*(...) by neighbour, with what several terms share computed once. Results change by rounding.
+/// Regroups updates u + dt*(...) by neighbour and factors out shared parts. Results change by rounding.
 Module regroup_updates(const Module& module);
 
-/// Makes several kernels of one of very many stores. Sums that are shared out change by rounding.
+/// Splits kernels with very many stores. Sums that are divided among the parts change by rounding.
 Module split_wide_kernels(const Module& module);
 
 struct Pass {

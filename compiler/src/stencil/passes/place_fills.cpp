@@ -15,7 +15,7 @@ namespace dpde::stencil {
 
 namespace {
 
-/// The fields that a statement reads, by what has to be known of them.
+/// The fields that a statement reads, by the parts of their halo that it needs.
 struct Reads {
   std::set<std::string> all, beyond, around;
 
@@ -25,7 +25,7 @@ struct Reads {
   }
 };
 
-/// Fills and folds are about halos themselves. A block reads cells alone, and fills what it needs beyond.
+/// Fills and folds set halos themselves and need none. A block reads the interior only, and has its own fills.
 Reads reads_of(const Module& module, const Statement& statement, const std::vector<Topology>& axes) {
   const auto in_cells = [&](const auto& one) {
     const std::vector<std::string> fields = effects(module, one).reads;
@@ -47,7 +47,7 @@ std::vector<Statement> placed(const Module& module, const Program& block) {
   return body;
 }
 
-/// A block that has no rules is placed already.
+/// In a block without rules fills are placed already.
 void place_in_blocks(const Module& module, Statement& statement, const std::vector<Topology>& axes) {
   const auto place = [&](auto& block, const Program& alone) {
     block.body = placed(module, alone);
@@ -75,7 +75,7 @@ bool FillPlacer::holds(const HaloRule& rule) const {
   return std::ranges::all_of(wall_fields(rule.fill.axes), [&](const auto& wall) { return written_.contains(wall); });
 }
 
-/// Behind the fields that its conditions are made of, where these go on by a rule too.
+/// Fills first the fields of boundary values, if these have rules too.
 void FillPlacer::fill(const HaloRule& rule, std::vector<Statement>& body) {
   const std::set<std::string> walls = wall_fields(rule.fill.axes);
   for (const HaloRule& wall : halos_) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills follow from how each field goes on (HaloRule) and from what is read: a read that needs a fill has one before
-// it, behind the last statement that changed the field or left its halo as anything. A program begins with no field
-// filled, and so does each pass of a repeat and the block of a solve, which see the cells alone of what comes from
-// outside: what is stale where a block ends is stale where it begins again.
+// Places fills by each field's HaloRule and the reads of statements: a read that needs a fill has one before it, after
+// the last statement that changed the field or left its halo undefined. At the start of a program no field is filled,
+// nor at the start of a pass of a repeat or of the block of a solve, which see only the interior of outside fields: a
+// halo that is stale at the end of a block is stale at its next start.
 #pragma once
 
 #include <set>
@@ -13,25 +13,25 @@
 
 namespace dpde::stencil {
 
-/// The field goes on so in cells and beyond; values on walls are set for all reads.
+/// The rule with this fill. Fills with values on walls are needed by all reads.
 HaloRule rule_of_fill(Fill fill);
 bool has_rule(const std::vector<HaloRule>& halos, const std::string& field);
 
-/// Goes along the statements of a program, or of a block, in order.
+/// Takes the statements of a program, or of a block, in order.
 class FillPlacer {
  public:
-  /// There is one rule for each field at most.
+  /// `halos` has at most one rule per field.
   FillPlacer(const std::vector<Topology>& axes, const std::vector<HaloRule>& halos);
 
-  /// A statement that stands as it is.
+  /// Notes the effects of a statement without placing fills for it.
   void pass(const Module& module, const Statement& statement);
-  /// Appends the statement behind the fills it needs, with those that its blocks need.
+  /// Appends the fills that the statement needs, then the statement, with the fills that its blocks need.
   void add(const Module& module, Statement statement, std::vector<Statement>& body);
-  /// The fills behind all statements that these results need.
+  /// Appends the fills after all statements that these results need.
   void finish(const std::vector<std::string>& results, std::vector<Statement>& body);
 
  private:
-  /// From where the fields of its walls are written.
+  /// Whether the rule applies: the fields of its boundary values are written.
   bool holds(const HaloRule& rule) const;
   void fill(const HaloRule& rule, std::vector<Statement>& body);
 

@@ -43,8 +43,8 @@ std::size_t hash_of(const Expr& e) {
 
 }  // namespace
 
-/// Ends at the first value that varies. Right operands come first: sums are deep on the left, and passes ask at each
-/// level.
+/// Stops at the first value that varies. Visits right operands first: sums are deep on the left, and passes call this
+/// at each level.
 bool is_uniform(const Expr& e) {
   const Kind& kind = e->kind;
   if (std::holds_alternative<Access>(kind) || std::holds_alternative<Local>(kind) ||
@@ -138,7 +138,7 @@ std::map<std::string, double> Expansion::weights(const Expr& e) {
   return weights;
 }
 
-/// Terms that are no numbers times values at the point itself are left out.
+/// Adds the weights of terms that are a number times a value at offset 0; ignores other terms.
 void Expansion::add_weights(const Expr& e, double scale, std::map<std::string, double>& weights) {
   if (const Access* access = std::get_if<Access>(&e->kind)) {
     if (access->offset == Offset{}) weights[access->field] += scale;
@@ -203,7 +203,7 @@ bool Expansion::is_open(const Powers& monomial, const std::set<std::string>& car
   });
 }
 
-/// `p` with all terms that are not open as one. A coefficient that they share is left outside.
+/// `p` with all its terms that are not open combined into one atom, with their common coefficient outside.
 Polynomial Expansion::closed(const Polynomial& p, const std::set<std::string>& carried) {
   Polynomial open, rest;
   for (const auto& term : p) (is_open(term.first, carried) ? open : rest).insert(term);

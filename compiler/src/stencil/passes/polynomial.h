@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of products, for the algebra of updates: sum over k of coefficient[k] * product of atoms^exponent. An atom is
-// what is not taken apart: a read, a function, a sum that stays together. Coefficients are sums of products of uniform
-// atoms.
+// Sums of products, for the algebra of updates: sum over k of coefficient[k] * product of atoms^exponent. An atom is an
+// indivisible expression: a read, a function, a sum that is not multiplied out. Coefficients are sums of products of
+// uniform atoms.
 #pragma once
 
 #include <cstddef>
@@ -22,12 +22,12 @@ using Polynomial = std::map<Powers, Coefficient>;
 inline const Coefficient unit_coefficient = {{{}, 1.0}};
 
 struct Atom {
-  Expr value;  // of an atom that is not defined below
+  Expr value;  // if there is no definition
   bool uniform = false;
   std::optional<Polynomial> definition;
 };
 
-/// True if `e` is the same at all points.
+/// True if `e` is uniform in space.
 bool is_uniform(const Expr& e);
 
 class Atoms {
@@ -39,7 +39,7 @@ class Atoms {
 
  private:
   std::vector<Atom> atoms_;
-  std::unordered_multimap<std::size_t, int> by_hash_;  // of values that are not defined by others -> index
+  std::unordered_multimap<std::size_t, int> by_hash_;  // of values of atoms without a definition -> index
 };
 
 Coefficient negated(Coefficient coefficient);
@@ -52,19 +52,19 @@ Polynomial product(const Polynomial& a, const Polynomial& b);
 /// `monomial` without one factor `atom`.
 Powers without(Powers monomial, int atom);
 
-/// Writes expressions as polynomials. A product is multiplied out over those terms of a sum that read one of the
-/// `carried` fields; what is left of the sum is an atom (so that differences of other fields stay exact).
+/// Expands expressions to polynomials. A product is multiplied out over the terms of a sum that read one of the
+/// `carried` fields; the rest of the sum is an atom (so that differences of other fields stay exact).
 class Expansion {
  public:
   Expansion(const Kernel& kernel, Atoms& atoms) : kernel_(kernel), atoms_(atoms) {}
 
   Polynomial expand(const Expr& e, const std::set<std::string>& carried);
-  /// False once lets of lets, or sums multiplied out, have taken too long; what `expand` gives is not to be used then.
+  /// False once the expansion of nested lets or sums has taken too long; results of `expand` are then invalid.
   bool is_complete() const { return work_ <= most_work; }
   /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's,
   /// so that c*u[k] may be added to it in any order while |c| is at most about 1.
   std::set<std::string> carried_fields(const Expr& e);
-  /// Of an update of fields at the point itself, u + dt*(...) or (u + 2*v)/3 + dt*(...): their weights, numbers.
+  /// Numeric weights of fields at offset 0 in an update such as u + dt*(...) or (u + 2*v)/3 + dt*(...).
   std::map<std::string, double> weights(const Expr& e);
 
  private:
@@ -78,7 +78,7 @@ class Expansion {
   std::optional<Coefficient> inverse(const Expr& e);
   Polynomial times(const Polynomial& a, const Polynomial& b);
 
-  static constexpr std::size_t most_work = 100'000;  // nodes met and terms multiplied
+  static constexpr std::size_t most_work = 100'000;  // nodes visited and terms multiplied
   const Kernel& kernel_;
   Atoms& atoms_;
   std::size_t work_ = 0;

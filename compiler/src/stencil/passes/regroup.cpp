@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Algebra of updates: u - dt*(u*(u[+1] - u[-1])/(2*h) - ...) becomes u + centre*u + west*u[-1] + east*u[+1] with
 // west = c + a*u, which the stores of all components share. A kernel is rewritten only where it has fewer instructions.
-// What is made of the states at the point itself stays as it is written, u and (u_1 - u)/3: in (1 + centre)*u the
-// rounding of 1 + centre would move u in the same direction in each step, and u_1/3 - u/3 that of 1/3.
+// Terms of states at the point itself stay as written, such as u and (u_1 - u)/3: in (1 + centre)*u the rounding of
+// 1 + centre would change u in the same direction in each step, and in u_1/3 - u/3 that of 1/3.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,10 +23,10 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Of a kernel, with those of the sums that are atoms: above that the search takes longer than it saves.
+/// Limit for a kernel, including terms of sums that are atoms: beyond it the search takes longer than it saves.
 constexpr std::size_t most_terms = 500;
 
-/// Writes polynomials as expressions; what atoms stand for becomes a let.
+/// Writes polynomials as expressions; definitions of atoms become lets.
 class Writer {
  public:
   Writer(const Kernel& kernel, const Atoms& atoms, const Factored& factored) : atoms_(atoms), factored_(factored) {
@@ -43,7 +43,7 @@ class Writer {
     const bool has_start = !is_literal(start, 0);
     Expr result = std::move(start);
     for (const auto& [c, monomials] : by_coefficient(p)) {
-      const bool is_plain = has_start && is_sign(c);  // each product is added as it is made
+      const bool is_plain = has_start && is_sign(c);  // each product is added directly (FMA)
       Expr group = 0.0;
       Expr& to = is_plain ? result : group;
       for (const auto& [monomial, negative] : monomials) {
@@ -59,10 +59,10 @@ class Writer {
  private:
   struct Group {
     Coefficient c;
-    std::vector<std::pair<Powers, bool>> terms;  // and whether with -c
+    std::vector<std::pair<Powers, bool>> terms;  // true: with coefficient -c
   };
 
-  /// Terms with the same coefficient but for its sign, in order of first appearance; the constant first.
+  /// Groups of terms with equal coefficients up to sign, in order of first appearance; the constant first.
   static std::vector<Group> by_coefficient(const Polynomial& p) {
     std::vector<Group> groups;
     for (const auto& [monomial, c] : p) {
@@ -139,7 +139,7 @@ bool is_finite(const Polynomial& p) {
   return true;
 }
 
-/// Linear in states at the point itself, with weights that are numbers.
+/// Whether `e` is linear in states at offset 0, with numeric weights.
 bool is_of_states(const Expr& e, const std::set<std::string>& states) {
   if (const Access* access = std::get_if<Access>(&e->kind))
     return access->offset == Offset{} && states.contains(access->field);
@@ -152,7 +152,7 @@ bool is_of_states(const Expr& e, const std::set<std::string>& states) {
   return b->op == BinaryOp::multiply && is_literal(b->left) && is_of_states(b->right, states);
 }
 
-/// What an update is made of: a state, sums and differences of states, and the rest.
+/// The parts of an update: a state, sums and differences of states, and the rest.
 struct SumParts {
   Expr state = 0.0, differences = 0.0, rest = 0.0;
 
@@ -173,7 +173,7 @@ struct SumParts {
   }
 };
 
-/// Stores of a kernel that are updates; their rests as polynomials.
+/// Stores of a kernel that are updates, with their rests as polynomials.
 struct Updates {
   Atoms atoms;
   std::vector<std::size_t> stores;
@@ -181,9 +181,9 @@ struct Updates {
   std::vector<Polynomial> values;
 };
 
-/// Which fields are stages of which one: u_1 = u + dt*(...), u_2 = (3*u + u_1)/4 + dt*(...). They are of its size, and
-/// so are the rounding errors of c*u_1[k] in an update of u. What is a mean of several, or a difference, is a stage of
-/// none.
+/// Maps each stage to its root field: u_1 = u + dt*(...) and u_2 = (3*u + u_1)/4 + dt*(...) are stages of u. They have
+/// the magnitude of u, and so have the rounding errors of c*u_1[k] in an update of u. A mean of fields with different
+/// roots, or a difference, is not a stage.
 class StagesOfUpdates {
  public:
   explicit StagesOfUpdates(const Module& module) {
@@ -194,8 +194,7 @@ class StagesOfUpdates {
     }
   }
 
-  /// Of the fields that its kernel reads, those that an update is made of, or that are stages of the same field as
-  /// those.
+  /// Fields, among those that its kernel reads, that an update is built from, or that have the same root.
   std::set<std::string> carried(const std::vector<Signature::Read>& reads, const Expr& value,
                                 Expansion& expansion) const {
     std::set<std::string> fields = expansion.carried_fields(value);
@@ -212,7 +211,7 @@ class StagesOfUpdates {
     const auto found = roots_.find(field);
     return found == roots_.end() ? field : found->second;
   }
-  /// That of all the fields, if their weights add up to 1.
+  /// The common root of all fields, if their weights add up to 1.
   std::optional<std::string> root_of(const std::map<std::string, double>& weights) const {
     double total = 0;
     for (const auto& [field, weight] : weights) {
@@ -222,7 +221,7 @@ class StagesOfUpdates {
     if (std::abs(total - 1) > 1e-12) return std::nullopt;
     return root_of(weights.begin()->first);
   }
-  /// A field that is stored differently in several places is its own root.
+  /// A field whose stores have different roots is its own root.
   void note(const Store& store, const std::optional<std::string>& root) {
     const std::string found = root && !store.accumulate ? *root : store.field;
     const auto [entry, is_new] = roots_.emplace(store.field, found);
@@ -232,14 +231,14 @@ class StagesOfUpdates {
   std::map<std::string, std::string> roots_;
 };
 
-/// Terms of the sums that stand as one in others.
+/// Number of terms in sums that are atoms.
 std::size_t defined_terms(const Atoms& atoms) {
   std::size_t terms = 0;
   for (int i = 0; i < atoms.size(); ++i) terms += atoms[i].definition ? atoms[i].definition->size() : 0;
   return terms;
 }
 
-/// None if a number overflows or there are too many terms.
+/// nullopt if a number overflows or there are too many terms.
 std::optional<Updates> updates_of(const Kernel& kernel, const StagesOfUpdates& stages) {
   Updates updates;
   Expansion expansion(kernel, updates.atoms);

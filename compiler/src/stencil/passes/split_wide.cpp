@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of very many stores as several. The time that a back end takes for a row grows with the square of its
-// streams, so that 200 fields in one row compile several times as long as in seven.
+// Splits kernels with very many stores. The compile time of a row grows with the square of its number of streams: 200
+// fields in one row compile several times as long as in seven rows.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -16,11 +16,11 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Stores of a kernel from which on it is split, and of each part. Parts read again what they share: with so many
-/// stores that is little.
+/// Largest number of stores of a kernel that is not split, and of each part. Parts repeat shared reads, a small cost
+/// for so many stores.
 constexpr std::size_t widest = 48, part_width = 32;
 
-/// Of all parts, over those of the whole: lets that several parts need are computed in each.
+/// Limit of the instructions of all parts relative to the whole kernel: shared lets are computed in each part.
 constexpr double most_work = 1.25;
 
 void add_terms(const Expr& e, std::vector<Expr>& terms) {
@@ -30,7 +30,7 @@ void add_terms(const Expr& e, std::vector<Expr>& terms) {
   add_terms(sum->right, terms);
 }
 
-/// A sum of as many terms as there are parts gives each its share: they add to the same number.
+/// Divides the terms of a sum among the parts, which add to the same number, if it has at least as many terms.
 void share_out(const Sum& sum, std::vector<Kernel>& parts) {
   std::vector<Expr> terms;
   add_terms(sum.value, terms);
@@ -43,7 +43,7 @@ void share_out(const Sum& sum, std::vector<Kernel>& parts) {
   }
 }
 
-/// Those that a part needs, directly or through others.
+/// The lets that a part needs, directly or through other lets.
 std::vector<Let> lets_of(const Kernel& part, const std::vector<Let>& all) {
   std::set<std::string> used;
   const auto note = [&](const Expr& value) {
@@ -63,7 +63,7 @@ std::vector<Let> lets_of(const Kernel& part, const std::vector<Let>& all) {
   return lets;
 }
 
-/// Whether one reads what another before it has stored: as a whole they read what was there before.
+/// Whether a part reads a field that an earlier part stores: in the whole kernel it would read the value before.
 bool read_each_other(const std::vector<Kernel>& parts) {
   std::set<std::string> stored;
   for (const Kernel& part : parts) {
@@ -75,7 +75,7 @@ bool read_each_other(const std::vector<Kernel>& parts) {
   return false;
 }
 
-/// The kernel itself where it is narrow, or where its parts would do much twice.
+/// The parts of a kernel; the kernel itself if it has few stores, or if the parts would repeat too much work.
 std::vector<Kernel> parts_of(const Kernel& kernel) {
   if (kernel.stores.size() <= widest || !kernel.scatters.empty()) return {kernel};
   const std::size_t count = (kernel.stores.size() + part_width - 1) / part_width;

@@ -19,9 +19,9 @@ bool is_product(const Expr& e) {
   return b && (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) && !is_uniform(e);
 }
 
-/// A product at a point: all its uniform factors are one.
+/// A product at a point; its uniform factors count as one.
 struct Product {
-  std::vector<Expr> factors;  // that vary
+  std::vector<Expr> factors;  // the varying ones
   bool scaled = false;
   int multiplications() const { return static_cast<int>(factors.size()) - (scaled ? 0 : 1); }
 

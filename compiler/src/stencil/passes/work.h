@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a kernel costs at each point, for passes that choose between ways to write it.
+// Cost of a kernel per point, for passes that choose between equivalent forms.
 #pragma once
 
 #include "stencil/stencil.h"
 
 namespace dpde::stencil {
 
-/// An addition next to a multiplication costs nothing (FMA), nor does what is the same at all points.
+/// Number of instructions. An addition next to a multiplication is free (FMA), and so are uniform expressions.
 int instructions(const Kernel& kernel);
-/// Reads of a field at different offsets.
+/// Number of distinct reads (field and offset).
 int loads(const Kernel& kernel);
-/// Fields that pass through memory: read at any offset, or written; both where a store adds.
+/// Number of fields that pass through memory: read at any offset, or written; an adding store counts as both.
 int streams(const Kernel& kernel);
 
 }  // namespace dpde::stencil
