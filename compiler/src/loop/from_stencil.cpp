@@ -33,7 +33,7 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
-/// Lets that differ from point to point; the others become uniforms and keep their names.
+/// Lets that vary in space; the others become uniforms and keep their names.
 std::set<std::string> varying_lets(const stencil::Kernel& kernel) {
   std::set<std::string> varying;
   for (const stencil::Let& let : kernel.lets) {
@@ -48,7 +48,7 @@ std::set<std::string> varying_lets(const stencil::Kernel& kernel) {
   return varying;
 }
 
-/// Names a reader already knows as something else.
+/// Names of the module, which must not get a second meaning.
 NameSupply taken_names(const stencil::Module& module) {
   NameSupply taken;
   for (const stencil::Kernel& kernel : module.kernels) {
@@ -70,8 +70,8 @@ NameSupply taken_names(const stencil::Module& module) {
   return taken;
 }
 
-/// Fields that programs fill differently. Their memory is one, halo included, so what one program leaves there is
-/// nothing for the next. (The halo of a state is filled anew for each.)
+/// Fields that programs fill differently. Programs share their memory, halo included, so a program cannot use the halo
+/// that another one has filled. (The halo of a state is filled anew for each program.)
 std::set<std::string> contested_fields(const stencil::Module& module) {
   std::map<std::string, const stencil::Fill*> first;
   std::set<std::string> fields, states;
@@ -85,8 +85,8 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
   return fields;
 }
 
-/// Fields with a boundary that depends on the time, on the number of a pass or on fields of its own: it is another one
-/// in the next step or pass.
+/// Fields with a boundary that depends on time, on the number of a pass or on fields: it changes in the next step or
+/// pass.
 std::set<std::string> time_dependent_fields(const stencil::Program& program, std::vector<std::string> counters) {
   std::set<std::string> fields;
   counters.push_back("t");
@@ -137,13 +137,13 @@ class ModuleBuilder {
   std::set<std::string> contested_;
   NameSupply row_names_;
   std::map<RowKey, std::vector<std::string>> rows_;
-  std::vector<std::string> counters_;     // of the repeats that are under way
-  std::vector<std::string> stack_names_;  // of the program that is made
+  std::vector<std::string> counters_;     // of the enclosing repeats
+  std::vector<std::string> stack_names_;  // of the current program
   std::vector<int> stacks_;
   Module result_;
 };
 
-/// Rows of a kernel, made at its first use; a kernel used with other axes gets rows of its own, NAME_2.
+/// Rows of a kernel, created at its first use; a kernel used with other axes gets separate rows, NAME_2.
 const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run, const std::vector<Topology>& axes) {
   const stencil::Kernel* kernel = source_.find_kernel(run.kernel);
   require(kernel != nullptr, "a program runs a kernel of its module");
@@ -186,7 +186,7 @@ Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
   return result;
 }
 
-/// `with_values` false: the linear part, which is all a fold needs.
+/// `with_values` false: the linear part only, as a fold needs.
 std::vector<AxisBoundary> ModuleBuilder::boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values) {
   std::vector<AxisBoundary> result;
   for (std::size_t a = 0; a < axes.size(); ++a) {
@@ -224,7 +224,7 @@ ScheduleItem item_of(const NetworkCall& network_call) {
   return {network_call, std::move(modified), std::move(touched)};
 }
 
-/// The spacings go into the uniforms, so that nothing but angles is left.
+/// Monomials in angles: the uniforms contain the spacings.
 std::vector<Monomial> ModuleBuilder::monomials(const stencil::Expr& symbol) {
   const auto polynomial = stencil::polynomial_of(symbol);
   require(polynomial.has_value(), "a polynomial of wave numbers");
@@ -292,7 +292,7 @@ int ModuleBuilder::stack_number(const std::string& name) {
   return number;
 }
 
-/// A pass is scheduled as a program that is run again and again: what is prepared there is filled before the repeat.
+/// A pass is scheduled as a program that runs many times: its prepared inputs are filled before the repeat.
 void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat,
                                const stencil::Program& program) {
   const stencil::Program pass = stencil::pass_of(repeat, program);
@@ -332,8 +332,8 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   items.push_back({std::move(result), std::move(modified), std::move(touched)});
 }
 
-/// The operator is scheduled as a program that is run again and again with other unknowns; what it fills of the rest is
-/// to be done before. The operator of a step of Newton's method reads the unknowns too, which change from step to step.
+/// The operator is scheduled as a program that runs many times with other unknowns; fills of its other inputs go to
+/// `prepare`. The operator of a Newton step also reads the unknowns of the outer solve, which change with each step.
 Solve ModuleBuilder::solve_of(const stencil::Solve& solve, const stencil::Program& program,
                               const std::set<std::string>& filled_each_run, std::vector<Fill>& prepare) {
   const stencil::Program block = stencil::operator_of(solve, program);
@@ -378,7 +378,7 @@ void ModuleBuilder::add_solve(std::vector<ScheduleItem>& items, const stencil::S
   items.push_back({std::move(result), std::move(modified), std::move(touched)});
 }
 
-/// Inputs first, then what the program writes, then names only swaps and keeps know.
+/// Inputs first, then the fields that the program writes, then fields that occur in swaps and keeps only.
 void set_fields(Program& result, const stencil::Program& program, const stencil::Interface& known) {
   result.fields = known.inputs;
   const auto is_written = [&](const std::string& name) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop level: row functions and the order in which they are called. True here and not before: every read along a row
-// is a stream (a pointer of its own, so that loads of neighbours are independent for the vectoriser), everything that
-// is the same at all points is a uniform computed once, and the places of fills in the schedule are fixed.
+// Loop level: row functions and the order in which they are called. In contrast to the stencil level, every read along
+// a row is a stream (a pointer of its own, so that loads of neighbours are independent for the vectoriser), every
+// uniform value is computed once, and the positions of fills in the schedule are fixed.
 //
 //   row k(streams; uniforms) { let a = ...; s0 = ...; sum += ... }        one pass over the cells of one row
 //   program: prepare { fill u } body { sweep k grow 0 then fill v; fold w }
 //
-// Rows that differ in names and numbers only are one row: each sweep says what stands for the row's own names
-// (Binding).
+// Rows that differ in names and numbers only are one row: each sweep binds the row's names to its own (Binding).
 //
 // Memory: all fields of a simulation share one layout (dpde_layout of kernel_abi.h); stream s of a row starts at
 // field[s] + layout offset of (z + dz, y + dy, first + dx).
@@ -73,7 +72,7 @@ struct Inside {
   int grow;
   bool operator==(const Inside&) const = default;
 };
-struct Interp {  // `grid` is an index into Row::grids: fields read or scattered to at computed places
+struct Interp {  // `grid` is an index into Row::grids: fields read or scattered to at computed positions
   int grid;
   Offset offset;
   std::vector<Expr> displacement;
@@ -84,8 +83,8 @@ struct Neg {
   Expr operand;
   bool operator==(const Neg&) const = default;
 };
-/// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides
-/// between cases (stencil/space/comparisons.h) then has the same value wherever it is computed.
+/// A product or power that is rounded before an addition, never part of a fused multiply-add: operands of decisions
+/// (stencil/space/comparisons.h) then have the same value wherever they are computed.
 struct Rounded {
   Expr operand;
   bool operator==(const Rounded&) const = default;
@@ -117,8 +116,8 @@ struct Stream {
   std::string field;
   Offset offset{};
   enum class Mode { in, out, inout } mode = Mode::in;
-  bool is_even = false;  // the same in all cells of a row: a coordinate across it, read once
-  int over = -1;         // of one that is written: the one read at the same cells whose memory it may have; -1: none
+  bool is_even = false;  // constant along a row: a coordinate across it, read once
+  int over = -1;         // for an output: the stream, read at the same cells, whose memory it may share; -1: none
   bool operator==(const Stream&) const = default;
 };
 struct Let {
@@ -149,33 +148,33 @@ struct Scatter {
 struct Row {
   std::string name;
   int rank = 1;
-  std::vector<Topology> axes;  // what inside and interp need to know
+  std::vector<Topology> axes;  // used by inside and interp
   std::vector<Stream> streams;
   std::vector<std::string> grids;
   std::vector<Let> lets;
   std::vector<Store> stores;
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
-  int own = 0, row_constant_count = 0;  // uniforms from `own` on that sweeps may bind to others
+  int own = 0, row_constant_count = 0;  // uniforms from `own` on, which sweeps may bind to others
   bool is_own(int uniform) const { return uniform >= own && uniform < own + row_constant_count; }
   bool operator==(const Row&) const = default;
 };
 
-/// After the program `next` becomes `state`.
+/// After the program `state` takes the value of `next`.
 struct Swap {
   std::string state, next;
-  bool is_over = false;  // both may have the same memory
+  bool is_over = false;  // both may share memory
   bool operator==(const Swap&) const = default;
 };
 
-/// In place of the index of a uniform.
+/// Special values for the index of a uniform.
 constexpr int uniform_zero = -1, uniform_one = -2;
-/// The rule with its coefficients and c, uniforms by index.
+/// The rule of a side with its coefficients and c, as indices of uniforms.
 struct Side {
   const GhostRule* rule = nullptr;  // null along periodic axes
   std::array<int, side_coefficients> coefficients{uniform_zero, uniform_zero};
   int value = uniform_zero;
-  std::string field = "";  // holds the values, in place of `value`
+  std::string field = "";  // the field with the values, instead of `value`
   /// v = c
   bool is_value() const { return coefficients[0] == uniform_one && coefficients[1] == uniform_zero; }
   bool operator==(const Side&) const = default;
@@ -205,7 +204,7 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 using network::NetworkCall;
-/// A uniform times i*angle to these powers, the angles (radians a cell) of a wave along the axes.
+/// A uniform times powers of i*angle, with the phase angles (radians per cell) of a wave along the axes.
 struct Monomial {
   int uniform = uniform_one;
   std::array<int, max_rank> powers{};
@@ -218,7 +217,7 @@ struct Multiplier {
   bool within_two_thirds = false;
   bool operator==(const Multiplier&) const = default;
 };
-/// result = the sum over the terms of the field with its waves multiplied.
+/// result = the sum over all terms of the field with its waves multiplied by the term's multiplier.
 struct Transform {
   struct Term {
     std::string field;
@@ -227,14 +226,14 @@ struct Transform {
   };
   std::vector<Term> terms;
   std::string result;
-  std::array<bool, max_rank> axes{};  // along which there are waves
+  std::array<bool, max_rank> axes{};  // axes of the Fourier transform
   bool operator==(const Transform&) const = default;
 };
-/// What stands for the names of a row that several sweeps share; those that are not mentioned stand for themselves. Two
-/// names never stand for the same.
+/// Replacements for the names of a row that several sweeps share; other names are not replaced. The mapping is
+/// injective.
 struct Binding {
   std::map<std::string, std::string> fields, sums;
-  int own = 0;  // what is added to the index of each uniform of the row's own
+  int own = 0;  // added to the index of each of the row's own uniforms
   bool operator==(const Binding&) const = default;
 
   const std::string& field(const std::string& of_row) const { return name_in(fields, of_row); }
@@ -246,8 +245,8 @@ struct Binding {
     return found == names.end() ? of_row : found->second;
   }
 };
-/// Calls a row function for every row of the region; `then` fills fields this sweep has written, each row's own ends
-/// right after the row while it is in cache.
+/// Calls a row function for every row of the region; `then` fills fields that this sweep has written: the ends of each
+/// row right after the row, while it is in cache.
 struct Sweep {
   std::string row;
   int grow = 0;
@@ -259,31 +258,31 @@ struct Sweep {
 struct Solve;
 struct Repeat;
 struct Operation;
-/// `unknowns` become what gives `rights` where the body makes `images` of them.
+/// Sets `unknowns` so that the body, which computes `images` from them, makes these equal to `rights`.
 struct Solve {
   std::vector<std::string> images, rights, unknowns;
   std::vector<Operation> body;
   SolveBy by = {};
-  std::array<int, max_rank> reach{};      // how far away the image looks; -1: as far as the axis goes
-  std::vector<std::string> coefficients;  // the fields that the body reads beside the unknowns
-  std::vector<std::string> params;        // and parameters and counters
+  std::array<int, max_rank> reach{};      // stencil radius of the operator; -1: the whole axis
+  std::vector<std::string> coefficients;  // the fields that the body reads in addition to the unknowns
+  std::vector<std::string> params;        // parameters and counters that it reads
   bool is_linear = true;
-  std::vector<Operation> step;            // of one that is not: a linear solve for the change of the unknowns
-  std::vector<std::string> guesses = {};  // fields with the best sum of whose multiples it begins; none: with 0
-  std::optional<NetworkCall> preconditioner = {};  // of what an iteration leaves, its first input
-  OperatorTraits traits = {};                      // whatever the values of coefficients are
+  std::vector<Operation> step;                     // if nonlinear: a linear solve for the change of the unknowns
+  std::vector<std::string> guesses = {};           // it starts from their best linear combination; none: from 0
+  std::optional<NetworkCall> preconditioner = {};  // its first input is the residual
+  OperatorTraits traits = {};                      // hold for all values of coefficients
   bool operator==(const Solve& other) const;
 };
-/// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
-/// `result` and to that of `next` in turn, so that nothing is copied.
+/// `next` of a pass is the `state` of the next pass, and in the last pass the `result`. Passes write alternately to the
+/// memory of `result` and of `next`, so that nothing is copied.
 struct LoopCarried {
   std::string state, next, result;
   bool operator==(const LoopCarried&) const = default;
 };
-/// What `field` is in each pass goes onto a stack, or is what was saved last.
+/// `field` is pushed onto a stack in each pass, or popped from one.
 struct TapeEntry {
   std::string field;
-  int stack;  // a number of the program's
+  int stack;  // index into Program::stacks
   bool operator==(const TapeEntry&) const = default;
 };
 struct Repeat {
@@ -295,7 +294,7 @@ struct Repeat {
   bool is_backwards = false;
   bool operator==(const Repeat& other) const;
 };
-/// A class of its own, and not another name, so that copies of all kinds are compiled once, in loop.cpp.
+/// A class and not an alias, so that copies of all kinds are compiled once, in loop.cpp.
 struct Operation : std::variant<Fill, Fold, Reduce, NetworkCall, Transform, Sweep, Solve, Repeat> {
   using variant::variant;
   Operation();
@@ -323,7 +322,7 @@ struct Program {
   int input_count = 0;
   std::vector<std::string> sums;
   std::array<int, max_rank> halo{};
-  std::vector<int> stacks;  // fields that each needs memory for
+  std::vector<int> stacks;  // capacity of each stack, in fields
   /// Fills of inputs: run once when inputs are bound. The body leaves the halo of every swap's `next` filled, so a loop
   /// over steps runs `prepare` once.
   std::vector<Fill> prepare;
@@ -340,10 +339,10 @@ struct UniformDef {
 };
 
 struct Module {
-  /// Of all values in rows; uniforms and sums are computed in f64, and a row rounds the uniforms it reads.
+  /// Precision of all values in rows; uniforms and sums are computed in f64, and a row rounds the uniforms it reads.
   Precision real = Precision::f64;
   std::vector<std::string> params;
-  std::vector<std::string> counters;  // numbers of passes: what depends on them changes from pass to pass
+  std::vector<std::string> counters;  // numbers of passes: uniforms of them change from pass to pass
   std::vector<UniformDef> uniforms;
   std::vector<Row> rows;
   std::vector<Program> programs;

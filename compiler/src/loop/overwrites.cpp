@@ -15,8 +15,8 @@ namespace dpde::loop {
 
 namespace {
 
-/// The sweeps of a program of which every operation is a sweep, a fill or a fold; else none. What may fail half way, as
-/// solves may, leaves its state to whoever wants to know.
+/// The sweeps of a program that consists of sweeps, fills and folds only; else none. After an operation that may fail,
+/// such as a solve, the state must still be available.
 std::vector<const Sweep*> sweeps_of(const Program& program) {
   std::vector<const Sweep*> sweeps;
   for (const Operation& operation : program.body) {
@@ -32,7 +32,7 @@ bool is_in(const Fill& fill, const std::string& field) {
          });
 }
 
-/// Halos are filled in it or from it: more of its memory counts than the cells that a row has at hand.
+/// Whether the field is filled or used by a fill: then more of its memory is needed than the cells of the current row.
 bool is_filled(const Program& program, const std::string& field) {
   const auto is_its = [&](const Fill& fill) { return is_in(fill, field); };
   bool found = std::any_of(program.prepare.begin(), program.prepare.end(), is_its);
@@ -46,7 +46,7 @@ bool is_filled(const Program& program, const std::string& field) {
   return found;
 }
 
-/// No other swap or result is of their memory.
+/// Whether no other swap or result uses the memory of the two fields.
 bool is_alone(const Program& program, const Swap& swap) {
   const auto mentions = [](const Swap& other, const std::string& field) {
     return other.state == field || other.next == field;
@@ -84,8 +84,8 @@ class Overwrites {
            std::any_of(row.streams.begin(), row.streams.end(), [&](const Stream& s) { return is_it(s.field); });
   }
 
-  /// The state may be read anywhere by sweeps before the one that writes its next value, by that one at its own cell
-  /// alone, and by none behind it.
+  /// Marks the swap if possible: sweeps before the one that writes `next` may read the state anywhere, that one only at
+  /// its own cell, and later sweeps not at all.
   bool marks(const Program& program, const std::vector<const Sweep*>& sweeps, const Swap& swap) {
     if (!is_alone(program, swap) || is_filled(program, swap.state) || is_filled(program, swap.next)) return false;
     const auto writer =
@@ -114,7 +114,7 @@ class Overwrites {
     return true;
   }
 
-  /// The stores of a cell stand one after the other, and all of them are of what was there before.
+  /// Allows `written` to share memory with `read`. Stores of a cell run in sequence, and all must use the old values.
   static void let_over(Row& row, int written, int read) {
     row.streams[written].over = read;
     std::vector<std::string> known;

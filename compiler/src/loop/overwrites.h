@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which states steps may be written over, so that they need no second memory: u_t_next = u_t + dt*c2*lap(u) reads u_t
-// at its own cell alone.
+// Finds states that a step may overwrite in place, without a second buffer: u_t_next = u_t + dt*c2*lap(u) reads u_t
+// only at its own cell.
 #pragma once
 
 #include "loop/loop.h"
 
 namespace dpde::loop {
 
-/// Marks the swaps (Swap::is_over) whose next value may have the memory of the state, and the streams (Stream::over) of
-/// the rows that write such values. Whether it has is the runtime's choice: values are the same to the last bit.
+/// Marks the swaps (Swap::is_over) whose next value may share the memory of the state, and the streams (Stream::over)
+/// of the rows that write such values. The runtime chooses whether they do; results are bitwise equal.
 Module find_overwrites(Module module);
 
 }  // namespace dpde::loop

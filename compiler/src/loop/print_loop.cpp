@@ -88,7 +88,7 @@ class ExprPrinter {
         });
   }
 
-  /// -a*b stands for -(a*b), which is the same number.
+  /// Prints -(a*b) as -a*b, which is the same number.
   Piece print_neg(const Neg& n) const {
     const Piece operand = print(n.operand);
     if (operand.precedence == product_precedence) return {"-" + operand.text, product_precedence};
@@ -127,8 +127,8 @@ std::string axes_text(const std::vector<Topology>& axes) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-/// The first condition in the table that these coefficients are one of. Where none is, the numbers of a, b and c behind
-/// the word of their rule: a slope about the centre of a cell, whose b is 1/h.
+/// The first condition in the table that matches the coefficients. If none does, the name of the rule with the numbers
+/// of a, b and c: as for a slope about the centre of a cell, whose b is 1/h.
 std::string condition_text(const Module& module, const Side& side) {
   using Part = SideCondition::Part;
   const auto uniform = [&](int index) {
@@ -184,7 +184,7 @@ std::string fill_text(const Module& module, const Fill& fill) {
 
 std::string grow_text(int grow) { return grow == 0 ? "" : fmt::format(" grow {}", grow); }
 
-/// " with u = u_2, c_1 = c_2": what stands for the names of a shared row.
+/// " with u = u_2, c_1 = c_2": the replacements for the names of a shared row.
 std::string binding_text(const Module& module, const Sweep& sweep) {
   std::vector<std::string> parts;
   for (const auto& names : {sweep.binding.fields, sweep.binding.sums}) {
@@ -214,7 +214,7 @@ std::string symbol_text(const Module& module, const std::vector<Monomial>& symbo
   return fmt::format("{}", fmt::join(terms, " + "));
 }
 
-/// iax stands for i times the angle along x, iax0 for the same and 0 for waves of two cells.
+/// iax stands for i times the angle along x, iax0 for the same but 0 for waves of two cells.
 std::string transform_text(const Module& module, const Transform& transform) {
   std::vector<std::string> terms;
   for (const auto& [field, by] : transform.terms) {

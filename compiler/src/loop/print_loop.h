@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop level as text for people and golden tests.
+// Loop level as readable text, for users and golden tests.
 #pragma once
 
 #include <string>

@@ -22,8 +22,8 @@ const Fill* fill_of(const Items& items, const std::string& field) {
   return nullptr;
 }
 
-/// Whether points on walls, which are values of the result, are made from those inside: the result has them as the
-/// program says.
+/// Whether the fill computes values on walls from values inside. These are part of the result, so that only the program
+/// itself may decide whether the fill runs.
 bool derives_walls(const Fill& fill) {
   const auto derives = [](const Side& side) { return side.rule && side.rule->on_walls && !side.is_value(); };
   return std::any_of(fill.axes.begin(), fill.axes.end(),
@@ -66,7 +66,7 @@ class Scheduler {
   Schedule result_;
 };
 
-/// Whether the fills of this input may move out of the body. `assumed`: states on the way here (swaps can form a ring).
+/// Whether the fills of this input may move out of the body. `assumed`: visited states (swaps can form a cycle).
 bool Scheduler::is_prepared(const std::string& field, std::set<std::string> assumed) const {
   if (!assumed.insert(field).second) return true;
   const Fill* fill = fill_of(items(), field);
@@ -82,7 +82,7 @@ bool Scheduler::next_can_be_filled(const Swap& swap, const Fill& fill, const std
   if (!agrees(items(), swap.next, fill.axes)) return false;
   if (derives_walls(fill) && !fill_of(items(), swap.next)) return false;
   if (last_modifier(items(), swap.next, items().size())) return true;
-  return is_prepared(swap.next, assumed);  // u_prev, u: the next state is an input whose halo is filled already
+  return is_prepared(swap.next, assumed);  // as u_prev, u: `next` is an input whose halo is filled already
 }
 
 void Scheduler::prepare_inputs() {
@@ -102,7 +102,7 @@ void Scheduler::prepare_inputs() {
   }
 }
 
-/// Lets the body leave the halo of `next` filled.
+/// Makes the body fill the halo of `next`.
 void Scheduler::fill_next(const Swap& swap, const Fill& fill) {
   const std::optional<std::size_t> writer = last_modifier(items(), swap.next, items().size());
   if (!writer) return;
@@ -114,12 +114,13 @@ void Scheduler::fill_next(const Swap& swap, const Fill& fill) {
     const Sweep* sweep = std::get_if<Sweep>(&item.operation);
     return sweep && sweep->grow > 0 && item.modified.contains(swap.next);
   });
-  // A halo that no sweep computes is not read before the swap: any time after the writer will do.
+  // A halo that no sweep computes is not read before the swap: the fill may run at any time after the writer.
   if (!is_grown) next_states_.insert(swap.next);
   input_.items.push_back({Fill{swap.next, fill.axes}, {}, {swap.next}});
 }
 
-/// A grown sweep writes halo cells itself and a serial one has no finished rows: those are followed by a fill.
+/// Whether fills can run within the sweep. A sweep with `grow` writes halo cells itself, and a serial sweep does not
+/// finish row by row: fills must follow both.
 bool Scheduler::can_take_fills(const ScheduleItem& item) const {
   const Sweep* sweep = std::get_if<Sweep>(&item.operation);
   if (!sweep || sweep->serial) return false;
@@ -127,15 +128,15 @@ bool Scheduler::can_take_fills(const ScheduleItem& item) const {
   return sweep->grow == 0 || !has_ends;
 }
 
-/// Whether the values of a side are a field, or those of rows half a turn away: such a fill is done as a whole, when
-/// all of that has been computed.
+/// Whether a side takes its values from a field, or from rows half a turn away: such a fill runs after the whole sweep,
+/// when all these values are computed.
 bool is_of_all(const Fill& fill) {
   const auto is_side = [](const Side& side) { return !side.field.empty() || (side.rule && side.rule->turns); };
   return std::any_of(fill.axes.begin(), fill.axes.end(),
                      [&](const AxisBoundary& axis) { return is_side(axis.low) || is_side(axis.high); });
 }
 
-/// Whether the halo of this result of a repeat is filled so, as the last pass has filled that of what it carries on.
+/// Whether the halo of this result of a repeat has this fill already, because the last pass filled its carried field.
 bool is_left_filled(const Repeat& repeat, const Fill& fill) {
   const auto carry = std::find_if(repeat.carries.begin(), repeat.carries.end(),
                                   [&](const LoopCarried& each) { return each.result == fill.field; });
@@ -149,7 +150,7 @@ bool is_left_filled(const Repeat& repeat, const Fill& fill) {
   });
 }
 
-/// Moves the fill at `at` into the sweep that wrote its field, or drops it where the halo is filled already.
+/// Moves the fill at `at` into the sweep that wrote its field, or drops it if the halo is filled already.
 bool Scheduler::attach(std::size_t at) {
   const Fill fill = *as_fill(items()[at]);
   const std::optional<std::size_t> writer = last_modifier(items(), fill.field, at);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where fills happen. Before: fills stand where the program says. After: fills of inputs are in `prepare` (and those of
-// states also where the next state is written), fills of fields a sweep has just written are in its `then`.
+// Moves fills. Before: fills are where the program has them. After: fills of inputs are in `prepare` (those of states
+// also where the next state is written), and fills of fields that a sweep has just written are in its `then`.
 #pragma once
 
 #include <set>
@@ -11,7 +11,7 @@
 
 namespace dpde::loop {
 
-/// One operation and what it does to fields; a fill changes the halo only and modifies nothing.
+/// One operation and its effects on fields; a fill changes the halo only and modifies nothing.
 struct ScheduleItem {
   Operation operation;
   std::set<std::string> modified;
@@ -23,8 +23,8 @@ struct ScheduleInput {
   std::vector<std::string> inputs;
   std::vector<Swap> swaps;
   std::vector<Topology> axes;
-  /// Fields whose boundary values change from step to step, or that other programs fill differently: their fills stay
-  /// where they are.
+  /// Fields whose boundary values change from step to step, or that other programs fill differently: their fills are
+  /// not moved.
   std::set<std::string> filled_each_run;
 };
 

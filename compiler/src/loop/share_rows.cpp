@@ -24,15 +24,15 @@ bool is_value(const Expr& e) {
   return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind);
 }
 
-/// The same uniform or the same number, to the last bit.
+/// Whether both are the same uniform or bitwise the same number.
 bool is_same(const Expr& a, const Expr& b) {
   const Literal *x = std::get_if<Literal>(&a->kind), *y = std::get_if<Literal>(&b->kind);
   if (x && y) return std::bit_cast<std::uint64_t>(x->value) == std::bit_cast<std::uint64_t>(y->value);
   return a == b;
 }
 
-/// `e` with `f` applied to every number and uniform, from left to right. Exponents that are numbers decide what code is
-/// made; they are left alone.
+/// `e` with `f` applied to every number and uniform, from left to right, except numeric exponents, which determine the
+/// generated code.
 template <class F>
 Expr map_values(const Expr& e, const F& f) {
   if (is_value(e)) return f(e);
@@ -78,7 +78,7 @@ bool looks_at_axes(const Row& row) {
   return found;
 }
 
-/// The row without what may differ between rows that share their code.
+/// The row without all that may differ between rows that share code.
 Row shape_of(const Row& row) {
   Row shape = map_row_values(row, [](const Expr&) { return Expr(0.0); });
   const std::vector<std::string> fields = fields_of(row);
@@ -130,7 +130,7 @@ NameSupply names_in(const Module& module) {
   return names;
 }
 
-/// What the rows of a group have at the places where they do not have all the same.
+/// The values that differ between the rows of a group, in slots: positions whose values agree in each row share one.
 class Slots {
  public:
   explicit Slots(const std::vector<const Row*>& rows) {
@@ -151,14 +151,14 @@ class Slots {
   }
 
   int count() const { return static_cast<int>(columns_.size()); }
-  /// -1: a value that is the same for all rows.
+  /// -1: the value is the same in all rows.
   const std::vector<int>& slot_of_place() const { return slot_of_place_; }
   std::vector<Expr> of_row(std::size_t row) const {
     std::vector<Expr> values;
     for (const std::vector<Expr>& column : columns_) values.push_back(column[row]);
     return values;
   }
-  /// Uniforms that all rows read at some place.
+  /// Uniforms that all rows read at the same position.
   const std::set<int>& common() const { return common_; }
 
  private:
@@ -177,7 +177,7 @@ class Slots {
   std::set<int> common_;
 };
 
-/// The first of these uniforms where they follow one another.
+/// The first of these uniforms if they are consecutive; else nullopt.
 std::optional<int> consecutive(const std::vector<Expr>& values) {
   std::optional<int> first;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -241,7 +241,7 @@ class Sharing {
     return result;
   }
 
-  /// Index of the first of consecutive uniforms with these values, none of them one of `others`.
+  /// Index of the first of consecutive uniforms with these values, none of which is in `others`.
   int block_of(const std::vector<Expr>& values, const std::set<int>& others) {
     if (values.empty()) return 0;
     const auto is_other = [&](const Expr& e) { return others.contains(std::get<Uniform>(e->kind).index); };
@@ -286,8 +286,8 @@ class Sharing {
   Module module_;
   NameSupply names_;
   std::map<std::string, int> numbers_;
-  std::map<std::string, Use> uses_;                        // of the rows that have become one with others
-  std::vector<std::pair<std::vector<Expr>, int>> blocks_;  // of the group that is shared now
+  std::map<std::string, Use> uses_;                        // of the rows that are shared
+  std::vector<std::pair<std::vector<Expr>, int>> blocks_;  // of the current group
 };
 
 }  // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pass on the loop level. After it no two rows of the module are alike but for the names of fields and sums and for
-// numbers and uniforms: what is repeated (the parts of a subcycle, the passes of a repeat, stages) is compiled once.
+// A pass on the loop level. Rows that differ only in names of fields and sums, in numbers and in uniforms become one
+// row: repeated code (substeps of a subcycle, passes of a repeat, stages) is compiled once.
 //
-//  - The row that comes first stands for all that are like it; the sweeps of the others bind it to their own fields.
-//  - What is not the same number or uniform for all of them becomes a uniform of the row's own: each sweep has a
+//  - The first row replaces all rows like it; the sweeps of the others bind it to their own fields.
+//  - A number or uniform that differs between these rows becomes one of the row's own uniforms: each sweep has a
 //    block of consecutive uniforms for these.
-//  - A row that is like no other stays as it is.
+//  - Other rows are not changed.
 #pragma once
 
 #include "loop/loop.h"

@@ -88,7 +88,7 @@ void Verifier::check_interp(const Row& row, const Interp& i) {
   check(static_cast<int>(i.displacement.size()) == row.rank, row.name, "a displacement needs one value an axis");
 }
 
-/// `lets`: how many of the row's lets are defined already.
+/// `lets`: number of the row's lets that are defined already.
 void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets) {
   visit(e, [&](const Expr& part) {
     match(
@@ -182,7 +182,7 @@ void Verifier::check_boundaries(const Program& program, const std::string& field
   }
 }
 
-/// Pointers of a row may be of the same field only where the row knows.
+/// Two names of a row must not be bound to the same field: the row's code assumes distinct pointers.
 void Verifier::check_binding(const Program& program, const Row& row, const Binding& binding) {
   std::map<std::string, std::string> name_of_field;
   const auto check_field = [&](const std::string& name) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold between the parts of a loop module; called after from_stencil and in tests.
+// Checks of the invariants of a loop module; called after from_stencil and in tests.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace dpde::loop {
 
-/// One sentence for each broken rule; empty when all is well.
+/// One sentence for each broken invariant; empty if all hold.
 std::vector<std::string> verify(const Module& module);
 
 }  // namespace dpde::loop

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The blocks of operations, for the walks of support/walk.h.
+// Nested blocks of operations, for the walks of support/walk.h.
 #pragma once
 
 #include "loop/loop.h"
@@ -8,7 +8,7 @@
 
 namespace dpde::loop {
 
-/// `f` on each list of operations that the operation has inside.
+/// Calls `f` on each list of operations inside the operation.
 template <OneOf<Operation> O, class F>
 void for_each_block(O& operation, Blocks blocks, const F& f) {
   match(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel -> rows. Every expression is converted once, bottom up, into a Term that remembers whether it is the same at
-// all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can
-// be. Uniform factors of a product are gathered, but not in what a decision hangs on: that is computed as it is
-// written, but that quotients by uniforms are products, and each product is Rounded.
+// Kernel -> rows. Every expression is converted once, bottom up, into a Term that records whether it is uniform. A
+// uniform is put into the table only where it meets a varying value, so that uniforms are as large as possible. Uniform
+// factors of a product are combined, except in operands of decisions: these are computed as written, except that
+// quotients by uniforms become products, and each product is Rounded.
 #include "loop/from_stencil/rows.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Term {
   Expr expr;  // uniform: a definition (Params, Literals, Uniforms); otherwise a row expression
 };
 
-/// The exponent when it is a number.
+/// The value of a numeric exponent.
 std::optional<double> number(const stencil::Expr& e) {
   const stencil::Literal* literal = std::get_if<stencil::Literal>(&e->kind);
   return literal ? std::optional(literal->value) : std::nullopt;
@@ -39,7 +39,7 @@ bool is_reciprocal_power(const stencil::Binary& b) {
   return exponent && (*exponent == -0.5 || (*exponent <= -1 && *exponent >= -4 && *exponent == std::floor(*exponent)));
 }
 
-/// Converts expressions; of a row when one is given, of uniforms only otherwise.
+/// Converts expressions: of a row if one is given, otherwise of uniforms only.
 class Converter {
  public:
   Converter(UniformTable& uniforms, Row* row, const NameSupply& names, std::set<std::string> decisive_lets)
@@ -49,7 +49,7 @@ class Converter {
   Expr value(const stencil::Expr& e) { return use(convert(e)); }
   void add_let(const stencil::Let& let);
   Interp interp(const stencil::Interp& i);
-  /// From now on reads of this stream are of the value before the row's stores.
+  /// From now on reads of this stream give the value before the row's stores.
   void read_before_stores(int stream) { read_before_stores_.insert(stream); }
 
  private:
@@ -74,9 +74,9 @@ class Converter {
   Row* row_;
   NameSupply names_;
   const std::set<std::string> decisive_lets_;
-  bool decisive_ = false;  // a decision hangs on what is converted
+  bool decisive_ = false;  // while the operand of a decision is converted
   std::map<std::string, Term> lets_;
-  std::vector<std::pair<Expr, int>> shared_;  // values with a let of our own
+  std::vector<std::pair<Expr, int>> shared_;  // values for which a let was added
   std::set<int> read_before_stores_;
 };
 
@@ -96,7 +96,7 @@ void Converter::add_let(const stencil::Let& let) {
   }
 }
 
-/// A leaf with the value of `e`.
+/// A leaf with the value of `e`: `e` itself or a let.
 Expr Converter::shared(const Expr& e, const std::string& wish) {
   if (is_leaf(e) && wish.empty()) return e;
   for (const auto& [value, index] : shared_) {
@@ -170,13 +170,13 @@ Term Converter::convert_binary(const stencil::Expr& e, const stencil::Binary& b)
   const Term left = convert(b.left);
   const Term right = convert(b.right);
   if (left.uniform && right.uniform) return {true, binary(b.op, left.expr, right.expr)};
-  const Expr left_value = use(left);  // in this order: it numbers the uniforms
+  const Expr left_value = use(left);  // before the right one: uniforms are numbered in this order
   return {false, binary(b.op, left_value, use(right))};
 }
 
 Term rounded(const Expr& product) { return {false, make(Rounded{product})}; }
 
-/// A factor of another product, to which nothing is added.
+/// The factor of a product, which needs no rounding as nothing is added to it.
 Expr without_rounding(const Expr& e) {
   const Rounded* rounded = std::get_if<Rounded>(&e->kind);
   return rounded ? rounded->operand : e;
@@ -188,7 +188,7 @@ Term reciprocal(const Term& uniform) {
   return {true, make(Binary{BinaryOp::divide, 1.0, uniform.expr})};
 }
 
-/// A negation, or a power that is a quotient: nullopt of other factors.
+/// Converts a negation, or a power that is a quotient; nullopt for other factors.
 std::optional<Term> Converter::convert_sign_or_power(const stencil::Expr& e) {
   if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
     const Term operand = convert(neg->operand);
@@ -219,7 +219,7 @@ Term Converter::convert_factors(const stencil::Expr& e) {
   return factors.hangs_on_order(uniforms_) ? convert_in_order(e) : Term{false, factors.varying(uniforms_)};
 }
 
-/// Products and quotients as they stand: a person and the rules of derivatives write what is near floats.
+/// Products and quotients in the written order: users and derivative rules write intermediate values in f32 range.
 Term Converter::convert_in_order(const stencil::Expr& e) {
   if (const std::optional<Term> term = convert_sign_or_power(e)) return *term;
   const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
@@ -228,7 +228,7 @@ Term Converter::convert_in_order(const stencil::Expr& e) {
   return {false, divided(first, b.right)};
 }
 
-/// By one factor of a divisor after the other.
+/// Divides by the factors of a divisor one by one.
 Expr Converter::divided(Expr e, const stencil::Expr& by) {
   const stencil::Binary* b = std::get_if<stencil::Binary>(&by->kind);
   if (b != nullptr && b->op == BinaryOp::multiply) return divided(divided(std::move(e), b->left), b->right);
@@ -292,7 +292,7 @@ Term Converter::convert_select(const stencil::Select& s) {
   return {false, make(Select{use(condition), use(yes), use(no)})};
 }
 
-/// The lets `roots` need, directly or through other lets, in their order.
+/// The lets that `roots` need, directly or through other lets, in the kernel's order.
 std::vector<stencil::Let> needed_lets(const stencil::Kernel& kernel, const std::vector<stencil::Expr>& roots) {
   std::set<std::string> used;
   const auto add = [&](const stencil::Expr& e) {
@@ -411,7 +411,7 @@ Row scatter_row(const stencil::Kernel& kernel, const std::vector<Topology>& axes
   return row;
 }
 
-/// Whether `later` reads (at its points or at computed places) what `earlier` has written.
+/// Whether `later` reads (at its points or at computed positions) a field that `earlier` has written.
 bool reads_results(const Row& later, const Row& earlier) {
   const auto reads = [&](const std::string& field) {
     return std::any_of(later.streams.begin(), later.streams.end(), [&](const Stream& s) { return s.field == field; }) ||
@@ -430,7 +430,7 @@ bool touches_targets(const Row& stores, const Row& scatters) {
   });
 }
 
-/// Masks without the axes that cannot fail; those that always hold become the number 1.
+/// Removes from masks the axes along which they cannot fail; masks that always hold become the number 1.
 stencil::Expr simplify_masks(const stencil::Expr& e, const std::vector<Topology>& axes, int grow) {
   const stencil::Inside* inside = std::get_if<stencil::Inside>(&e->kind);
   if (!inside) {
@@ -468,7 +468,7 @@ std::vector<Row> rows_of(const stencil::Kernel& kernel, const std::vector<Topolo
   std::vector<Row> rows;
   if (!simple.stores.empty() || !simple.sums.empty()) rows.push_back(store_row(simple, axes, uniforms));
   if (!simple.scatters.empty()) rows.push_back(scatter_row(simple, axes, uniforms));
-  // Scatters come last, but must still see the fields as they were before the stores.
+  // Scatters run last, but must read the fields as they were before the stores.
   if (rows.size() == 2 && reads_results(rows[1], rows[0])) {
     require(!touches_targets(rows[0], rows[1]), "stores and scatters of a kernel do not read each other's results");
     std::swap(rows[0], rows[1]);

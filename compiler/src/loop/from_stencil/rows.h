@@ -11,7 +11,7 @@
 namespace dpde::loop {
 
 /// The rows of a kernel in the order in which they run: one for stores and sums, one (NAME_scatter) for scatters.
-/// `grow` is that of the run: points the kernel never visits need no masks.
+/// `grow` is that of the run: points outside the run's region need no masks.
 std::vector<Row> rows_of(const stencil::Kernel& kernel, const std::vector<Topology>& axes, int grow,
                          UniformTable& uniforms);
 

@@ -106,7 +106,7 @@ double UniformTable::value_of(const Expr& definition) const {
 void Factors::add_number(double value, bool inverse) {
   const double size = std::abs(value);
   const double product = (inverse ? number_below_ : number_above_) * size;
-  if (!std::isnormal(product)) return add_uniform(value, inverse);  // 0 or overflow: leave the decision to run time
+  if (!std::isnormal(product)) return add_uniform(value, inverse);  // 0 or overflow: evaluated at run time
   if (std::signbit(value)) negate();
   (inverse ? number_below_ : number_above_) = product;
 }
@@ -128,9 +128,9 @@ Expr Factors::unsigned_definition() const {
 
 Expr Factors::definition() const { return negative_ ? loop::negate(unsigned_definition()) : unsigned_definition(); }
 
-/// What several factors make, as 1e-20 twice, may be no float although what they make of fields is one. Powers of two
-/// are taken out of it until a float is left: of the exponents that floats have, up to 126 in size, half is left to
-/// parameters that change. The value of fields between two such powers is then in range where all of it is.
+/// A product of several uniform factors, as 1e-20 twice, may exceed the range of f32 although its product with fields
+/// does not. Powers of two are split off until the exponent is at most 63 in size: half the range of f32 (126) is left
+/// for parameters that change. Intermediate products with fields are then in range if the whole product is.
 std::vector<Expr> Factors::take_powers(const UniformTable& uniforms) {
   constexpr int most = 63;
   std::vector<Expr> powers;
@@ -162,7 +162,7 @@ Expr Factors::varying(UniformTable& uniforms) {
   return negative_ ? loop::negate(result) : result;
 }
 
-/// Factors and divisors one by one, a power behind each: no part of it is far from the float that all of it is.
+/// Multiplies factors and divisors one by one, each followed by a power, so that all intermediate values stay in range.
 Expr Factors::between(const std::vector<Expr>& powers, UniformTable& uniforms) const {
   Expr result = uniforms.use(unsigned_definition());
   for (std::size_t i = 0; i < std::max({above_.size(), below_.size(), powers.size()}); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of uniforms of a module: values that are the same at all points, each defined once.
+// The table of uniforms of a module: values that are constant in space, each defined once.
 #pragma once
 
 #include <cstddef>
@@ -16,25 +16,25 @@ namespace dpde::loop {
 
 class UniformTable {
  public:
-  /// `taken`: names of fields, lets and sums, which no uniform may have. `real`: what rows hold values in, and so the
-  /// uniforms that they read. `values` of parameters say how large these are.
+  /// `taken`: names of fields, lets and sums, which uniforms must not have. `real`: precision of values in rows, and of
+  /// uniforms as rows read them. `values`: known values of parameters, for the magnitude of uniforms.
   UniformTable(std::vector<std::string> params, NameSupply taken, Precision real,
                const std::map<std::string, double>& values);
 
   /// The parameter as a leaf of a uniform's definition; a name seen for the first time becomes a parameter.
   Expr param(const std::string& name);
 
-  /// From now on these names are numbers of passes and no parameters.
+  /// From now on these names are counters, not parameters.
   void set_counters(std::vector<std::string> in_scope) { in_scope_ = std::move(in_scope); }
   int counter(const std::string& name);
 
-  /// `definition` (of Literal, Param, Uniform and what is built from them) as it appears in a row: numbers stay
-  /// numbers, all else is one Uniform. `wish` names it if it is new and the name is free.
+  /// `definition` (an expression of Literal, Param and Uniform) as it appears in a row: a number stays a number, any
+  /// other expression becomes one Uniform. `wish` names it if it is new and the name is free.
   Expr use(const Expr& definition, const std::string& wish = "");
   int index_of(const Expr& definition, const std::string& wish = "");
 
   Precision real() const { return real_; }
-  /// The value of a definition, with 1 for what is not known.
+  /// The value of a definition, with 1 for unknown parameters.
   double value_of(const Expr& definition) const;
   std::vector<std::string> params() const { return params_; }
   std::vector<std::string> counters() const { return counters_; }
@@ -62,12 +62,13 @@ class Factors {
   void add_varying(const Expr& e, bool inverse) { (inverse ? below_ : above_).push_back(e); }
 
   bool is_uniform() const { return above_.empty() && below_.empty(); }
-  /// Whether products of some of the factors may be no floats though all that a person wrote is one, as the square of a
-  /// divisor in a derivative.
+  /// Whether products of some of the factors may exceed the range of f32 although the whole expression does not, such
+  /// as the square of a divisor in a derivative.
   bool hangs_on_order(const UniformTable& uniforms) const;
-  /// All factors, when they are uniform: a definition of Params and Literals.
+  /// All factors, if they are uniform: a definition of Params and Literals.
   Expr definition() const;
-  /// uniform * above / below, in a row. What of the uniform is too large or small for a float stands between them.
+  /// uniform * above / below, in a row. If the uniform exceeds the range of f32, powers of two are split off and
+  /// multiplied between the other factors.
   Expr varying(UniformTable& uniforms);
 
  private:
