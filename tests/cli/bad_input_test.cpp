@@ -193,32 +193,6 @@ TEST_F(BadInput, DataOfAnotherSceneThatDoNotFit) {
             std::vector<std::string>{"E0912"});  // no state at t = 1
 }
 
-/// Words of other tools get an answer with the word used here; errors are in text order.
-TEST_F(BadInput, OfOtherToolsIsTranslated) {
-  const auto said = [&](const std::string& rate, const std::string& line) {
-    write("m.dpde", "model m { field u; dt(u) = " + rate +
-                        " }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = 0; time 0 .. 1, step 1 }\n"
-                        "task t : s { unknown initial u; " +
-                        line + " }\n");
-    return dpde("check m.dpde t").err;
-  };
-  const auto holds = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
-  EXPECT_TRUE(holds(said("laplace(u)", "minimise mean(u)"), "help: write lap(u)\n"));
-  EXPECT_TRUE(holds(said("d2u/dx2", "minimise mean(u)"), "help: write d(u, x, 2), or lap(u)"));
-  EXPECT_TRUE(holds(said("du/dx", "minimise mean(u)"), "help: write dx(u)"));
-  EXPECT_TRUE(holds(said("u_xx", "minimise mean(u)"), "help: write d(u, x, 2)\n"));
-  EXPECT_FALSE(holds(said("u_xy", "minimise mean(u)"), "help: write dy(dx(u))\n"));  // there is one axis
-  EXPECT_TRUE(holds(said("u**2", "minimise mean(u)"), "help: a power is written u^2"));
-  EXPECT_TRUE(holds(said("-u", "maximise mean(u)"), "help: a task seeks what is least: minimise -mean(u)"));
-  EXPECT_FALSE(holds(said("-u", "maximise mean(u)"), "did you mean"));
-  write("m.dpde",
-        "model m { field u; dt(u) = first*u }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = second\n"
-        "time 0 .. 1, step third }\n");
-  const std::string all = dpde("check m.dpde").err;
-  EXPECT_LT(all.find("]: first is"), all.find("]: second is")) << all;
-  EXPECT_LT(all.find("]: second is"), all.find("]: third is")) << all;
-}
-
 TEST_F(BadInput, AFirstSceneRunsAndIsCertifiedAndIsNotWrittenTwice) {
   ASSERT_EQ(dpde("new rod.dpde").status, 0);
   EXPECT_EQ(dpde("fmt rod.dpde --check").status, 0);

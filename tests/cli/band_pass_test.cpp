@@ -106,35 +106,5 @@ TEST_F(BandPass, IsTheSameOnEveryBackEndAndReadBack) {
   EXPECT_EQ(again.status, 0) << again.err;
 }
 
-TEST_F(BandPass, IsRefusedWhereThereAreNoShells) {
-  const auto refused = [&](const std::string& text, const std::string& code, const std::string& part) {
-    write("t.dpde", text);
-    const Outcome outcome = dpde("check t.dpde s");
-    EXPECT_EQ(outcome.status, 2) << text;
-    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << text << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << text << outcome.err;
-  };
-  const auto observing = [](const std::string& formula) {
-    return waves("field u", "  observe e = mean(" + formula + ")\n");
-  };
-  refused(observing("band_pass(u, 1.5)"), "E0208", "1.5");
-  refused(observing("band_pass(u, 4, 3)"), "E0208", "numbered from 4 to");
-  refused(observing("band_pass(u, nu)"), "E0208", "a formula");
-  refused(observing("band_pass(u, -1)"), "E0208", "-1");
-  refused(observing("band_pass(u, 11)"), "E0565", "its grid has shells 0 to 10");
-  refused(
-      "operator part(p) order 2 = band_pass(p, 1)\n  adjoint p_bar = band_pass(part_bar, 1)\n" + observing("part(u)"),
-      "E0311", "an operator whose adjoint is given");
-  refused(observing("band_pass(u)"), "E0305", "band_pass");
-  refused(
-      "model m { field u; dt(u) = -band_pass(u, 3) }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; "
-      "time 0 .. 1, step 0.1 }\n",
-      "E0311", "band_pass");
-  const std::string still = "model m { field u; dt(u) = -u }\nscene s : m { ";
-  const std::string rest = " initial u = 1; time 0 .. 1, step 0.1; observe e = mean(band_pass(u, 3)^2) }\n";
-  refused(still + "grid x = 0 .. 1, cells 8; boundary u: x = 0;" + rest, "E0565", "axis x is bounded");
-  refused(still + rest, "E0565", "no grid");
-}
-
 }  // namespace
 }  // namespace dpde::testing

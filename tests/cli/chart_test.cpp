@@ -315,32 +315,6 @@ TEST_F(ChartCommand, ABlockOfTheFileSaysWhatIsRun) {
   EXPECT_EQ(dpde("chart s.dpde --vary scheme=plane" + quick).codes(), std::vector<std::string>{"E0904"});
 }
 
-TEST_F(ChartCommand, MistakesOfABlockAreShownInIt) {
-  const auto codes = [&](const std::string& lines) {
-    write("s.dpde", wind(false) + "chart cost : ring {\n  " + lines + "\n}\n");
-    const Json json = dpde("chart s.dpde cost" + quick).json();
-    if (!json.contains("diagnostics") || json["diagnostics"].size() != 1) return "several: " + json.dump();
-    const Json& told = json["diagnostics"][0];
-    return told["code"].get<std::string>() + ":" + std::to_string(told["line"].get<int>());
-  };
-  EXPECT_EQ(codes("vary scheme in plane"), "E0318:10");
-  EXPECT_EQ(codes("vary advekt in central(2)"), "E0501:10");
-  EXPECT_EQ(codes("vary advect in weno(77)"), "E0502:10");
-  EXPECT_EQ(codes("vary cells in 12.5"), "E0707:10");
-  EXPECT_EQ(codes("vary cells in 16; vary cells in 32"), "E0303:10");
-  EXPECT_EQ(codes("error l3(u)"), "E0707:10");
-  EXPECT_EQ(codes("error l2(w)"), "E0301:10");
-  EXPECT_EQ(codes("reference best"), "E0707:10");
-  EXPECT_EQ(codes("reference exact"), "E0916:10") << "the scene has none";
-  EXPECT_EQ(codes("reference self(cells = 16); vary cells in 64"), "E0916:10");
-  EXPECT_EQ(codes("gradient speed"), "E0318:10");
-  EXPECT_EQ(codes("tolerance -1"), "E0707:10");
-  EXPECT_EQ(codes("tolerence 1"), "E0203:10");
-  write("s.dpde", wind(false) + "chart cost : ring { vary scheme in plane }\n");
-  EXPECT_EQ(dpde("check s.dpde ring --json").codes(), std::vector<std::string>{"E0318"})
-      << "it is looked at there, too";
-}
-
 /// The scene's own method is also among the tried ones: it is listed once.
 TEST_F(ChartCommand, TheScenesOwnMethodStandsOnce) {
   write("s.dpde", wind(true));

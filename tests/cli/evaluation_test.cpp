@@ -159,19 +159,6 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   EXPECT_EQ(learn(text, "--out o --resume").codes(), std::vector<std::string>{"E0907"});
 }
 
-TEST_F(Evaluation, WhatTrialsCannotBe) {
-  write("t.dpde", correcting("trials 0"));
-  const Outcome none = dpde("check t.dpde learn");
-  EXPECT_NE(none.err.find("error[E0707]: trials of using is a whole number from 1 on, not 0"), std::string::npos)
-      << none.err;
-  write("p.dpde", burgers +
-                      "task find : coarse { data r = u from scene fine; unknown nu from 0.2; minimise mean((u - r)^2); "
-                      "using lbfgs(), trials 3 }\n");
-  const Outcome other = dpde("check p.dpde find");
-  EXPECT_NE(other.err.find("trials cannot appear in a task that does not learn from trajectories"), std::string::npos)
-      << other.err;
-}
-
 // ---- comparison with plain schemes ----------------------------------------------------------------------------------
 
 const std::string finer = R"(
@@ -425,30 +412,6 @@ dataset truths : truth { runs 4; vary a from 1; frames every 1; file "truth.nc" 
   EXPECT_NEAR(rate["mean"].get<double>(), 0.9056, 0.05);
   EXPECT_LT(rate["spread"].get<double>(), 0.1);
   EXPECT_EQ(rate["runs"].size(), 4U);
-}
-
-TEST_F(Statistics, WhatTheyCannotSay) {
-  const auto refused = [&](const std::string& tests, const std::string& code, const std::string& part,
-                           const std::string& data = "data r = trajectories(\"truth.nc\", u); ") {
-    write("t.dpde", decay + "task t : tried { " + data + "unknown c from 0.25; minimise mean(u^2)" +
-                        (data.empty() ? "" : " over 2 steps") + "; using adam(rate = 1); " + tests + " }\n");
-    const Outcome outcome = dpde("check t.dpde t");
-    EXPECT_EQ(outcome.status, 2) << tests;
-    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << tests << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << tests << outcome.err;
-  };
-  refused("growth rate", "E0201", "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
-  refused("statistic e = mean(u)", "E0201",
-          "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
-  refused("growth rate on trajectories(\"truth.nc\")", "E0703", "write on trajectories(\"test.nc\") for 100 steps");
-  refused("statistic e = u on trajectories(\"truth.nc\") for 4 steps", "E0705", "is no number");
-  refused(
-      "growth e on trajectories(\"truth.nc\") for 4 steps; test e = mean(u) on trajectories(\"truth.nc\") for 4 steps",
-      "E0303", "e is given twice");
-  refused("growth e on trajectories(\"truth.nc\") for 4 steps", "E0311", "a task that does not learn from trajectories",
-          "");
-  refused("test e = mean(u) on trajectories(\"truth.nc\") for 4 steps beside", "E0201", "the name of a scene");
-  refused("growth e on trajectories(\"none.nc\") for 4 steps", "E0901", "none.nc");
 }
 
 // ---- conservation in data sets --------------------------------------------------------------------------------------

@@ -22,13 +22,6 @@ TEST_F(LoneModel, ItsMistakesAreTold) {
   }
 }
 
-TEST_F(LoneModel, OfTwoAxesIsNotHeldToOne) {
-  write("m.dpde", "model m {\n  field u, v\n  dt(u) = -advect((u, v), u) + dy(v)\n  dt(v) = -advect((u, v), v)\n}\n");
-  EXPECT_EQ(dpde("check m.dpde --json").codes(), std::vector<std::string>{"E0908"});
-  write("m.dpde", "model m {\n  field u, v\n  dt(u) = -advect((u, v), w) + dy(v)\n  dt(v) = -advect((u, v), v)\n}\n");
-  EXPECT_EQ(dpde("check m.dpde --json").codes(), std::vector<std::string>{"E0301"});
-}
-
 using CheckFiles = Command;
 
 TEST_F(CheckFiles, MissingAndWrongOnesAreTold) {

@@ -119,33 +119,6 @@ TEST_F(Spectra, AreDrawnWithBothAxesLogarithmic) {
   EXPECT_NE(picture.find("1e-02"), std::string::npos) << "powers of ten";
 }
 
-TEST_F(Spectra, WhatTheyCannotBeOf) {
-  const std::string walled =
-      "model heat { field u; param nu; dt(u) = nu*lap(u) }\nscheme plain { time = euler }\nscene truth : heat with "
-      "plain { grid x = 0 .. 1, cells 8; nu = 0.1; boundary u = 0; initial u = x; time 0 .. 1, step 1/256 }\n"
-      "scene tried : heat with plain { grid x = 0 .. 1, cells 8; nu = 0.1; boundary u = 0; initial u = x; time 0 .. 1, "
-      "step 1/256 }\ndataset truths : truth { frames every 1/4; file \"truth.nc\" }\n";
-  write("t.dpde", walled);
-  ASSERT_EQ(dpde("run t.dpde truths --out . --json").status, 0);
-  const auto refused = [&](const std::string& test, const std::string& code, const std::string& part) {
-    write("u.dpde", walled + untrained_with_spectra("unknown nu from 0.2", "64", test));
-    const Outcome outcome = dpde("check u.dpde t");
-    EXPECT_EQ(outcome.status, 2) << test;
-    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << test << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << test << outcome.err;
-  };
-  const std::string rest = " on trajectories(\"truth.nc\") for 64 steps";
-  refused("spectrum e = u" + rest, "E0311", "a spectrum cannot appear in a scene whose axis x is not periodic");
-  refused("correlation e = u above 1.5" + rest, "E0707", "the threshold of e lies between 0 and 1: 1.5 does not");
-  refused("correlation e = sample(u, at = 0.5)" + rest, "E0311",
-          "the point value sample cannot appear in the field of a correlation");
-  refused("correlation e = u above 0.5", "E0201",
-          "as in: correlation vorticity = curl(u) above 0.8 on trajectories(\"test.nc\") for 100 steps");
-  refused("correlation e = u on trajectories(\"truth.nc\") for 0 steps", "E0707",
-          "the number of steps of e is a whole number from 1 on, not 0");
-  refused("correlation e = v" + rest, "E0301", "v is not known here");
-}
-
 // ---- correlation ----------------------------------------------------------------------------------------------------
 
 /// A moving wave: u = sin(x - c*t). The correlation of two is the cosine of their phase difference.

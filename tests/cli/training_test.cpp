@@ -294,42 +294,6 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   EXPECT_EQ(made_of("let L = 2*s;", "0.01*L").codes(), none);
 }
 
-TEST_F(Training, WhatATaskCannotSay) {
-  const auto refused = [&](const std::string& items, const std::string& code, const std::string& part) {
-    write("t.dpde", burgers_on_32_cells + "task learn : truth { " + items + " }\n");
-    const Outcome outcome = dpde("check t.dpde learn");
-    EXPECT_EQ(outcome.status, 2) << items;
-    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << items << "\n" << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << items << "\n" << outcome.err;
-  };
-  const std::string data = "data r = trajectories(\"train.nc\", u); ", nu = "unknown nu from 0.2; ",
-                    loss = "minimise mean((u - r)^2) over 4 steps; ", use = "using adam(rate = 0.1)";
-  refused(data + nu + "minimise mean((u - r)^2); " + use, "E0311", "a loss that is not over a number of steps");
-  refused(data + nu + loss + "minimise mean(u^2) over 2 steps; " + use, "E0311",
-          "a loss over 2 steps beside one over 4");
-  refused(data + nu + "minimise mean((u - r)^2) over 2.5 steps; " + use, "E0208", "2.5");
-  refused(data + "unknown initial u from 0; " + loss + use, "E0311", "an unknown initial state");
-  refused(data + nu + loss + "using newton_cg(), batch 4", "E0311", "learns by newton_cg");
-  refused(data + nu + loss, "E0311", "the want of an optimiser");
-  refused(data + nu + loss + use + ", iterations 5", "E0311", "write epochs 20");
-  refused(data + nu + loss + use + ", batch 0", "E0707", "is a whole number from 1 on, not 0");
-  refused(data + nu + loss + use + ", unroll (1, 8)", "E0707", "is at most the 4 steps of the loss, not 8");
-  refused(data + nu + loss + use + ", schedule line", "E0707", "is constant, cosine or halve(updates)");
-  refused(data + nu + loss + use + ", validate 1", "E0707", "is a share of the runs, below 1");
-  refused(data + nu + loss + use + ", noise -1", "E0707", "must be 0 or more");
-  refused(data + nu + loss + use + ", bunch 4", "E0207", "batch");
-  refused(data + nu + loss + use + "; test e = mean(u^2)", "E0311", "a test on the run of the scene");
-  refused(data + nu + loss + use + "; test e = mean(u^2) on trajectories(\"test.nc\")", "E0703", "for 100 steps");
-  refused(data + "data q = load(\"q.npy\"); " + nu + loss + use, "E0311", "data that are no trajectories");
-  refused(data + "data q = trajectories(\"q.nc\", u); " + nu + loss + use, "E0311", "a second file of trajectories");
-  refused("data r = trajectories(\"train.npy\", u); " + nu + loss + use, "E0703",
-          "write trajectories(\"train.nc\", u)");
-  refused(nu + "minimise mean(u^2) over 4 steps; " + use, "E0311", "a task that does not learn from trajectories");
-  refused(nu + "minimise mean(u^2); " + use + ", batch 4", "E0311", "batch");
-  refused(nu + "minimise mean(u^2); using adam(rate = 0.1, decay = 0.1)", "E0707",
-          "is for tasks that learn from trajectories");
-}
-
 TEST_F(Training, WhatADataSetCannotSay) {
   const auto refused = [&](const std::string& items, const std::string& part) {
     write("d.dpde", burgers_on_32_cells + "dataset d : truth { " + items + " }\n");

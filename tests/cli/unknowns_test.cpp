@@ -210,7 +210,7 @@ TEST_F(Unknowns, AreNotSoughtWhereAConditionSaysNothing) {
   };
   const auto refused = [&](const std::string& command, const std::string& place, const std::string& when) {
     const Outcome outcome = dpde(command);
-    const std::string wanted = place + ": error[E0424]: mixed(0, 0, ...) says nothing about u at x.low" + when + "\n";
+    const std::string wanted = place + ": error[E0424]: mixed(0, 0, ...) is no condition for u at x.low" + when + "\n";
     EXPECT_EQ(outcome.err.find(wanted), 0u) << command << "\n" << outcome.err;
     return outcome.out;
   };

@@ -33,34 +33,6 @@ std::string channel(const std::string& eta, const std::string& u, const std::str
          "task t : s { unknown A; minimise sample(eta, at = 0.6)^2 + mean((eta - A)^2) }\n";
 }
 
-TEST(IdleWalls, AnErrorWhereThePointOnTheWallHasItsOwn) {
-  EXPECT_EQ(told(channel("x.low = A*sin(3*t), x.high = zero_gradient", "x = zero_gradient"), "t"), "E0558 A*sin(3*t)");
-  EXPECT_EQ(told(channel("x.low = sin(3*t), x.high = zero_gradient", "x = zero_gradient"), "s"), "E0558 sin(3*t)");
-  EXPECT_EQ(told(channel("x.low = zero_gradient, x.high = gradient(A)", "x = 0"), "t"), "E0558 A");
-  EXPECT_EQ(told(channel("x = 2", "x = 0"), "s"), "E0558 2");
-}
-
-/// An open end: the value there stays the initial value.
-TEST(IdleWalls, AWarningWhereNothingIsLost) {
-  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", "2"), "s"), "W0502 2");
-  EXPECT_EQ(told(channel("x = 0", "x = zero_gradient", "", "", "sin(pi*x)*A"), "s"), "W0502 0");
-  EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "2 + x^2"), "s"), "W0502 2; W0502 3");
-  // the values of an unknown, or initial values of a task, cannot be predicted
-  for (const std::string begin : {"if(x > A - 10, 2, 3)", "max(2, 3*A)"}) {
-    EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", begin), "t"), "W0502 2") << begin;
-  }
-  std::string sought = channel("x = 2", "x = zero_gradient");
-  sought.replace(sought.find("unknown A"), 9, "unknown initial eta from 2");
-  EXPECT_EQ(told(sought, "t"), "W0502 2");
-}
-
-/// The initial value differs, or the condition does not give a value: the condition would have no effect.
-TEST(IdleWalls, AnErrorWhereAnOpenEndIsNotWhatItBeginsWith) {
-  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "E0558 2");
-  EXPECT_EQ(told(channel("x.low = 0, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 0; E0558 A");
-  EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "3 - x"), "s"), "E0558 2; E0558 3");
-}
-
 /// A linearly extrapolated flux changes the value.
 TEST(IdleWalls, AStraightLineIsNoOpenEnd) {
   EXPECT_EQ(told(channel("x = 2", "x = linear", "", "", "2"), "s"), "E0558 2");

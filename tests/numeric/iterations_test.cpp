@@ -174,19 +174,6 @@ TEST(Iterations, EndWhereNothingIsLeft) {
   }
 }
 
-TEST(Iterations, DoNotFitEverySolve) {
-  const auto refused = [](const std::string& operation, const std::string& sides, const std::string& behind,
-                          const std::string& scheme) {
-    return code_refused(scene_of({operation, sides}, behind, scheme));
-  };
-  EXPECT_EQ(refused("lap(psi) - e*dx(psi)", "y = 0", " after 2 iterations", "dx = central(2)"), "E0567");
-  EXPECT_EQ(refused("lap(psi)", "y = linear", " after 2 iterations", "dx = central(2)"), "E0567");
-  EXPECT_EQ(refused("k*lap(psi)", "y = 0", " after 2 iterations", "dx = central(2)"), "E0567");
-  EXPECT_EQ(refused("lap(psi)", "y = 0", " from w, k after 2 iterations", "dx = central(2)"), "E0567");
-  EXPECT_EQ(refused("lap(psi)", "y = 0", " after 0 iterations", "dx = central(2)"), "E0567");
-  EXPECT_EQ(refused("lap(psi)", "y = 0", " after -1 iterations", "dx = central(2)"), "E0567");
-}
-
 /// The treatment of the mean is decided by the text: a value that makes an operator singular is refused.
 TEST(Iterations, MayNotBeSingularByAValue) {
   for (const auto& [value, is_fine] : {std::pair{"0", false}, {"2", true}, {"1e-3", true}}) {

@@ -206,43 +206,6 @@ TEST(NetworkPreconditioners, AreNoUnknownsOfSolutions) {
   EXPECT_EQ(code(by_network, "learn near", "mean(near(w, k)^2)"), "");
 }
 
-TEST(NetworkPreconditioners, ThatDoNotFitAreRefused) {
-  const auto told = [](const std::string& behind, const std::string& scheme, const std::string& model = "field v") {
-    const std::string text =
-        "network two(r) -> a, b { padding periodic; conv out, 3 }\nnetwork one(r) -> z { padding periodic; conv out, 3 "
-        "}\nnetwork relative(r) -> z { padding periodic; symmetric galilean(r); conv out, 3 }\n"
-        "model m { field w; " +
-        model + "; dt(v) = w; solve lap(psi) - psi = -w for psi" + behind +
-        "; dt(w) = psi }\nscheme c { time = euler; " + scheme +
-        " }\nscene s : m with c { grid x = 0 .. 1, cells 6, periodic; initial w = sin(2*pi*x); initial v = 0\n"
-        "time 0 .. 0.2, step 0.1 }\n";
-    const SourceFile source("t.dpde", text);
-    DiagnosticSink sink;
-    driver::compile(source, {.selection = {"s"}}, sink);
-    std::string codes;
-    for (const Diagnostic& d : sink.all()) {
-      EXPECT_TRUE(d.range.is_known() && !d.hint.empty()) << render_text(source, d);
-      codes += std::string(d.kind->code) + " ";
-    }
-    return codes;
-  };
-  EXPECT_EQ(told(" preconditioner one(residual)", "solve = cg"), "");
-  EXPECT_EQ(told(" preconditioner one(residual)", "solve = gmres"), "");
-  EXPECT_EQ(told(" preconditioner one(residual)", "solve = cg; preconditioner = multigrid"), "");
-  for (const char* method : {"automatic", "direct", "tridiagonal", "fourier", "multigrid", "bicgstab"})
-    EXPECT_EQ(told(" preconditioner one(residual)", std::string("solve = ") + method), "W0507 ") << method;
-  EXPECT_EQ(told(" preconditioner one(residual)", "solve = cg; lap = spectral; dx = spectral"), "W0507 W0507 ");
-  EXPECT_EQ(told(" preconditioner two(residual).a", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner one(2*residual)", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner one(w)", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner one(psi)", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner relative(residual)", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner residual", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner 2*one(residual)", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" from w preconditioner one(residual) after 0 iterations", "solve = cg"), "E0567 ");
-  EXPECT_EQ(told(" preconditioner one(residual)", "solve = cg", "field v; param residual = 1"), "E0567 ");
-}
-
 /// The emitted text reads back as the same program.
 TEST(NetworkPreconditioners, ReadBack) {
   for (const std::string& behind : {by_network, by_network + " after 2 iterations"}) {

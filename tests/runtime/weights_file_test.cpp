@@ -123,7 +123,7 @@ TEST(WeightsFile, SafetensorsThatAreNone) {
   EXPECT_NE(message_of(two(0, 0, 4), file).find("b begins at byte 0, inside the entry before it"), std::string::npos);
   EXPECT_NE(message_of(two(0, 2, 6), file).find("b begins at byte 2, inside the entry before it"), std::string::npos);
   EXPECT_NE(message_of(two(0, 8, 12), file).find("its bytes 4 to 8 belong to no entry"), std::string::npos);
-  EXPECT_NE(message_of(two(0, 4, 9), file).find("1 bytes stand behind its last entry"), std::string::npos);
+  EXPECT_NE(message_of(two(0, 4, 9), file).find("1 bytes follow its last entry"), std::string::npos);
 }
 
 TEST(WeightsFile, SafetensorsWithEscapes) {

@@ -115,23 +115,6 @@ TEST(OperatorOrder, OfWhatItIsGiven) {
             2);
 }
 
-TEST(OperatorOrder, LessThanStatedIsAnError) {
-  EXPECT_EQ(outcome_of("operator wind(u) order 2 = (u - u[-1])/hx", "wind(u)").complaints,
-            "E0557 at wind: operator wind is stated to be of order 2, but its error goes as h\n");
-  EXPECT_EQ(
-      outcome_of("operator slope(u) order 4 = (u[-2] - 9*u[-1] + 9*u[+1] - u[+2])/(12*hx)", "slope(u)").complaints,
-      "E0557 at slope: operator slope is stated to be of order 4, but its error goes as h^2\n");
-  EXPECT_EQ(outcome_of("operator bend(u) order 4 = (u[-2] - 9*u[-1] + 8*u[+1] - u[+2])/(12*hx)", "bend(u)").complaints,
-            "E0557 at bend: operator bend is stated to be of order 4, but what it gives grows as 1/h when the cells "
-            "get smaller\n");
-  EXPECT_EQ(outcome_of("operator twice(u) order 2 = (u[+1] - 2*u[-1] + u)/hx^2", "twice(u)").complaints,
-            "E0557 at twice: operator twice is stated to be of order 2, but what it gives grows as 1/h when the cells "
-            "get smaller\n");
-  EXPECT_EQ(outcome_of("operator third(u) order 3 = 0.333*(u[+1] - u[-1])/hx + 0.167*(u[+1] - u[-1])/hx", "third(u)")
-                .complaints,
-            "E0557 at third: operator third is stated to be of order 3, but its error goes as h^2\n");
-}
-
 TEST(OperatorOrder, MoreThanStatedIsAWarning) {
   EXPECT_EQ(outcome_of("operator slope(u) order 1 = (u[+1] - u[-1])/(2*hx)", "slope(u)").complaints,
             "W0501 at slope: operator slope is stated to be of order 1, but has order 2\n");

@@ -152,7 +152,7 @@ TEST(Expression, SpacesInComponentsAndNorms) {
 
 TEST(Expression, LimitsNestingAndLength) {
   const std::string deep =
-      "1:201 E0204 the expression has too many parts inside one another | give a part of it a name "
+      "1:201 E0204 the expression is nested too deeply | give a part of it a name "
       "with let\n";
   EXPECT_EQ(formatted_expression(std::string(10000, '(') + "x" + std::string(10000, ')')), deep);
   EXPECT_EQ(formatted_expression(std::string(10000, '-') + "x"), deep);

@@ -299,7 +299,7 @@ double finest_of(const ChartScene& scene, double most_cells, bool is_exact_wante
                       scene.reference_cells, most_cells * cells);
     return 0;
   }
-  if (is_exact_wanted) why = "what is measured has no exact solution";
+  if (is_exact_wanted) why = "the measured quantity has no exact solution";
   return is_exact_wanted ? 0 : 2 * most_cells;
 }
 

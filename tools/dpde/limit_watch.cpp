@@ -49,7 +49,7 @@ void LimitWatch::look(int iteration, const Eigen::VectorXd& x, bool is_last) {
   job_.sink().report("walks-over-limit", run_.session->problem().time_origin.range,
                      {fmt::format("{}", iteration), fmt::format("{:.6g}", verdict.step),
                       fmt::format("{:.6g}", verdict.limit.step), values_text(x)},
-                     "a shorter step (--set step=...), or bounds that keep what is sought below it: unknown ... in "
+                     "a shorter step (--set step=...), or bounds that keep the unknowns below it: unknown ... in "
                      "low .. high");
 }
 

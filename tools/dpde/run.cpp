@@ -262,8 +262,9 @@ void Run::warn_of_number(const std::string& name, double value) {
   if (std::isfinite(value) || outcome_.blow_up) return;
   const auto& observables = session_->problem().observables;
   const auto found = std::ranges::find(observables, name, &model::Quantity::name);
-  job_.sink().report("observable-not-finite", found->origin.range, {name, fmt::format("{}", shown(value))},
-                     "the states are finite: in it something is divided by 0, or a root or log taken of what has none");
+  job_.sink().report(
+      "observable-not-finite", found->origin.range, {name, fmt::format("{}", shown(value))},
+      "the states are finite: the observable divides by 0, or takes a root or log of a number that has none");
 }
 
 /// Drift of sums that single steps conserve; events and controls may change these later.
@@ -312,7 +313,7 @@ void Run::look_at_start() {
         "the first step changes the initial state: it misses the constraint that gives {} by {:.3g}, of terms of "
         "{:.3g}{}\n",
         miss.multiplier, miss.value, miss.terms,
-        has_file ? "" : "; write projected behind its formula to begin where it is true"));
+        has_file ? "" : "; write projected after its formula to begin where it is true"));
   }
 }
 

@@ -57,7 +57,8 @@ bool has_finite_exact(driver::Session& session, DiagnosticSink& sink) {
     if (std::isfinite(norms.scale)) continue;
     const model::State* state = session.problem().find_state(norms.field);
     sink.report("exact-not-finite", state == nullptr ? SourceRange{} : (*state->exact)->origin.range,
-                {norms.field, fmt::format("{:.6g}", session.end_time())});
+                {norms.field, fmt::format("{:.6g}", session.end_time())},
+                "the formula divides by 0 then, or takes a root or log of a number that has none");
     return false;
   }
   return true;

@@ -180,7 +180,7 @@ class NetcdfField {
     for (const double t : from_.compared_at) {
       if (!(std::abs(t - own) > 1e-6 * std::max(std::abs(t), std::abs(own - times.front())))) continue;
       sink_.report("data-of-other-time", where_, {from_.name, fmt::format("{:.10g}", own), fmt::format("{:.10g}", t)},
-                   fmt::format("write at t = {:.10g} behind the data, if the file holds that state", t));
+                   fmt::format("write at t = {:.10g} after the data, if the file holds that state", t));
       return;
     }
   }

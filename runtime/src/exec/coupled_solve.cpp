@@ -125,7 +125,7 @@ void CoupledSolve::refine(void* const* fields, const std::function<void()>& appl
   matrix_->solve(left_, correction_);
   const double change = largest_size(correction_), size = largest_size(solution_);
   if (!(change <= near_ * size))
-    fail(fmt::format("what the operator makes of the solution is off by {:.3g} of it: it is nearly singular",
+    fail(fmt::format("the operator applied to the solution is off by {:.3g} of it: it is nearly singular",
                      change / size),
          "take a shorter step, or other first values", change / size);
   for (std::size_t i = 0; i < solution_.size(); ++i) solution_[i] += correction_[i];

@@ -394,7 +394,7 @@ void FieldSolve::note(const SolveReport& report) {
 
 void FieldSolve::check(const SolveReport& report) const {
   if (!std::isfinite(report.residual))
-    fail(fmt::format("what {} makes of it is not finite", name_of(report.method)), report);
+    fail(fmt::format("the result of {} is not finite", name_of(report.method)), report);
   if (report.is_indefinite) fail("the operator is not definite, so that cg does not fit", report);
   if (report.is_singular)
     fail(fmt::format("the operator is singular, and {:.3g} of the right side is out of its reach", report.residual),

@@ -175,7 +175,7 @@ void NewtonSolve::fail(const std::string& why, double residual) const {
                   .residual = residual,
                   .advice = [] {
                     return std::string(
-                        "take a shorter time step, or first values nearer to the "
+                        "take a shorter time step, or first values closer to the "
                         "solution");
                   }});
 }
@@ -183,8 +183,8 @@ void NewtonSolve::fail(const std::string& why, double residual) const {
 /// If the right sides are 0 the residual itself is reported.
 void NewtonSolve::fail(int steps, double left) const {
   const double size = length(right_);
-  if (!std::isfinite(left)) fail(fmt::format("after {} steps what is left of right sides is not finite", steps), left);
-  fail(fmt::format("after {} steps {:.3g} is left of right sides of the size {:.3g}", steps, left, size),
+  if (!std::isfinite(left)) fail(fmt::format("after {} steps the residual is not finite", steps), left);
+  fail(fmt::format("after {} steps the residual is {:.3g}, with right sides of the size {:.3g}", steps, left, size),
        size > 0 ? left / size : left);
 }
 

@@ -188,7 +188,7 @@ void check_bytes_are_used_once(const SafetensorsHeaderReader& reader,
     end = offsets[1];
   }
   if (static_cast<std::size_t>(end) < bytes)
-    reader.fail(fmt::format("{} bytes stand behind its last entry", bytes - static_cast<std::size_t>(end)));
+    reader.fail(fmt::format("{} bytes follow its last entry", bytes - static_cast<std::size_t>(end)));
 }
 
 std::string quoted(const std::string& name) {

@@ -92,7 +92,7 @@ constexpr WordText keys[] = {
     {"time", "time = rk4", "how steps in time are made"},
     {"real", "real = f32", "the precision of fields"},
     {"networks", "networks = f64", "the precision of networks"},
-    {"split", "split = strang(advect, diffusion)", "steps in parts"},
+    {"split", "split = strang(advect, diffusion)", "split steps"},
 };
 
 struct Lines {
@@ -124,7 +124,7 @@ constexpr WordText of_scenes[] = {
     {"after", "after step: u = max(u, 0)", "what happens behind each step"},
     {"every", "every 0.1: u += 1", "what happens in intervals"},
     {"at", "at t = 0.5: u = 0", "what happens at times"},
-    {"subcycle", "subcycle b, c in 4", "equations that make several steps within each"},
+    {"subcycle", "subcycle b, c in 4", "equations with substeps"},
     {"observe", "observe mass = integral(u)", "a number that runs report"},
     {"output", "output u every 0.1", "what runs write, and when"},
     {"accuracy", "accuracy 1e-3 on u", "the error that is wanted"},

@@ -133,7 +133,7 @@ bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSi
     if (!value_varies && !weights_vary) return;
     sink.report("varied-boundary-value", written.range, {written.field.empty() ? statement.field : written.field},
                 value_varies
-                    ? "let a kernel that runs on the grown region store the value in a field, and fill from that"
+                    ? "let a kernel that runs on the extended region store the value in a field, and fill from that"
                     : "take the derivative of the tangent: a fold with weights of mixed(a, b, c) that vary has none");
     good = false;
   });

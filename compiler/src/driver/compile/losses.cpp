@@ -25,7 +25,7 @@ void check_losses(const Compiled& compiled, DiagnosticSink& sink) {
       continue;  // depends on data only
     } else if (loss == compiled.derived.end()) {
       sink.report("no-useful-derivative", range, {fmt::format("loss {} of task", i + 1), task.name},
-                  "it depends on no state and nothing that is sought: leave it out, or write it as a test");
+                  "it depends on no state and on no unknown: leave it out, or write it as a test");
     } else if (newton != nullptr && newton->gauss_newton && !loss->second.gauss_newton_adjoint) {
       sink.report("not-squares", range, {},
                   "write sums of squares, as in mean((u - v)^2) + 1e-3*mean(dx(k)^2), or newton_cg(hessian = full)");

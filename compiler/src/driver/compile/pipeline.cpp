@@ -156,7 +156,9 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   if (sink.has_errors()) return {};
   if (!compiled.problem) {
     const std::string& name = options.selection.name;
-    if (written.programs.empty()) sink.report("nothing-to-do", {}, {"the file has no scene and no program"});
+    if (written.programs.empty())
+      sink.report("nothing-to-do", {}, {"the file has no scene and no program"},
+                  "write scene NAME : MODEL { grid ...; initial ...; time ... }");
     if (name.empty() || sink.has_errors()) return written;
     if (written.find_program(name) == nullptr) {
       sink.report("nothing-to-do", {}, {"there is no program called " + name},

@@ -66,7 +66,8 @@ void BackFlowWatch::report(DiagnosticSink& sink) const {
         "back-flow", problem.find_state(name)->origin.range,
         {name_of_side(problem, axis, false), fmt::format("{:.6g}", worst.t), fmt::format("{:.3g}", worst.inwards),
          fmt::format("{}", worst.faces), fmt::format("{}", worst.of), fmt::format("{:.3g}", worst.largest)},
-        "nothing says what it brings, so that it may be wrong there and grow: put the open end farther away");
+        "the values that it brings in are not known, so that they may be wrong and grow: put the open end farther "
+        "away");
   }
 }
 

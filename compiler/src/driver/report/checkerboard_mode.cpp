@@ -169,7 +169,7 @@ void report_chessboards(Session& session, DiagnosticSink& sink) {
       if (!is_chessboard && !is_noise) continue;
       sink.report("chessboard", state->origin.range,
                   {name, model::name_of_axis(problem, axis), is_chessboard ? "most" : "about half"},
-                  "no difference knows such waves: take more cells, or damp them, as with nu*lap(" + name +
+                  "differences do not resolve such waves: take more cells, or damp them, as with nu*lap(" + name +
                       ") or upwind differences; where they come of rounding, a smaller step");
     }
   }

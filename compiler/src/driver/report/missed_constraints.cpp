@@ -21,9 +21,9 @@ void report_missed_constraints(const Session& session, const std::vector<Session
         {miss.multiplier, fmt::format("{:.3g}", miss.value), fmt::format("{:.3g}", miss.terms)},
         is_of_tolerance
             ? fmt::format("solves to {:g} of their right sides leave as much: take a smaller tolerance", tolerance)
-            : std::string("what flows into a room between walls and masks has to flow out of it: = outflow lets "
-                          "it out; a wall with inflow is no part of a mask; events that change the fields come "
-                          "behind the constraint"));
+            : std::string("the flow into a region between walls and masks has to leave it: = outflow lets "
+                          "it out; a wall with inflow is no part of a mask; events that change the fields come after "
+                          "the constraint"));
   }
 }
 

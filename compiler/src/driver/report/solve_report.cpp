@@ -149,7 +149,8 @@ void report_solves(const model::Problem& problem, const std::vector<SolveReport>
     const bool is_constraint = problem.find_projection(solve.field) != nullptr;  // reported by W0807
     if (!(note.out_of_reach.part > rounding) || is_constraint) continue;
     sink.report("incompatible-right-side", solve.range, {solve.field, fmt::format("{:.3g}", note.out_of_reach.part)},
-                "what no field can make, as the mean of a Laplacian on rings or between walls without values, is left "
+                "a part without a solution, as the mean for a Laplacian on periodic axes or between walls without "
+                "values, is left "
                 "out: take it off the right side yourself, or give the field a value at a wall");
   }
 }

@@ -26,6 +26,9 @@ namespace dpde::driver {
 
 namespace {
 
+constexpr const char* not_finite_hint =
+    "a formula is not finite where it divides by 0, or takes a root or log of a number that has none";
+
 bool is_field(const dpde_program& program, const std::string& field) {
   for (int f = 0; f < program.field_count; ++f) {
     if (program.fields[f] == field) return true;
@@ -178,7 +181,7 @@ bool Session::coefficients_finite(DiagnosticSink& sink) {
       const std::optional<Cell> bad = find_not_finite(values.layout(), values.base());
       if (!bad) continue;
       sink.report("coefficient-not-finite", coefficient.value.origin.range,
-                  {coefficient.name, cell_text(*bad), place_text(*bad)});
+                  {coefficient.name, cell_text(*bad), place_text(*bad)}, not_finite_hint);
       return false;
     }
   }
@@ -192,7 +195,8 @@ bool Session::starts_finite(DiagnosticSink& sink) {
     if (!bad) continue;
     const model::State* state = problem().find_state(rollout().state_name(s));
     const SourceRange where = state == nullptr ? SourceRange{} : state->initial.origin.range;
-    sink.report("start-not-finite", where, {rollout().state_name(s), cell_text(*bad), place_text(*bad)});
+    sink.report("start-not-finite", where, {rollout().state_name(s), cell_text(*bad), place_text(*bad)},
+                not_finite_hint);
     return false;
   }
   return true;

@@ -40,8 +40,8 @@ void warn_of_cell_numbers(const driver::Session& session, const StepCharacter& c
                 {name_of(cell), cell.field, fmt::format("{:.4g}", cell.number),
                  model::name_of_axis(problem, static_cast<std::size_t>(cell.axis)),
                  takes_series(problem.scheme, cell.field) ? "Fourier series" : "central differences"},
-                fmt::format("--set cells.{}={:.0f} brings it below 2; --set advect=upwind3 damps what rings", axis.name,
-                            cells));
+                fmt::format("--set cells.{}={:.0f} brings it below 2; --set advect=upwind3 damps the oscillations",
+                            axis.name, cells));
   }
 }
 

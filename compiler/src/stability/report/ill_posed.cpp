@@ -105,7 +105,7 @@ std::string ill_posed_text(const IllPosed& found) {
 
 std::string ill_posed_help() {
   return "look at signs: lap(u) has a positive coefficient, lap(lap(u)) a negative one, and dt(u) = c*dx(v) has "
-         "dt(v) = c*dx(u) beside it";
+         "dt(v) = c*dx(u) as its partner";
 }
 
 }  // namespace dpde::stability

@@ -103,13 +103,14 @@ std::optional<CustomAdjointViolation> problem_of_seeds(const Kernel& kernel, con
   const bool is_param = std::find(s.params.begin(), s.params.end(), given.input) != s.params.end();
   if (is_param && k != Offset{}) {
     return CustomAdjointViolation{fmt::format("reads {}", place(seed, k, kernel.rank)),
-                                  "what each point adds has only the seed of the point itself"};
+                                  "the contribution of a point has only the seed of that point"};
   }
   const auto offsets = offsets_read(kernel, given.input);
   if (is_param || !offsets || offsets->contains(minus(k))) return std::nullopt;
-  return CustomAdjointViolation{fmt::format("has a term with {}, but the kernel does not read {}",
-                                            place(seed, k, kernel.rank), place(given.input, minus(k), kernel.rank)),
-                                "what is read at +k comes back from -k: the offsets of seeds have the opposite sign"};
+  return CustomAdjointViolation{
+      fmt::format("has a term with {}, but the kernel does not read {}", place(seed, k, kernel.rank),
+                  place(given.input, minus(k), kernel.rank)),
+      "a value read at offset +k has its seed at -k: the offsets of seeds have the opposite sign"};
 }
 
 /// The factors of a seed at k may contain only values that the kernel reads when it runs at k.
@@ -122,9 +123,9 @@ std::optional<CustomAdjointViolation> problem_of_factors(const Kernel& kernel, c
     for (int axis = 0; known && axis < kernel.rank; ++axis)
       known = std::abs(offset[axis] - k[axis]) <= read->halo[axis];
     if (known || field == "x" || field == "y" || field == "z" || seeded_by(kernel, field)) return;
-    problem = CustomAdjointViolation{fmt::format("reads {} beside {}", place(field, offset, kernel.rank),
+    problem = CustomAdjointViolation{fmt::format("reads {} in a term with {}", place(field, offset, kernel.rank),
                                                  place(seed_in(kernel, term), k, kernel.rank)),
-                                     "beside a seed stands only what the kernel reads around that point"};
+                                     "a term with a seed holds only values that the kernel reads around that point"};
   };
   visit(term, [&](const Expr& e) {
     if (const Access* a = std::get_if<Access>(&e->kind)) look(a->field, a->offset);

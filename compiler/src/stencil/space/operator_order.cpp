@@ -219,7 +219,7 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";
   const bool transports = holds([](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); });
-  if (transports && problem.scheme.is_semi_lagrangian()) return "it holds an advect that follows the flow";
+  if (transports && problem.scheme.is_semi_lagrangian()) return "it holds a semi-Lagrangian advect";
   return "";
 }
 
@@ -277,7 +277,7 @@ bool check_stated_orders(const model::Problem& problem, DiagnosticSink& sink) {
     if (found.kind == MeasuredOrder::Kind::none) {
       sink.report("stated-order", stated.origin.range,
                   {stated.name, order,
-                   fmt::format("what it gives grows as 1/h{} when the cells get smaller",
+                   fmt::format("its result grows as 1/h{} when the cells get smaller",
                                found.order == 1 ? "" : fmt::format("^{}", found.order))},
                   "the weights of a derivative add up to 0, and each spacing divides once for each order of the "
                   "derivative; order 0 states nothing");

@@ -351,7 +351,8 @@ class ModuleReader {
       if (!said[axis][0] || !said[axis][1]) {
         const char* side = said[axis][0] ? ".high" : said[axis][1] ? ".low" : "";
         sink_.report("fill-incomplete", fill.field.range,
-                     {statement, fill.field.name, fmt::format("{}{}", axis_letters[axis], side)});
+                     {statement, fill.field.name, fmt::format("{}{}", axis_letters[axis], side)},
+                     fmt::format("add {}{} = ..., as in {}{} = 0", axis_letters[axis], side, axis_letters[axis], side));
       } else if (axes[axis].topology != program_.axes[axis]) {
         const bool bounded = program_.axes[axis] == Topology::bounded;
         sink_.report(

@@ -120,8 +120,9 @@ class KernelReader : public ExprReader {
 
   void check_written(const ast::KernelParameter& parameter) {
     if (is_read(parameter.role) || written_.contains(parameter.name.name)) return;
-    report("kernel-not-written", parameter.name.range,
-           {parameter.name.name, role_prefix(parameter.role), kernel_.name});
+    report("kernel-not-written", parameter.name.range, {parameter.name.name, role_prefix(parameter.role), kernel_.name},
+           fmt::format("write {} {} ..., or leave the parameter out", parameter.name.name,
+                       parameter.role == KernelRole::sum ? "+=" : "="));
   }
 
   void check_halos() {

@@ -89,8 +89,8 @@ Solve read_solve_head(const ast::SolveItem& source, DiagnosticSink& sink) {
   const std::size_t count = source.unknowns.size();
   if (source.images.size() != count || source.rights.size() != count) {
     sink.report("bad-program", source.unknowns.front().range,
-                {fmt::format("{} fields are sought, with {} right sides for {} fields that the block makes", count,
-                             source.rights.size(), source.images.size())},
+                {fmt::format("{} unknown fields and {} right sides do not match {} fields that the block computes",
+                             count, source.rights.size(), source.images.size())},
                 "name as many of each: solve y, w = b, c for x, v");
   }
   if (!source.guesses.empty() && (!source.is_linear || count > 1)) {

@@ -66,7 +66,7 @@ class MultiplierReader : public ExprReader {
   }
   Expr refuse(const std::string& name, SourceRange range) {
     sink().report("bad-program", range, {name + " is no number: a multiplier is the same at all cells"},
-                  "multiply by a field in a kernel, before the transform or behind it");
+                  "multiply by a field in a kernel, before or after the transform");
     return 0.0;
   }
 
@@ -105,7 +105,7 @@ class TransformReader {
     const bool is_of_numbers = by.function.number == 0 && !holds_params(by.argument) && !holds_odd_powers(by.argument);
     if (!is_of_numbers)
       sink_.report("bad-program", call.callee_range,
-                   {call.callee + " is none of heaviside0 of numbers and even powers of wave numbers"},
+                   {call.callee + " is not heaviside0 of numbers and even powers of wave numbers"},
                    "it jumps where a real number is 0, so that it has no derivative by a param");
     return is_of_numbers;
   }

@@ -468,7 +468,7 @@ class ArrayWriter {
         const auto [known, is_new] = arrays.emplace(name, extents);
         if (!is_new && known->second != extents)
           sink_.report("bad-index", model.range, {name},
-                       fmt::format("it is {} here and {} in the models before: give one another name",
+                       fmt::format("it is {} here and {} in the models before: rename one of them",
                                    text_of(name, extents), text_of(name, known->second)));
       }
     }

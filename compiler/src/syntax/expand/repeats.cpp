@@ -282,7 +282,7 @@ void ProgramResolver::check_keep(const KeepItem& keep) {
   for (const Identifier& name : keep.names) {
     if (read(name.name, name.range) == name.name) continue;
     sink_.report("kept-under-other-name", name.range, {name.name},
-                 "let a kernel behind the repeat write it to another field, and keep that");
+                 "let a kernel after the repeat write it to another field, and keep that");
   }
 }
 
@@ -365,7 +365,7 @@ void ProgramResolver::report_lost(const std::string& name, SourceRange range, co
   Diagnostic& diagnostic = sink_.report(
       "not-carried", range, {name, is_behind ? "out of it" : "to the next"},
       is_behind
-          ? fmt::format("write swap u, {0} in the repeat and use u behind it: u is then the {0} of the last pass", name)
+          ? fmt::format("write swap u, {0} in the repeat and use u after it: u is then the {0} of the last pass", name)
           : fmt::format("write to a second field, out {0}_next: field, and swap {0}, {0}_next in the repeat", name));
   diagnostic.notes.push_back({lost.write, "it is written here"});
 }

@@ -367,7 +367,7 @@ std::string DataSetMaker::why_no_order(int at) const {
   if (problem.has_parts()) return "its steps are as long as they can be, which is no fixed part of the spacing";
   if (at > problem.steps)
     return fmt::format(
-        "twice and four times the step have no state between the first frame behind the start and the "
+        "twice and four times the step have no state between the first frame after the start and the "
         "end: it ends at step {}, they meet at step {}",
         problem.steps, at);
   return "";

@@ -20,7 +20,7 @@ bool has_frames(const model::Test& test, const model::Test::Baseline& beside, co
   const double frames = std::round(end / interval);
   if (std::abs(frames * interval - end) <= 1e-6 * interval && frames < on.frame_count()) return true;
   sink.report("bad-array-file", beside.origin.range,
-              {on.path, fmt::format("its {} frames, {:.6g} apart, do not reach exactly {:.6g} behind the first",
+              {on.path, fmt::format("its {} frames, {:.6g} apart, do not reach exactly {:.6g} after the first",
                                     on.frame_count(), interval, end)},
               fmt::format("{} steps of {:.6g} are wanted of {}", test.when.count, own_step, test.quantity.name));
   return false;

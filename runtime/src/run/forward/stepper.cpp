@@ -154,10 +154,10 @@ void Stepper::check_parts(int n, const PartOfStep& next, size_t made, const std:
   const bool is_too_short = next.length < smallest_part * setup_.dt;
   if (!is_too_short && made <= most_parts) return;
   if (is_too_short && unsolved) throw Unsolved(*unsolved);
-  const std::string why = is_too_short
-                              ? fmt::format("the estimated error is still too large for a part of {:.3g}", next.length)
-                              : fmt::format("it would take more than {} parts", most_parts);
-  fail_in_parts(n, inputs_.time(n) + next.begin, "it cannot keep its tolerance: " + why,
+  const std::string why =
+      is_too_short ? fmt::format("the estimated error is still too large for a substep of {:.3g}", next.length)
+                   : fmt::format("it would take more than {} parts", most_parts);
+  fail_in_parts(n, inputs_.time(n) + next.begin, "it cannot meet its tolerance: " + why,
                 "the solution may end there, as one that grows without bounds does: end the run before, or take a "
                 "larger tolerance");
 }

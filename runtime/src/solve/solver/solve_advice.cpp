@@ -66,7 +66,8 @@ static std::string advice_without_network(const std::shared_ptr<const GridOperat
 std::string advice_on(const std::shared_ptr<const GridOperator>& a, const SolveOptions& options,
                       std::span<const double> right, const SolveReport& failed) {
   if (failed.is_singular)
-    return "what no field can make, as the mean of a Laplacian on rings or between walls without values, is to be "
+    return "a part without a solution, as the mean for a Laplacian on periodic axes or between walls without values, "
+           "is to be "
            "taken off the right side; or give the field a value at a wall";
   if (a->size() > most_cells_tried) return {};
   if (options.preconditioning == Preconditioning::network) return advice_without_network(a, options, right, failed);
@@ -91,9 +92,9 @@ std::string advice_on(const std::shared_ptr<const GridOperator>& a, const SolveO
                                          name_of(failed.method), options.tolerance, more.most_iterations);
     return instead.empty() || enough <= 2 * failed.iterations ? text : fmt::format("{}; or {}", text, instead);
   }
-  if (!instead.empty()) return "it comes no nearer: " + instead;
+  if (!instead.empty()) return "it does not converge: " + instead;
   return failed.residual < 1e-3
-             ? fmt::format("no method comes nearer: take a tolerance of {:.1g}", 2 * failed.residual)
+             ? fmt::format("no method comes closer: take a tolerance of {:.1g}", 2 * failed.residual)
              : "no method solves it: the operator is singular, or nearly so; look at its coefficients and boundaries, "
                "or take a shorter step";
 }

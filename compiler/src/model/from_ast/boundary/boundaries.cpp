@@ -345,7 +345,7 @@ void bind_boundaries(Elaboration& elaboration) {
     if (elaboration.solves.solved.contains(item.field.name)) continue;
     if (elaboration.solves.multipliers.contains(item.field.name)) {
       elaboration.sink.report(
-          "not-allowed-here", item.field.range, {"a boundary", "what a constraint gives"},
+          "not-allowed-here", item.field.range, {"a boundary", "a field that a constraint gives"},
           fmt::format("that of {} follows from the fields that the constraint binds", item.field.name));
       continue;
     }

@@ -47,7 +47,7 @@ class BoundaryValues {
     elaboration_.sink.report(
         "boundary-not-finite", own,
         {field, written_axis(elaboration_, wall.axis) + side, fmt::format("{}", dpde::shown(*first))},
-        "something is divided by 0 there, or a root or log taken of what has none");
+        "a formula divides by 0 there, or takes a root or log of a number that has none");
     return true;
   }
 

@@ -55,8 +55,8 @@ void check_wall_derivatives(Elaboration& elaboration) {
     switch (time_of(use.kind)) {
       case UseTime::result:
         return check(elaboration, use.formula, use.origin,
-                     use.kind == UseKind::output ? "leave out the cells beside the wall where that matters"
-                                                 : "where that matters, weight the cells beside the wall by 0");
+                     use.kind == UseKind::output ? "leave out the cells next to the wall where that matters"
+                                                 : "where that matters, weight the cells next to the wall by 0");
       case UseTime::step:  // equations are of order 2 as a whole
       case UseTime::field:
       case UseTime::boundary:

@@ -46,7 +46,7 @@ class WallFormula {
     else if (scheme.is_split())
       refuse("the boundary of a scene whose steps are split", "leave out split");
     else if (scheme.is_semi_lagrangian())
-      refuse("the boundary of a scene that carries along the flow", "take advect = upwind(3) or weno(5)");
+      refuse("the boundary of a scene with semi-Lagrangian advection", "take advect = upwind(3) or weno(5)");
     else if (state_.parts > 1)
       refuse("the boundary of a scene with subcycle", "make all steps shorter");
   }

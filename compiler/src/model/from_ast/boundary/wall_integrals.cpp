@@ -251,10 +251,9 @@ TypedExpr wall_reduction(FormulaScope& here, Reduce::Kind kind, const ast::Call&
     const auto value = on_wall.term(term);
     if (!value) {
       const SourceRange part = on_wall.mistake.range;
-      here.elaboration.sink.report(
-          "not-known-on-wall", part.is_known() ? part : inside, {*found},
-          "what is known there is made of fields, their first derivatives, coordinates and functions of "
-          "these; of p, which a constraint gives, by itself");
+      here.elaboration.sink.report("not-known-on-wall", part.is_known() ? part : inside, {*found},
+                                   "known there are fields, their first derivatives, coordinates and functions of "
+                                   "these; of p, which a constraint gives, by itself");
       return {};
     }
     const Expr share = binary(BinaryOp::divide, *value, param("h" + axis.name));

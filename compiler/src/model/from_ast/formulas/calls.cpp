@@ -103,7 +103,7 @@ bool takes(FormulaScope& here, const ast::Call& e, int count) {
   const int given = static_cast<int>(e.arguments.size());
   if (named != e.arguments.end()) {
     here.elaboration.sink.report("wrong-argument-count", named->value.range(),
-                                 {e.callee, counted(count, "argument"), "one called " + named->name},
+                                 {e.callee, counted(count, "argument"), "an argument called " + named->name},
                                  "leave the name out");
     return false;
   }
@@ -130,7 +130,7 @@ TypedExpr rate(FormulaScope& here, const ast::Call& e, SourceRange range) {
 TypedExpr load(FormulaScope& here, const ast::Call& e, SourceRange) {
   here.elaboration.sink.report(
       "not-allowed-here", e.callee_range, {"load", "a formula"},
-      "load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");
+      "load(\"name.npy\") stands alone after the = of data, an initial state or a coefficient");
   return {};
 }
 
@@ -200,8 +200,8 @@ TypedExpr interpolation(FormulaScope& here, const ast::Call& e, SourceRange rang
   if (operand.type == TypedExpr::Type::none) return {};
   if (std::ranges::any_of(operand.parts, [&](const Expr& part) { return is_on_pole(here.elaboration.problem, part); }))
     here.elaboration.sink.report(
-        "beside-pole", range, {"what is interpolated from faces on the pole"},
-        "there it is 0, whatever flows over the pole: leave `on faces` out, or the rows beside poles");
+        "beside-pole", range, {"a value interpolated from faces on the pole"},
+        "there it is 0, whatever flows over the pole: leave `on faces` out, or the rows next to poles");
   return map_parts(operand, [&](const Expr& part) { return interpolate(part, {range}); });
 }
 

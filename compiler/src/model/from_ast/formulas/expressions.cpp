@@ -204,7 +204,7 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
     here.elaboration.sink.report(
         "unknown-in-number", range, {name, here.subject},
         is_value ? "write the formula in the model with let, so that it can be differentiated"
-                 : "it must be known before the run: write a number, or a parameter that is not sought");
+                 : "it must be known before the run: write a number, or a parameter that is not an unknown");
     return {};
   }
   if (here.elaboration.params.controls.contains(name)) {
@@ -221,7 +221,7 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
     if (!is_number) return number_of(param(name, {range}));  // reported at the end
     here.elaboration.sink.report(
         "used-before-value", range, {name},
-        fmt::format("write {0} = 1 in the scene, or param {0} = 1 in the model; no value is made of itself", name));
+        fmt::format("write {0} = 1 in the scene, or param {0} = 1 in the model; no value depends on itself", name));
     return {};
   }
   if (!value->second) return is_number ? TypedExpr{} : number_of(param(name, {range}));
@@ -314,8 +314,7 @@ TypedExpr refuse(FormulaScope& here, const std::string& what, SourceRange range,
   if (here.context == FormulaContext::boundary_weight && is_sought(here, name)) {
     here.elaboration.sink.report(
         "unknown-in-boundary", range, {name, here.subject},
-        "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
-        "controls in c only");
+        "in mixed(a, b, c) unknown parameters may stand everywhere, unknown coefficients and controls in c only");
     return {};
   }
   here.elaboration.sink.report("not-allowed-here", range, {what, std::string(allowed.place)},

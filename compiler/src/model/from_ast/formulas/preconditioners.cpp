@@ -78,13 +78,13 @@ bool is_preconditioner(Elaboration& elaboration, const Expr& value, SourceRange 
         fmt::format("a direction is one number a cell, and network {} makes {}", call->network, call->outputs),
         fmt::format("let it have one output: network {}(r) -> z", call->network));
   if (!is_residual(call->arguments.front()))
-    return refuse("what its preconditioner is given first is not the residual as it is",
+    return refuse("the first input of its preconditioner is not the residual itself",
                   fmt::format("write {}(residual, ...), of a network without galilean", call->network));
   const auto holds_residual = [](const Expr& argument) { return any_part(argument, is_residual); };
   if (std::any_of(call->arguments.begin() + 1, call->arguments.end(), holds_residual))
     return refuse("its preconditioner is given the residual more than once", "write it as the first argument alone");
   if (reads(value, solved.name))
-    return refuse("its preconditioner holds what is sought", "write residual for what an iteration leaves");
+    return refuse("its preconditioner depends on the unknown field", "write residual for the residual of an iteration");
   if (solved.iterations == 0) return refuse("0 iterations have no directions", "leave the preconditioner out");
   return true;
 }

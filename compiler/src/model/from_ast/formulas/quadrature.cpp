@@ -240,7 +240,7 @@ TypedExpr quadrature(FormulaScope& here, const ast::Call& e, SourceRange range) 
                         e.arguments[2].name == "from" && e.arguments[3].name == "to";
   if (!has_form || std::get_if<ast::Name>(&e.arguments[1].value->kind) == nullptr) {
     here.elaboration.sink.report("wrong-argument-count", e.callee_range,
-                                 {e.callee, "a formula, what runs in it, where from and where to", "this"},
+                                 {e.callee, "a formula, its variable, and the limits from and to", "this"},
                                  "write integral(exp(-s^2), s, from = 0, to = x)");
     return {};
   }

@@ -90,7 +90,7 @@ std::optional<std::array<bool, 3>> axes_of_reduction(FormulaScope& here, const a
     const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
     if (!is_alone && !argument.name.empty()) {
       here.elaboration.sink.report("wrong-argument-count", argument.value.range(),
-                                   {e.callee, "what it reduces and axes", "one called " + argument.name},
+                                   {e.callee, "a formula and axes", "an argument called " + argument.name},
                                    "write " + e.callee + "(u, over = y)");
       return std::nullopt;
     }

@@ -217,7 +217,7 @@ void look_beside_poles(FormulaScope& here, const std::vector<Expr>& operand, int
   if (!has_pole(here.elaboration.problem) || std::ranges::none_of(operand, is_deep)) return;
   here.elaboration.sink.report(
       "beside-pole", range, {"a derivative of derivatives"},
-      "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows beside poles out, by a "
+      "lap(u) and div(k*grad(u)) of a number are right; elsewhere leave the rows next to poles out, by a "
       "factor as cos(lat)^2");
 }
 

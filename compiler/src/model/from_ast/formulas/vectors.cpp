@@ -76,7 +76,7 @@ std::optional<std::vector<Expr>> as_vector(FormulaScope& here, const TypedExpr& 
   const int count = static_cast<int>(value.parts.size());
   if (count == here.axis_count()) return value.parts;
   if (value.type == TypedExpr::Type::tensor) {
-    here.elaboration.sink.report("vector-operation", range, {"what takes a vector", "a tensor"},
+    here.elaboration.sink.report("vector-operation", range, {"an operator for vectors", "a tensor"},
                                  "div(S) and dot(S, v) make vectors of a tensor");
     return std::nullopt;
   }
@@ -151,7 +151,7 @@ TypedExpr component(FormulaScope& here, const ast::Component& e, SourceRange ran
     const DeclaredNetwork* network = find_network(here.elaboration, call->callee);
     if (network && !network->outputs.empty()) return inference(here, *network, *call, &e.name, range);
     if (network && !network->vector) {  // on one axis too, where numbers are vectors: this one would not be one on two
-      here.elaboration.sink.report("no-components", range, {"what network " + call->callee + " makes", "number"},
+      here.elaboration.sink.report("no-components", range, {"the output of network " + call->callee, "number"},
                                    fmt::format("write {0}(...) alone, or network {0}(...) -> vector", call->callee));
       return {};
     }

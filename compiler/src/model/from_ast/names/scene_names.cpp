@@ -79,7 +79,7 @@ TypedExpr put_in(FormulaScope& here, const std::string& name, SourceRange range,
                  const std::function<TypedExpr()>& formula) {
   if (const auto known = here.put_in.find(name); known != here.put_in.end()) return known->second;
   if (!here.open.insert(name).second) {
-    here.elaboration.sink.report("used-before-value", range, {name}, "it is made of itself");
+    here.elaboration.sink.report("used-before-value", range, {name}, "it depends on itself");
     return {};
   }
   if (here.open.size() > max_names_of_names) {
@@ -114,11 +114,10 @@ TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meani
   const std::string why = obstacle(here.elaboration, name, meaning.role, giver);
   const std::string what = fmt::format("{} {}", word_for(meaning.role), name);
   if (!why.empty()) {
-    here.elaboration.sink.report(
-        "not-allowed-here", range, {what, std::string(place_of(here.context))},
-        fmt::format("formulas of the scene stand for what they give, but of {} there is none to put "
-                    "in: {}",
-                    name, why));
+    here.elaboration.sink.report("not-allowed-here", range, {what, std::string(place_of(here.context))},
+                                 fmt::format("a value of the scene is replaced by its formula, but {} has none to put "
+                                             "in: {}",
+                                             name, why));
     return {};
   }
   for (const std::string& from : components_of(here.elaboration, name)) {

@@ -165,7 +165,7 @@ class LayerReader {
 
   bool refuses_values(SourceRange range, bool inside) {
     if (inside) refuse(range, "a value cannot have a name inside of a block");
-    if (output_) refuse(range, "nothing can stand behind out = ...");
+    if (output_) refuse(range, "nothing can stand after out = ...");
     return failed_;
   }
 

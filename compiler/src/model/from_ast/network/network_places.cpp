@@ -95,7 +95,7 @@ class NetworkPlaces {
     for (std::size_t axis = 0; axis < elaboration_.problem.axes.size(); ++axis) {
       if (!displaced[axis] || !is_on_walls(places.result, axis)) continue;
       elaboration_.sink.report(
-          "no-wall-value", range, {"what network " + call.network + " makes", elaboration_.problem.axes[axis].name},
+          "no-wall-value", range, {"the output of network " + call.network, elaboration_.problem.axes[axis].name},
           "a field has a boundary: give the network's values to one, after step: q = " + call.network +
               "(...), and use q");
       return;
@@ -109,7 +109,7 @@ class NetworkPlaces {
     if (places.is_cell_by_cell && std::ranges::find(moved, true) != moved.end()) {
       elaboration_.sink.report(
           "bad-network", range,
-          {"a mirror image or a turn takes upper faces to lower ones, and network " + call.network +
+          {"a mirror image or a rotation takes upper faces to lower ones, and network " + call.network +
            " knows the upper ones of each cell"},
           "leave flips and rotations out, or call it at one place: of interpolate(u), to interpolate "
           "what it makes");

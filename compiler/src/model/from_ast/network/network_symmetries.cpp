@@ -29,7 +29,7 @@ class SymmetryReader {
     for (const ast::Item& item : declared_.source->items) {
       const auto* symmetries = get_if<ast::SymmetryItem>(&item.kind);
       if (!symmetries) continue;
-      if (seen) elaboration_.sink.report("repeated", item.range, {"the symmetries"});
+      if (seen) elaboration_.sink.report("repeated", item.range, {"the line symmetric"});
       for (const ast::SymmetryItem::Part& part : symmetries->parts) read(part);
       check_turns(*symmetries);
       seen = true;
@@ -108,7 +108,7 @@ class SymmetryReader {
     for (std::size_t i = 0; part.inputs.empty() && i < inputs.size(); ++i) declared_.relative[i] = inputs[i].vector;
     if (std::ranges::find(declared_.relative, true) != declared_.relative.end() || !part.inputs.empty()) return;
     refuse(part.word.range,
-           fmt::format("network {} has no input that is a vector, and which one is a velocity is not said",
+           fmt::format("network {} has no input that is a vector, and does not name the velocity",
                        declared_.source->name.name),
            inputs.empty() ? "" : fmt::format("write galilean({})", inputs.front().name.name));
   }
@@ -138,7 +138,7 @@ class SymmetryReader {
     const Axis &a = axes_[static_cast<std::size_t>(first)], &b = axes_[static_cast<std::size_t>(second)];
     if (is_stretched(first, range) || is_stretched(second, range)) return false;
     const auto differ = [&](const std::string& text, const std::string& hint) {
-      misfit(range, fmt::format("a turn exchanges {} and {}, which {}", a.name, b.name, text), hint);
+      misfit(range, fmt::format("a rotation exchanges {} and {}, which {}", a.name, b.name, text), hint);
       return false;
     };
     const char* instead =

@@ -90,7 +90,8 @@ void check_histories(Elaboration& elaboration) {
   const std::string time = print(problem.scheme.time);
   if (problem.scheme.is_semi_lagrangian()) {
     elaboration.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
-                            {time, "advection along the flow"}, "take time = rk2, or advect = central(2) or upwind(3)");
+                            {time, "semi-Lagrangian advection"},
+                            "take time = rk2, or advect = central(2) or upwind(3)");
   }
   if (problem.courant > 0) {
     elaboration.sink.report("schemes-do-not-fit", problem.time_origin.range,

@@ -100,10 +100,10 @@ class Binder {
       refuse(item_.multiplier.range, "it does not lie at the cell centres", "write field " + name_);
     } else if (scheme.derivative_order > 2 && has_sides()) {
       refuse(range_,
-             fmt::format("beside walls and masks it is not made true by dx = central({})", scheme.derivative_order),
+             fmt::format("next to walls and masks dx = central({}) does not satisfy it", scheme.derivative_order),
              "take dx = central(2)");
     } else if (is_each_stage_asked_for() && ends_with_projection(scheme)) {
-      const char* what = scheme.is_split() ? "steps in parts" : "advection along the flow";
+      const char* what = scheme.is_split() ? "split steps" : "semi-Lagrangian advection";
       refuse(place_of_each(), fmt::format("with {} a step has one projection, at its end", what),
              "write each step, or leave it out");
     } else {
@@ -291,8 +291,8 @@ void bind_held(Elaboration& elaboration) {
     const std::vector<State*> states = find_states(elaboration, item.field, "a value inside a mask");
     if (states.empty() || !is_first(elaboration, "the value inside a mask", item.field, states, seen)) continue;
     if (elaboration.solves.multipliers.contains(item.field.name)) {
-      elaboration.sink.report("not-allowed-here", item.field.range, {"what a constraint gives", "a mask"},
-                              "hold the fields that the constraint binds");
+      elaboration.sink.report("not-allowed-here", item.field.range, {"a field that a constraint gives", "a mask"},
+                              "write values for the fields of the constraint");
       continue;
     }
     elaboration.params.used.insert(item.mask.name);
@@ -359,10 +359,11 @@ void check_projected_starts(Elaboration& elaboration) {
     const bool all = std::ranges::all_of(by->updates, [&](const auto& update) { return has_formula(update.state); });
     if (!all || !has_formula(by->multiplier))
       return refuse("a scene where fields of the constraint begin with a file or without it",
-                    "give each of them a formula and write projected behind it, or leave it out everywhere");
+                    "give each of them a formula and write projected after it, or leave it out everywhere");
     if (problem.task && std::ranges::any_of(problem.task->unknowns, is_sought))
-      return refuse("a task that seeks a coefficient, what a coefficient's formula holds, or a control",
-                    "leave it out: the first step makes the constraint true, and has derivatives by all of these");
+      return refuse(
+          "a task with an unknown coefficient, an unknown in the formula of a coefficient, or an unknown control",
+          "leave it out: the first step makes the constraint true, and has derivatives by all of these");
   }
 }
 

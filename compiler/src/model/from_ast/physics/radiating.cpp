@@ -25,7 +25,7 @@ class RadiatingSide {
     const std::string& name = state_.name;
     if (!elaboration_.problem.velocity_of(name)) {
       refuse(fmt::format("the boundary of {0}, which has no equation dt(dt({0})) = ...", name),
-             "what is carried out of the grid leaves by linear, the flow of a constraint by outflow");
+             "a field that the flow carries out of the grid leaves by linear, the flow of a constraint by outflow");
     } else if (state_.placement[index_]) {
       refuse(fmt::format("the boundary of {}, which lies on this wall", name), "declare field " + name);
     } else if (axis_.stretch) {

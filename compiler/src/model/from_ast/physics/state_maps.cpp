@@ -171,7 +171,7 @@ StateMap state_map_of(const ast::Task& task, const std::string& scene, Diagnosti
       if (text(*first) == text(beside)) continue;
       sink.report("bad-option", beside.scene.range,
                   {"scene " + scene + " is beside two tests with two maps of its states"},
-                  "write the same where behind it in each line");
+                  "write the same where after it in each line");
       return {};
     }
   }

@@ -15,12 +15,12 @@ namespace {
 constexpr int most_parts = 1'000'000;  // substeps cost time, not code: more are a typing error
 
 int parts_of(Elaboration& elaboration, const ast::Expr& written) {
-  const auto parts = evaluate(elaboration, written, "the number of parts");
+  const auto parts = evaluate(elaboration, written, "the number of substeps");
   if (!parts) return 1;
   if (*parts >= 1 && *parts <= most_parts && *parts == std::floor(*parts)) return static_cast<int>(*parts);
   elaboration.sink.report("bad-subcycles", written.range(), {fmt::format("{}", most_parts), fmt::format("{}", *parts)},
                           *parts > most_parts ? "with more of them, take a shorter step for the scene"
-                                              : "parts are equal: write subcycle u in 4 for four of them");
+                                              : "substeps are equal: write subcycle u in 4 for four of them");
   return 1;
 }
 
@@ -29,14 +29,13 @@ int parts_of(Elaboration& elaboration, const ast::Expr& written) {
 bool fits(Elaboration& elaboration, SourceRange range) {
   const Scheme& scheme = elaboration.problem.scheme;
   if (is_multistep(scheme.time) || is_implicit(scheme.time)) {
-    elaboration.sink.report("schemes-do-not-fit", range,
-                            {print(scheme.time), "equations that make several steps within each"},
+    elaboration.sink.report("schemes-do-not-fit", range, {print(scheme.time), "equations with substeps"},
                             "take time = rk2 or rk4");
   } else if (elaboration.blocks.program) {
     elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
                             "run the kernels several times in the program");
   } else if (scheme.is_semi_lagrangian()) {
-    elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"},
+    elaboration.sink.report("not-allowed-here", range, {"subcycle", "a scene with semi-Lagrangian advection"},
                             "take advect = upwind(3) or central(4)");
   } else {
     return true;
@@ -53,7 +52,7 @@ void bind_subcycles(Elaboration& elaboration) {
     const int parts = parts_of(elaboration, item.parts);
     for (const ast::Identifier& field : item.fields) {
       const std::vector<State*> states = find_states(elaboration, field, "parts of a step");
-      if (states.empty() || !is_first(elaboration, "the number of parts", field, states, seen)) continue;
+      if (states.empty() || !is_first(elaboration, "the number of substeps", field, states, seen)) continue;
       for (const State* found : states) {
         // u and dt(u) belong to one equation
         const std::string moved = found->velocity_of.empty() ? found->name : found->velocity_of;

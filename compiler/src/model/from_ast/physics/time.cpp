@@ -46,7 +46,7 @@ std::optional<double> step_of(Elaboration& elaboration, const Found<ast::TimeIte
   if (!is_set && !written) {
     elaboration.sink.report("missing-step", time ? time->range : elaboration.blocks.scene->name.range,
                             {elaboration.problem.scene},
-                            time ? "write , step 1/128 behind the duration" : "write step 1/128");
+                            time ? "write , step 1/128 after the duration" : "write step 1/128");
     return std::nullopt;
   }
   const auto step = is_set ? number_setting(elaboration, "step") : evaluate(elaboration, *written, "the step");

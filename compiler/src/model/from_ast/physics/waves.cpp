@@ -47,15 +47,16 @@ void check_waves(Elaboration& elaboration) {
   if (row.empty() || !elaboration.blocks.model || problem.states.empty()) return;
   const SourceRange range = problem.states.front().origin.range;
   if (const std::string what = obstacle_to_waves(problem); !what.empty()) {
-    elaboration.sink.report("waves-do-not-fit", range, {row, what},
-                            "waves need periodic axes of equal cells: take differences, as central(4), and rk4");
+    elaboration.sink.report(
+        "waves-do-not-fit", range, {row, what},
+        "Fourier series need periodic axes of equal cells: take differences, as central(4), and rk4");
     return;
   }
   const bool has_parts = std::ranges::any_of(problem.states, [](const State& state) { return state.parts > 1; });
   if (has_parts && (is_exponential(problem.scheme.time) || problem.scheme.dealias))
     elaboration.sink.report("waves-do-not-fit", range, {row, "the scene has subcycles"}, "leave the subcycles out");
   if (is_exponential(problem.scheme.time) && problem.scheme.is_semi_lagrangian())
-    elaboration.sink.report("waves-do-not-fit", range, {row, "advection follows the flow"}, "take advect = spectral");
+    elaboration.sink.report("waves-do-not-fit", range, {row, "advection is semi-Lagrangian"}, "take advect = spectral");
 }
 
 }  // namespace dpde::model

@@ -37,7 +37,7 @@ void check_times(Elaboration& elaboration, const Expr& value, const When& when, 
       elaboration.sink.report(
           "data-of-other-time", origin.range, {datum.name, fmt::format("{:.10g}", *own), fmt::format("{:.10g}", t)},
           fmt::format(
-              "write at t = {:.10g} here, or at t = {:.10g} behind the data; a goal for another time stays as it is",
+              "write at t = {:.10g} here, or at t = {:.10g} after the data; a goal for another time stays as it is",
               *own, t));
       return;  // reported once, not for each component
     }

@@ -44,10 +44,10 @@ int cells_of(Elaboration& elaboration, const ast::GridItem& item, const Counts& 
   }
   elaboration.settings.add_known(key);
   if (item.cells && counted && counts.are_of_each)
-    report_duplicate(elaboration, "the cells of " + item.axis.name, counted->range(), item.cells->range());
+    report_duplicate(elaboration, "the number of cells of " + item.axis.name, counted->range(), item.cells->range());
   if (item.cells) counted = &*item.cells;
   if (!counted) {
-    elaboration.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 behind the extent");
+    elaboration.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 after the extent");
     return 1;
   }
   const auto value = evaluate(elaboration, *counted, "the number of cells");
@@ -97,11 +97,11 @@ void check_precision(Elaboration& elaboration, const ast::GridItem& item, const 
 /// Features that depend on the order of cells are not available on a descending axis.
 void check_falling(Elaboration& elaboration, const ast::GridItem& item) {
   const auto refuse = [&](const char* what, const char* hint) {
-    elaboration.sink.report("not-allowed-here", item.high.range(), {"an axis that runs down", what}, hint);
+    elaboration.sink.report("not-allowed-here", item.high.range(), {"a decreasing axis", what}, hint);
   };
   if (elaboration.blocks.program)
     refuse("a scene of a program", "the kernels of a program say which neighbour is which");
-  if (item.stretched) refuse("a grid line with stretched", "let it run up, or leave stretched out");
+  if (item.stretched) refuse("a grid line with stretched", "write the smaller end first, or leave stretched out");
 }
 
 void bind_extent(Elaboration& elaboration, const ast::GridItem& item, Axis& axis) {

@@ -292,7 +292,7 @@ class Poles {
     }
     if (is_pole && !is_asked)
       elaboration_.sink.report("pole-without-boundary", range, {state.name, place},
-                               fmt::format("write {} = pole: what lies beyond it lies half a turn away", place));
+                               fmt::format("write {} = pole: the cell beyond it lies half a turn away", place));
     if (is_asked && !is_pole) elaboration_.sink.report("no-pole", range, {place}, hint_of_side(state, axis, place));
   }
 
@@ -320,7 +320,7 @@ class Poles {
       return fail(fmt::format("it has {} cells", other.cells),
                   "beyond a pole lies the cell half a turn away: take an even number of cells");
     if (elaboration_.problem.scheme.is_semi_lagrangian())
-      return fail("what follows the flow does not cross a pole", "take advect = upwind(3), weno(5) or central(2)");
+      return fail("semi-Lagrangian advection does not cross a pole", "take advect = upwind(3), weno(5) or central(2)");
     const bool is_angle = !elaboration_.names.axis_names.empty();
     if (is_angle && std::abs(other.high - other.low - 2 * std::numbers::pi) > 1e-9)
       return fail(fmt::format("it reaches from {} to {}", other.low, other.high), "let it reach from 0 to 2*pi");

@@ -325,7 +325,7 @@ std::optional<std::vector<Expr>> point(FormulaScope& here, const ast::Call& e) {
     const Expr& along = (*position)[axis];
     const Axis& grid = here.elaboration.problem.axes[axis];
     if (!is_uniform(along) || holds_sample(along)) {
-      const char* const what = is_uniform(along) ? "the value of a field" : "what differs from cell to cell";
+      const char* const what = is_uniform(along) ? "the value of a field" : "a value that differs from cell to cell";
       here.elaboration.sink.report("not-allowed-here", place.range(), {what, "the place of a point"},
                                    "a place is made of numbers, parameters and t");
       return std::nullopt;
@@ -380,7 +380,7 @@ TypedExpr sampling(FormulaScope& here, const ast::Call& e, SourceRange range) {
   for (const Expr& part : value.parts) {
     if (!is_beside_its_pole(here.elaboration, part, *position)) continue;
     here.elaboration.sink.report(
-        "beside-pole", range, {"what is sampled from faces on the pole"},
+        "beside-pole", range, {"a value sampled from faces on the pole"},
         "there it is 0, whatever flows over the pole: leave `on faces` out, or stay a cell away");
     break;
   }

@@ -240,11 +240,10 @@ class Seams {
     if (!does_jump) return;
     told_.insert({range.begin, range.end});
     const std::string name = written_axis(elaboration_, static_cast<std::size_t>(axis));
-    elaboration_.sink.report(
-        "jump-at-seam", range, {name},
-        "write by hand what the derivative of the formula is, as -bracket(psi, q) - beta*dx(psi) for "
-        "-bracket(psi, q + beta*y), or give " +
-            name + " walls, or take a formula that is periodic");
+    elaboration_.sink.report("jump-at-seam", range, {name},
+                             "write the derivative of the formula by hand, as -bracket(psi, q) - beta*dx(psi) for "
+                             "-bracket(psi, q + beta*y), or give " +
+                                 name + " walls, or take a formula that is periodic");
   }
 
   Elaboration& elaboration_;

@@ -47,14 +47,16 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
   if (!estimates_error(scheme.time))
     return refuse("a tolerance: it does not estimate its error",
                   is_implicit(scheme.time) ? "take time = ars443" : "take time = bs32 or dopri5, or ars443");
-  if (scheme.is_split()) return refuse("a tolerance for steps in parts", "leave split out, or the tolerance");
+  if (scheme.is_split()) return refuse("a tolerance for split steps", "leave split out, or the tolerance");
   if (scheme.is_semi_lagrangian())
-    return refuse("a tolerance for advection along the flow", "take advect = central(2) or upwind(3)");
+    return refuse("a tolerance for semi-Lagrangian advection", "take advect = central(2) or upwind(3)");
   if (!items_of<ast::SubcycleItem>(elaboration.blocks.scene->items).empty())
     return refuse("a tolerance and subcycle", "leave subcycle out");
   if (is_implicit(scheme.time) && holds_at_states(elaboration.problem))
-    return refuse("a tolerance where a mask holds a field at what another one is: stages see that as the step begins",
-                  "hold it at a formula of place and t, or take dopri5");
+    return refuse(
+        "a tolerance where the value of a field inside a mask depends on another field: stages use that of the begin "
+        "of the step",
+        "write a formula of the coordinates and t, or take dopri5");
   if (std::ranges::any_of(elaboration.problem.projections, &Projection::is_each_step))
     return refuse("a tolerance for a constraint each step: its estimate knows nothing of the error in the stages",
                   "write each stage, or project = stage in the scheme");

@@ -83,7 +83,7 @@ bool increases(const Checked& it, const Expr& map) {
     return it.fail(
         "stretch-not-increasing",
         {name, fmt::format("from {} = {} to {} it goes from {} to {}", name, it.start(i), it.start(i + 1), from, to)},
-        "");
+        "take a formula whose slope is positive everywhere");
   }
   const Expr slope = slope_of(map);
   std::vector<double> places{it.axis.low, it.axis.high};

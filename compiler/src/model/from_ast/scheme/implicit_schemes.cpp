@@ -19,7 +19,7 @@ namespace {
 std::optional<Obstacle> obstacle(const Problem& problem) {
   const Scheme& scheme = problem.scheme;
   if (scheme.is_semi_lagrangian() && !scheme.is_split())
-    return Obstacle{"advection along the flow in one step with other terms",
+    return Obstacle{"semi-Lagrangian advection in one step with other terms",
                     "write split = lie(advect, sources, diffusion) in the scheme, or take advect = upwind(3)"};
   if (scheme.derivative_order == spectral || scheme.laplacian_order == spectral)
     return Obstacle{"derivatives by Fourier series",
@@ -39,7 +39,7 @@ bool holds_state(const Problem& problem, const Expr& e) {
 /// Features that a Newton solve cannot contain.
 std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& state, const Expr& part) {
   if (problem.scheme.is_split())
-    return Obstacle{fmt::format("implicit = {} and steps in parts", name_of(problem.scheme.implicit)),
+    return Obstacle{fmt::format("implicit = {} and split steps", name_of(problem.scheme.implicit)),
                     "take implicit = linear, or leave split out"};
   const std::string where = fmt::format(" in what it solves for in the equation for {}", state.name);
   const auto holds = [&](const auto& is_it) { return any_part(part, is_it); };
@@ -63,7 +63,7 @@ std::optional<Obstacle> obstacle(const Problem& problem, const State& state, con
       problem.scheme.is_split() && is_semi_lagrangian(problem.scheme.transport_of(state.name).advect);
   const Expr rest = is_carried ? terms_for(problem, state.name, *state.rhs, Split::Terms::sources) : parts.rest;
   if (is_trapezoidal(problem.scheme.time) && holds_state(problem, rest))
-    return Obstacle{fmt::format("an equation for {} with more of the fields in it than is solved for", state.name),
+    return Obstacle{fmt::format("an equation for {} with terms of fields that it does not solve for", state.name),
                     "take time = ars222, which takes other terms explicitly"};
   return std::nullopt;
 }
@@ -96,7 +96,7 @@ void check_implicit(Elaboration& elaboration) {
     if (const auto found = obstacle(problem, state, parts)) return report(state.origin.range, *found);
   }
   if (!solves) {
-    report(begin, {"equations in which it finds nothing to solve for",
+    report(begin, {"equations without a term that it solves for",
                    "it takes terms like nu*lap(u) of dt(u) implicitly, with factors that hold no field of an equation; "
                    "take time = rk2, or implicit = all for other terms too"});
   }

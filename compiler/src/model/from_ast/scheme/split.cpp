@@ -58,7 +58,7 @@ class SplitReader {
       for (const Split::Terms known : all_terms) words.emplace_back(name_of(known));
       const std::string near = did_you_mean(word, words);
       return refuse(
-          written, fmt::format("{} is none of its parts", ast::print(written)),
+          written, fmt::format("{} is not one of its parts", ast::print(written)),
           near.empty() ? "the parts are advect, sources and diffusion, of all fields or as in sources(u)" : near);
     }
     Split::Part part{*terms, {}};

@@ -75,7 +75,7 @@ void add_loss_of_averages(Elaboration& elaboration, const Expr& value, const Whe
     elaboration.sink.report("not-allowed-here", where.is_known() ? where : range, {what, "a loss of averages"}, hint);
   };
   if (const Expr* mistake = no_number(elaboration, value))
-    return refuse((*mistake)->origin.range, "what the states have each for themselves",
+    return refuse((*mistake)->origin.range, "a value that each state has for itself",
                   "a loss of averages is a formula of them, of numbers and of parameters, once a run; write a line of "
                   "its own for the rest: minimise mean((u - v)^2) over 8 steps");
   if ((when.kind != When::Kind::over && when.kind != When::Kind::steps) || when.is_last)

@@ -76,16 +76,17 @@ bool may_call_network(FormulaScope& here, const DeclaredNetwork& declared, const
   }
   const auto falls = std::ranges::find_if(here.elaboration.problem.axes, &Axis::runs_down);
   if (falls != here.elaboration.problem.axes.end()) {
-    here.elaboration.sink.report("not-allowed-here", e.callee_range,
-                                 {"the network " + e.callee, fmt::format("a scene whose {} runs down", falls->name)},
-                                 "its weights know neighbours by the order of the cells, which is turned round here");
+    here.elaboration.sink.report(
+        "not-allowed-here", e.callee_range,
+        {"the network " + e.callee, fmt::format("a scene with a decreasing axis {}", falls->name)},
+        "its weights depend on the order of the cells, which is reversed here");
     return false;
   }
   const bool is_formula = here.context == FormulaContext::initial || here.context == FormulaContext::coefficient;
   if (is_formula && !declared.relative.empty()) {
     here.elaboration.sink.report("not-allowed-here", e.callee_range,
                                  {"the mean that galilean takes", std::string(place_of(here.context))},
-                                 "use a network without it: what goes in here is known beforehand");
+                                 "use a network without it: its inputs are known before the run");
     return false;
   }
   if (is_formula || here.is_of_step() || here.context == FormulaContext::quantity) return true;

@@ -84,7 +84,7 @@ void bind_options(Elaboration& elaboration, const ast::Call& call, const Optimis
     if (bind_memory(elaboration, call, argument, optimiser)) continue;
     if (bind_hessian(elaboration, call, argument, optimiser)) continue;
     if (!kind.takes_rate || argument.name != "rate") {
-      const std::string name = argument.name.empty() ? "a number without name" : argument.name;
+      const std::string name = argument.name.empty() ? "an argument without name" : argument.name;
       elaboration.sink.report("bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
                               example_of(kind));
       return;

@@ -184,7 +184,7 @@ void check_for_controls(Elaboration& elaboration, const std::vector<Found<ast::U
     const Coefficient* coefficient = problem.find_coefficient(unknown.name);
     if (unknown.kind == Unknown::Kind::control || (coefficient != nullptr && coefficient->is_control())) continue;
     refuse_here(unknown.origin.range, fmt::format("unknown {}", unknown.name),
-                "what all windows share is learnt by a task without unknown controls");
+                "a value that all windows share is learnt by a task without unknown controls");
   }
   for (const auto& [item, range] : lines) {
     for (const ast::Argument& option : item.options) {
