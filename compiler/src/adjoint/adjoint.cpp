@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reverse mode of a program: the statements it needs again, then the transposes of all statements, last first.
+// Reverse mode of a program: the recomputed statements, then the transposes of all statements, last first.
 #include "adjoint/adjoint.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using namespace stencil;
 
 namespace {
 
-/// With the formulas that are given believed.
+/// The adjoint, with custom adjoints used unchecked.
 Derivative reverse(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "adjoint of a program that is not in the module");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derivatives of stencil programs as stencil programs: tangent (forward) and adjoint (reverse, gather form).
 //
-// Both are closed: what they return can be given to them again.
+// Both can be applied to their own results.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ struct Activity {
   std::set<std::string> params;
 };
 
-/// Where a program runs, as far as that is known: adjoints that a person gives are checked there.
+/// The grid and parameters of a program, as far as known: custom adjoints are checked there.
 struct Surroundings {
   struct Axis {
     int cells = 1;
@@ -31,7 +31,7 @@ struct Surroundings {
   std::map<std::string, double> params;
 };
 
-/// What a value of the primal became. In a tangent the kind stays; in an adjoint fields stay fields, a parameter
+/// The derivative of a primal value. In a tangent it has the same kind; in an adjoint fields stay fields, a parameter
 /// becomes a sum and a sum a parameter. The weights of a network are a parameter.
 struct Link {
   enum class Kind { field, param, sum };
@@ -42,10 +42,10 @@ struct Link {
 struct Derivative {
   stencil::Module module;   // holds `program` and every kernel it runs
   std::string program;      // NAME_tangent or NAME_adjoint
-  std::vector<Link> links;  // of whatever varies: all that is active has one
+  std::vector<Link> links;  // of all values that vary; every active input has one
   bool is_adjoint = false;
 
-  /// What it is called here; nullptr where it does not vary.
+  /// Name of the derivative of `primal`; nullptr if it does not vary.
   const std::string* derived(Link::Kind kind, const std::string& primal) const;
   const std::string* field(const std::string& primal) const { return derived(Link::Kind::field, primal); }
   const std::string* param(const std::string& primal) const { return derived(Link::Kind::param, primal); }
@@ -55,7 +55,7 @@ struct Derivative {
 /// NAME_tangent: for inputs x and directions x_dot computes all results of NAME and their directional derivatives.
 ///
 /// New inputs: x_dot of each active field, p_dot (a parameter) of each active parameter. New results: y_dot of each
-/// result field (in `swaps` and `keeps` beside y), s_dot of each sum.
+/// result field (in `swaps` and `keeps` together with y), s_dot of each sum.
 Derivative tangent(const stencil::Module& module, const std::string& program, const Activity& wrt,
                    DiagnosticSink& sink);
 
@@ -63,17 +63,17 @@ Derivative tangent(const stencil::Module& module, const std::string& program, co
 ///
 /// Inputs: what NAME reads, y_bar of each result field, s_bar (a parameter) of each sum. Results: x_bar of each active
 /// field (through swap y_bar, x_bar where NAME swaps x, y; else through keep), the sum p_bar of each active parameter.
-/// Intermediate fields are recomputed from the inputs; what the derivative does not read is not computed.
-/// Kernels with formulas of their own (Kernel::custom_adjoints) are reversed by these, after they have been checked
-/// against the tangent. Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded
-/// axes the kernel runs on the region grown by the stencil, terms of points outside are masked, and `fold` transposes
-/// the halo fill.
+/// Intermediate fields are recomputed from the inputs if the derivative reads them.
+/// Custom adjoints (Kernel::custom_adjoints) replace derived formulas, after a check against the tangent.
+/// Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the kernel runs
+/// on the region extended by the stencil radius, terms of points outside are masked, and `fold` transposes the halo
+/// fill.
 Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink,
                    const Surroundings& surroundings = {});
 
-/// NAME_squares, for a program whose sums are sums of squares c*r^2 (c of what does not vary): the tangent of NAME, but
-/// with s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times
-/// them. nullopt where a sum is anything else.
+/// NAME_squares, for a program whose sums are sums of squares c*r^2 (c does not vary): the tangent of NAME, but with
+/// s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times the
+/// directions. nullopt for other sums.
 std::optional<Derivative> squares_of_tangent(const stencil::Module& module, const std::string& program,
                                              const Activity& wrt, DiagnosticSink& sink);
 

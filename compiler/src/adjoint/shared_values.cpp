@@ -44,7 +44,7 @@ class Bits {
   std::vector<std::uint64_t> words_;
 };
 
-/// Puts fields where values of some numbers stand. What holds none of them stays the same node.
+/// Replaces values with given numbers by fields. Expressions without such values keep their nodes.
 class Replacing {
  public:
   Replacing(Numbering& numbering, const std::map<int, Expr>& fields) : numbering_(numbering), fields_(fields) {}
@@ -71,8 +71,8 @@ class Replacing {
 
 }  // namespace
 
-/// The distinct values of the terms, and at how many displacements each is needed. What a decision hangs on stays as
-/// it is written (stencil/space/comparisons.h): a field is rounded otherwise than what it is compared with.
+/// The distinct values of the terms, and the number of displacements at which each is needed. Operands of decisions
+/// stay as written (stencil/space/comparisons.h): storing rounds a value differently from the one it is compared with.
 class SharedValues::Search {
  public:
   explicit Search(PointTerms terms) : terms_(std::move(terms)) {
@@ -135,21 +135,21 @@ class SharedValues::Search {
  private:
   struct Known {
     Expr expression = 0.0;
-    Bits reads;             // what it loads
-    int loads = 0;          // of them
-    bool is_whole = true;   // nothing in it is interpolated
-    bool is_number = true;  // and no truth
+    Bits reads;             // its loads
+    int loads = 0;          // their number
+    bool is_whole = true;   // no interpolation in it
+    bool is_number = true;  // not a truth value
     bool is_noted = false;
     bool is_decision = false;
-    Bits decisive;  // of a decision: lets that stand in it
+    Bits decisive;  // of a decision: its lets
     bool is_stored = false;
-    bool is_seen = false, is_seen_as_written = false;  // by the walk at hand
-    int rank = -1;                                     // in the order of that walk
+    bool is_seen = false, is_seen_as_written = false;  // by the current walk
+    int rank = -1;                                     // in the order of the current walk
   };
 
   int size() const { return static_cast<int>(values_.size()); }
 
-  /// Notes `e` and what it is made of; its number. The numbers of what it is made of are smaller.
+  /// Notes `e` and its parts; returns its number. Parts have smaller numbers.
   int note(const Expr& e) {
     const int number = numbering_.number(e);
     if (number < size() && values_[number].is_noted) return number;
@@ -176,7 +176,7 @@ class SharedValues::Search {
     roots_.push_back(used.back());
   }
 
-  /// Places among the lets of those that stand in `e`.
+  /// Indices of the lets that occur in `e`.
   Bits locals_in(const Expr& e) const {
     Bits locals;
     for_each_node(e, [&](const Expr& part) {
@@ -185,7 +185,7 @@ class SharedValues::Search {
     return locals;
   }
 
-  /// Each node once, however often it stands there.
+  /// Visits each distinct node once.
   static void for_each_node(const Expr& e, const std::function<void(const Expr&)>& f) {
     std::unordered_set<const Node*> seen;
     const std::function<void(const Expr&)> pass = [&](const Expr& part) {
@@ -196,7 +196,7 @@ class SharedValues::Search {
     pass(e);
   }
 
-  /// Equal decisions may be written by different lets: each node is looked at.
+  /// Visits each node: equal decisions may use different lets.
   void find_decisions() {
     std::unordered_set<const Node*> seen;
     const std::function<void(const Expr&)> pass = [&](const Expr& e) {
@@ -211,7 +211,8 @@ class SharedValues::Search {
     for (const auto& [name, term] : terms_.params) pass(term);
   }
 
-  /// What is left of the terms: ranks its values in order of appearance, and finds lets that decisions hang on.
+  /// Walks the terms with stored values as leaves: ranks values in order of appearance, and finds lets on which
+  /// decisions depend.
   void walk() {
     for (Known& value : values_) {
       value.is_seen = value.is_seen_as_written = false;
@@ -238,8 +239,8 @@ class SharedValues::Search {
     if (value.rank < 0) value.rank = last_rank_++;
   }
 
-  /// Parents first: their numbers are larger. A row of bits for each value, all in one piece: this is asked anew for
-  /// each value that is stored.
+  /// Number of displacements at which each value is needed. Parents come first, as their numbers are larger. The rows
+  /// of bits are one array, for speed: the count is repeated for each stored value.
   std::vector<int> count_displacements() const {
     const std::size_t words = used_.size() / 64 + 1;
     std::vector<std::uint64_t> needed(values_.size() * words);
@@ -259,8 +260,8 @@ class SharedValues::Search {
     return counts;
   }
 
-  /// Those that are not to be stored: truths, the same at all points, interpolated, part of a let that a decision hangs
-  /// on, or made of what is stored.
+  /// Values that must not be stored: truth values, uniform or interpolated values, parts of lets on which a decision
+  /// depends, and values computed from stored ones.
   std::vector<bool> find_unfit() const {
     std::vector<bool> is_kept(values_.size()), is_made_of_stored(values_.size()), unfit(values_.size());
     const std::function<void(int)> keep_parts = [&](int number) {
@@ -287,16 +288,16 @@ class SharedValues::Search {
   const PointTerms terms_;
   Numbering numbering_;
   std::vector<Known> values_;  // by number
-  std::size_t loads_ = 0;      // that differ
+  std::size_t loads_ = 0;      // number of distinct loads
   std::map<std::string, std::size_t> let_index_;
   std::vector<int> lets_;               // the number of each
-  std::vector<Bits> locals_;            // that stand in each
+  std::vector<Bits> locals_;            // lets that occur in each let
   std::vector<int> roots_;              // the terms, in order
   std::vector<std::vector<int>> used_;  // terms by displacement
-  std::vector<bool> is_decisive_;       // of the lets
-  Bits decisive_;                       // those found so far
+  std::vector<bool> is_decisive_;       // for each let
+  Bits decisive_;                       // decisive lets found so far
   int last_rank_ = 0;
-  std::map<int, Expr> fields_;  // by the number of what they hold
+  std::map<int, Expr> fields_;  // by the number of their value
   std::vector<Let> stored_;
 };
 

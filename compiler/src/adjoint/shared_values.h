@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values that many terms of a gather need, each at another displacement: stored in a field once, they are read there
-// and not made again from all they consist of (Devito: cross-iteration redundancy elimination). The adjoint of u_t +
-// dt*c2*lap(u) reads c2*u_t_bar at every point of lap.
+// instead of recomputed (Devito: cross-iteration redundancy elimination). The adjoint of u_t + dt*c2*lap(u) reads
+// c2*u_t_bar at every point of lap.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ struct ReadBars {
   std::map<stencil::Offset, stencil::Expr> by_offset;
 };
 
-/// What the backward walk of a kernel leaves, all at the same point: the term of offset k is used at the point
+/// Result of the backward walk of a kernel, with all terms at the same point: the term of offset k is used at the point
 /// displaced by -k.
 struct PointTerms {
   std::vector<stencil::Let> lets;  // each before its use
@@ -29,8 +29,8 @@ struct PointTerms {
   std::vector<std::pair<std::string, stencil::Expr>> params;
 };
 
-/// Which values are best stored, one after another. The terms are numbered once; what was stored is a leaf from then
-/// on, so that each further value costs one walk over numbers.
+/// Chooses values to store, one after another. The terms are numbered once; a stored value is a leaf from then on, so
+/// that each further choice costs one walk over the numbers.
 class SharedValues {
  public:
   explicit SharedValues(PointTerms terms);
@@ -41,15 +41,15 @@ class SharedValues {
   struct Found {
     int number;  // of the value
     stencil::Expr value;
-    int operations_saved;  // at each point, for one load at each displacement
+    int operations_saved;  // per point, in exchange for one load per displacement
   };
-  /// The value that saves most when a field holds it, as far as loads and operations tell; nullopt when that is less
-  /// than `least`. It reads no field that was stored and interpolates nothing.
+  /// The value whose storage saves most loads and operations; nullopt if that is less than `least`. It reads no stored
+  /// values and has no interpolations.
   std::optional<Found> best(int least);
   void store(const Found& found, const std::string& field);
-  /// With the fields in the places of what they hold.
+  /// The terms with stored values replaced by reads of their fields.
   PointTerms terms() const;
-  /// Those stored, each with the value it holds.
+  /// The stored fields, each with its value.
   const std::vector<stencil::Let>& stored() const;
 
  private:

@@ -27,7 +27,7 @@ void add_kernels(Module& to, const Module& from, const Program& program) {
 
 namespace {
 
-/// Names of its own for `fields` and for all kernels.
+/// New names for `fields` and for all kernels.
 Renaming fresh_names(const std::vector<std::string>& fields, DerivedNames& names) {
   Renaming renaming{{}, [&names](const std::string& kernel) { return names.fresh_kernel(kernel); }};
   for (const std::string& field : fields) renaming.fields[field] = names.fresh(field);
@@ -42,7 +42,7 @@ Solve copy_of(const Module& module, const Solve& solve, const std::vector<std::s
   for (std::size_t i = 0; i < unknowns.size(); ++i) renaming.fields[solve.unknowns[i]] = unknowns[i];
   Solve copy = solve;
   copy.unknowns = unknowns;
-  copy.guesses.clear();  // they are some for the solution, not for its rates
+  copy.guesses.clear();  // they approximate the solution, not its tangent
   for (std::string& image : copy.images) image = renaming.field(image);
   if (copy.preconditioner) {
     for (auto* fields : {&copy.preconditioner->inputs, &copy.preconditioner->results}) {

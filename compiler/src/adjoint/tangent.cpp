@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forward mode: beside every value its directional derivative, statement by statement, in the order of the primal.
+// Forward mode: computes with every value its directional derivative, statement by statement, in the primal's order.
 #include <algorithm>
 
 #include "adjoint/adjoint.h"
@@ -19,10 +19,10 @@ using namespace stencil;
 
 namespace {
 
-/// What stands for the derivative of a sum: the derivative, or the squares of those of its residuals.
+/// Derivative of a sum: the plain derivative, or the sum of squares of its residuals' derivatives.
 enum class SumForm { derivative, squares };
 
-/// Factors of a product, negations as factors -1.
+/// Collects the factors of a product; a negation is a factor -1.
 void collect_factors(const Expr& e, std::vector<Expr>& factors) {
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (b && b->op == BinaryOp::multiply) {
@@ -36,7 +36,7 @@ void collect_factors(const Expr& e, std::vector<Expr>& factors) {
   }
 }
 
-/// Writes the kernel of dots for one kernel.
+/// Writes the tangent kernel of one kernel.
 class KernelTangent {
  public:
   KernelTangent(const Kernel& kernel, const Varied& varied, DerivedNames& names, SumForm form)
@@ -66,7 +66,7 @@ class KernelTangent {
     for (const Scatter& scatter : kernel_.scatters) add_scatter(scatter, result);
     return with_lets_inlined(result);
   }
-  /// Whether squares were asked for and a sum is something else.
+  /// Whether the form is `squares` and a sum is not a sum of squares.
   bool failed() const { return failed_; }
 
  private:
@@ -170,7 +170,7 @@ class KernelTangent {
   const Varied varied_;
   DerivedNames& names_;
   bool failed_ = false;
-  std::map<std::string, std::string> dots_;  // local -> its dot
+  std::map<std::string, std::string> dots_;  // local -> its tangent
 };
 
 bool writes_varied(const Kernel& kernel, const Varied& varied) {
@@ -187,7 +187,7 @@ bool writes_varied(const Kernel& kernel, const Varied& varied) {
   return false;
 }
 
-/// Dots of inputs that are not active themselves but vary by the values at their walls: 0 in the interior.
+/// Sets tangents of inputs that vary only by their boundary values: 0 in the interior.
 void add_still_inputs(const Module& module, const Program& program, const Varied& varied, const Activity& wrt,
                       DerivedNames& names, Program& derived, Module& kernels) {
   Kernel still{
@@ -203,7 +203,7 @@ void add_still_inputs(const Module& module, const Program& program, const Varied
   kernels.kernels.push_back(std::move(still));
 }
 
-/// The rates of a network's outputs, behind it.
+/// Appends the tangents of a network's outputs after the network.
 void add_rates(NetworkCall network_call, const Varied& varied, DerivedNames& names, Program& derived) {
   const std::vector<std::string> written = fields_written(network_call);
   if (std::ranges::none_of(written, [&](const std::string& field) { return varied.fields.contains(field); })) return;
@@ -215,11 +215,11 @@ void add_rates(NetworkCall network_call, const Varied& varied, DerivedNames& nam
   derived.body.push_back(network_call);
 }
 
-/// The rate of a reduction, behind it.
+/// Appends the tangent of a reduction after the reduction.
 void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names,
                    Program& derived, Module& kernels) {
   if (!varied.fields.contains(reduce.result)) return;
-  if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later
+  if (!varied.fields.contains(reduce.field)) {  // the result varies by later additions only
     add_store(names.of(reduce.result), 0.0, "still", {program, "_tangent", names, kernels, derived.body});
   } else if (is_extreme(reduce)) {
     add_tangent_of_extreme(reduce, {program, "_tangent", names, kernels, derived.body});
@@ -228,7 +228,7 @@ void add_reduction(const Reduce& reduce, const Program& program, const Varied& v
   }
 }
 
-/// The fill of the dots. Where weights of mixed(a, b, c) vary, c has a rate that a kernel before it stores in a field.
+/// The fill of the tangent. If weights of mixed(a, b, c) vary, a kernel before it stores the tangent of c in a field.
 void add_fill(const Module& module, const Fill& fill, const Program& program, const Varied& varied, DerivedNames& names,
               Program& derived, Module& kernels) {
   if (!varied.fields.contains(fill.field)) return;
@@ -262,7 +262,7 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
   derived.body.push_back(std::move(result));
 }
 
-/// Writes the statements of a tangent, those of blocks too.
+/// Writes the statements of a tangent, in blocks too.
 class TangentWriter {
  public:
   TangentWriter(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, SumForm form,
@@ -295,7 +295,7 @@ class TangentWriter {
           [&](const Repeat& repeat) { add_repeat(repeat, derived); });
     }
   }
-  /// Whether squares were asked for and a sum is something else.
+  /// Whether the form is `squares` and a sum is not a sum of squares.
   bool failed() const { return failed_; }
 
  private:
@@ -308,7 +308,7 @@ class TangentWriter {
     derived.body.push_back(Fold{names_.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
   }
 
-  /// The dots before the primal kernel: that one may accumulate onto what the dots still have to read.
+  /// Runs the tangent kernel before the primal one, which may add to fields that the tangent reads.
   void add_run(const Run& run, Program& derived) {
     const Kernel& kernel = *module_.find_kernel(run.kernel);
     if (!kernels_.find_kernel(kernel.name)) kernels_.kernels.push_back(kernel);
@@ -342,7 +342,7 @@ class TangentWriter {
       const OperatorCopy copy = copy_with_inputs(module_, solve, program_, names_);
       add_copies(copy, into);
       const Varied inside = find_varied(copy.module, copy.program, copy.activity(varied_));
-      for (const auto& [input, copied] : copy.inputs) {  // what varies by its walls alone is still inside
+      for (const auto& [input, copied] : copy.inputs) {  // inputs that vary by boundary values only: 0 inside
         if (inside.fields.contains(copied))
           add_store(names_.of(copied), copy.is_active(input, varied_) ? access(names_.of(input)) : Expr(0.0), "copy",
                     into);
@@ -351,7 +351,7 @@ class TangentWriter {
       for (std::size_t i = 0; i < rights.size(); ++i) {
         if (inside.fields.contains(copy.images[i])) rights[i] = rights[i] - access(names_.of(copy.images[i]));
       }
-    } else if (!right_varies) {  // they vary by what is added to them later
+    } else if (!right_varies) {  // the unknowns vary by later additions only
       for (const std::string& rate : rates) add_store(rate, 0.0, "still", into);
       return;
     }
@@ -363,7 +363,7 @@ class TangentWriter {
     derived.body.push_back(std::move(moved));
   }
 
-  /// The repeat of the tangent of its block: what it carries and stacks has rates beside it.
+  /// The repeat of the tangent of its block; carried fields and stacks have tangents too.
   void add_repeat(const Repeat& repeat, Program& derived) {
     Program pass{derived.name, derived.axes, {}, {}, {}};
     add(repeat.body, pass);
@@ -426,7 +426,7 @@ Solve linearised(const Module& module, const Program& program, const Solve& solv
 
 namespace {
 
-/// nullopt when sums of squares were asked for and there are others.
+/// nullopt if the form is `squares` and a sum is not a sum of squares.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form,
                                  DiagnosticSink& sink) {
   const Program* program = module.find_program(name);

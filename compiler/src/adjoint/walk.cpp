@@ -14,10 +14,10 @@ using namespace stencil;
 
 namespace {
 
-/// Operations of a let of fields that is written out where a guard has to reach what it reads.
+/// Most operations of a let that is expanded where a guard must apply to its reads.
 constexpr int short_let = 8;
 
-/// Values that differ from point to point: what is left of an expression once its uniform factors are combined.
+/// Number of varying leaves: the size of an expression once its uniform factors are combined.
 int point_values(const Expr& e) {
   int count = 0;
   visit(e, [&](const Expr& part) {
@@ -72,7 +72,7 @@ class Walk {
     for (const Scatter& scatter : kernel_.scatters) push_scatter(scatter, run);
   }
 
-  /// field(at d) += value reads, transposed, value_bar = field_bar(at d) and d_bar = value * slope of field_bar at d.
+  /// Transpose of field(at d) += value: value_bar = field_bar(at d) and d_bar = value * slope of field_bar at d.
   void push_scatter(const Scatter& scatter, const RunContext& run) {
     if (!varied_.fields.contains(scatter.target.field) || !run.seed(scatter.target.field)) return;
     Interp seed = scatter.target;
@@ -98,8 +98,8 @@ class Walk {
     push(let.value, is_leaf(bar) ? bar : named(bar, let.name + "_bar"), guards);
   }
 
-  /// What all uses of a let push as one bar, under one guard: where any of them counts. Taken apart for each set of
-  /// guards, lets of selections would be that twice as often with each level.
+  /// Combines the contributions of all uses of a let into one adjoint under one guard, which holds where any use is
+  /// active. Separate walks for each set of guards would double with each level of nested selections.
   GuardedBar joined(std::vector<GuardedBar> bars, const std::string& name) {
     if (bars.size() == 1) return bars.front();
     Guards common = bars.front().guards;
@@ -112,7 +112,7 @@ class Walk {
     return {std::move(common), sum_of(bars)};
   }
 
-  /// Under which a value that is 1 or 0 is 1; choices between 0 and something are guards themselves.
+  /// Guards under which `live`, which is 1 or 0, is 1. A selection between 0 and a value is itself a guard.
   Guards guards_of(Expr live, const std::string& name) {
     Guards guards;
     while (const Select* s = std::get_if<Select>(&live->kind)) {
@@ -131,7 +131,7 @@ class Walk {
     return guards;
   }
 
-  /// Gives `e` a let of its own.
+  /// Adds a let for `e`.
   Expr named(const Expr& e, const std::string& wish) {
     const std::string name = names_.fresh(wish);
     terms_.lets.push_back({name, e});
@@ -159,8 +159,8 @@ class Walk {
         });
   }
 
-  /// A guard has to reach the reads, past this let, which is taken apart once for all uses. What is short, and of
-  /// fields, is taken apart at each: that leaves less to read again.
+  /// Adds a use of a let, which is walked once for all its uses, with a joint guard. A short let of fields is instead
+  /// expanded at each guarded use: that needs fewer reads.
   void push_local(const Local& l, const Expr& x, const Guards& guards) {
     const Expr& value = values_.at(l.name);
     if (!guards.empty() && !holds_local(value) && operations(value) <= short_let) return push(value, x, guards);
@@ -176,7 +176,7 @@ class Walk {
     }
   }
 
-  /// In the order in which the names are met first.
+  /// The entry of `name`, in order of first appearance.
   template <class Bars>
   static Bars& bars_of(std::vector<std::pair<std::string, Bars>>& all, const std::string& name) {
     for (auto& [known, bars] : all) {
@@ -203,10 +203,10 @@ class Walk {
   const Varied varied_;
   DerivedNames& names_;
   std::map<std::string, Expr> values_;                         // lets of the primal
-  std::map<std::string, std::vector<GuardedBar>> local_bars_;  // local -> sums of what its uses pushed
+  std::map<std::string, std::vector<GuardedBar>> local_bars_;  // local -> contributions of its uses, by guards
   std::vector<std::pair<std::string, std::map<Offset, std::vector<GuardedBar>>>> reads_;
   std::vector<std::pair<std::string, std::vector<GuardedBar>>> params_;
-  std::vector<Let> lives_;  // where several uses of a let count
+  std::vector<Let> lives_;  // joint guards of lets with several uses
 };
 
 }  // namespace

@@ -25,14 +25,14 @@ namespace {
 
 constexpr double largest_error = 1e-11;
 constexpr int most_cells = 4000;
-constexpr int most_in_boxes = 100000;  // cells of all of them, each range for itself
+constexpr int most_in_boxes = 100000;  // cells of all boxes together, for each input range
 constexpr std::size_t longest_hint = 200;
 
-/// Where inputs are drawn from: functions may have no value for some, and other branches for others.
+/// Ranges from which inputs are drawn: functions may be undefined in some, and take other branches in others.
 constexpr std::array<std::array<double, 2>, 4> input_ranges{{{0.5, 1.5}, {-1.5, 1.5}, {5, 15}, {-15, -5}}};
 
-/// Walls that leave nothing to chance: what lies beyond is neither the cell's value nor minus that, but a third or a
-/// fifth of it.
+/// Boundary conditions that cannot hide errors: the ghost value is neither the cell's value nor its negative, but
+/// contains a third or a fifth of it.
 AxisBoundary walls(int axis, Topology topology) {
   const Expr spacing = param(std::string("h") + "xyz"[axis]);
   return {topology, {SideKind::mixed, 0.4, 1.0 / spacing, 1.0}, {SideKind::mixed, 0.7, 3.0 / spacing, 1.0}};
@@ -49,7 +49,7 @@ Module lone_program(const Kernel& kernel, const std::vector<Topology>& axes) {
     if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, boundary});
   }
   Module module{{kernel}, {}, {}};
-  Kernel begin{kernel.name + "_begin", kernel.rank, {}, {}, {}, {}};  // of what is added to
+  Kernel begin{kernel.name + "_begin", kernel.rank, {}, {}, {}, {}};  // initialises the fields that are added to
   for (const std::string& field : s.updates) begin.stores.push_back({field, false, 0.0, {}});
   if (!begin.stores.empty()) {
     program.body.push_back(Run{begin.name});
@@ -61,7 +61,7 @@ Module lone_program(const Kernel& kernel, const std::vector<Topology>& axes) {
   return module;
 }
 
-/// As many cells as tell all neighbours apart, where these are not too many.
+/// A grid in which all neighbours of a cell differ, unless it would have too many cells.
 Grid grid_for(const Kernel& kernel) {
   Grid grid{kernel.rank, {1, 1, 1}};
   const int most = static_cast<int>(std::pow(most_cells, 1.0 / kernel.rank));
@@ -75,7 +75,7 @@ Grid grid_for(const Kernel& kernel) {
 
 int cells_of(const Grid& grid) { return grid.cells[0] * grid.cells[1] * grid.cells[2]; }
 
-/// Both numbers that must agree, the sizes of their terms, and what rounding may set them apart by.
+/// Two numbers that must agree, the magnitude of their terms, and the difference that rounding may cause.
 struct Products {
   double forward = 0, reverse = 0, scale = 0, rounding = 0;
   double error() const {
@@ -88,7 +88,7 @@ Derivative rounded(const Derivative& exact, double phase) {
   return {with_rounding(exact.module, phase), exact.program, exact.links, exact.is_adjoint};
 }
 
-constexpr double spacing = 0.3;  // of the cells, where nobody says more
+constexpr double spacing = 0.3;  // of the cells, if not known
 
 /// A program with its derivatives by one input.
 class Comparison {
@@ -100,7 +100,7 @@ class Comparison {
         adjoint_(adjoint),
         input_(std::move(input)) {}
 
-  /// On the cells of a box, with values drawn from `range`; parameters that are `known` have their values.
+  /// Dot products on the cells of a box, with values drawn from `range`; parameters in `known` have their values there.
   Products products(const Box& box, const std::array<double, 2>& range, const Params& known, std::mt19937_64& random) {
     box_ = box;
     inputs_.clear();
@@ -159,8 +159,9 @@ class Comparison {
     return result;
   }
 
-  /// From inputs, parameters, direction, seeds and the results of all operations moved by roundings: (-1 + 1e-13)*d + d
-  /// keeps three digits, and rounds in the same way for all d close by.
+  /// Difference that rounding may cause, measured by perturbing inputs, parameters, direction, seeds and the results of
+  /// all operations. Perturbed inputs alone do not suffice: (-1 + 1e-13)*d + d has three correct digits, and the same
+  /// rounding error for all nearby d.
   double rounding(std::mt19937_64& random) {
     constexpr double epsilon = 0x1p-52;
     const Comparison as_drawn = *this;
@@ -188,8 +189,8 @@ class Comparison {
   double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {
     return std::uniform_real_distribution<double>(range[0], range[1])(random);
   }
-  /// Of the program and of what is given, which may know spacing and time where the program does not; those of the grid
-  /// are true.
+  /// Draws the parameters of the program and of the custom adjoint, which may use spacing and time even if the program
+  /// does not; parameters of the grid have their true values.
   void draw_params(const std::array<double, 2>& range, const Params& known, std::mt19937_64& random) {
     params_ = known;
     std::vector<std::string> names = interface_.params;
@@ -244,7 +245,7 @@ Activity by_input(const Kernel& kernel, const std::string& input) {
   return is_field ? Activity{{input}, {}} : Activity{{}, {input}};
 }
 
-/// The largest error, and in which box; NaN where no draw gave finite numbers. 0 where there is nothing to compare.
+/// The largest error and its box; NaN if no draw gave finite numbers, 0 if there is nothing to compare.
 struct Found {
   double error = NAN;
   Box box;
@@ -255,8 +256,8 @@ struct Found {
   }
 };
 
-/// Compares the kernel with its derivatives along such axes; false if it has none, which is reported where the program
-/// is differentiated.
+/// Compares the kernel's derivatives on such axes; false if it has none, which is reported when the program is
+/// differentiated.
 bool compare(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes,
              const std::function<void(Comparison&)>& on) {
   const Module module = lone_program(kernel, axes);
@@ -269,7 +270,7 @@ bool compare(const Kernel& kernel, const std::string& input, Reverse reverse, co
   return true;
 }
 
-/// Anywhere: on one small grid, along periodic axes and with walls.
+/// Errors on one small grid, with periodic axes and with walls.
 Found found_anywhere(const Kernel& kernel, const std::string& input, Reverse reverse) {
   Found found;
   std::mt19937_64 random(20240229);
@@ -286,7 +287,7 @@ Found found_anywhere(const Kernel& kernel, const std::string& input, Reverse rev
   return found;
 }
 
-/// At the places of the scene. Half of the draws have its parameters.
+/// Errors on boxes of the scene's grid. Half of the draws use the scene's parameters.
 Found found_at_places(const Kernel& kernel, const std::string& input, Reverse reverse,
                       const std::vector<Topology>& axes, const Surroundings& surroundings) {
   Found found;
@@ -309,7 +310,7 @@ Found found_at_places(const Kernel& kernel, const std::string& input, Reverse re
   return has_derivatives ? found : Found{0, {}};
 }
 
-/// What adjoint() would have written.
+/// The formula that adjoint() would derive.
 std::string derived_formula(Kernel kernel, const std::string& input, Reverse reverse) {
   kernel.custom_adjoints.clear();
   DiagnosticSink silent;
@@ -326,7 +327,7 @@ std::string derived_formula(Kernel kernel, const std::string& input, Reverse rev
   return "";
 }
 
-/// "x = 0.98 .. 1, y = 0 .. 0.1": of the cells' centres.
+/// Text of the range of cell centres: "x = 0.98 .. 1, y = 0 .. 0.1".
 std::string place_of(const Box& box) {
   std::string place;
   for (int axis = 0; axis < box.grid.rank; ++axis) {
@@ -339,7 +340,7 @@ std::string place_of(const Box& box) {
 
 void report(const Kernel& kernel, const CustomAdjoint& given, const Found& found, bool at_places, Reverse reverse,
             DiagnosticSink& sink) {
-  // Of a sum's seed the derived text does not say at which point it stands.
+  // The derived text would not show the offset of a sum's seed.
   const std::string formula = kernel.sums.empty() ? derived_formula(kernel, given.input, reverse) : "";
   const bool is_short = !formula.empty() && formula.size() <= longest_hint;
   sink.report("not-the-transpose", given.origin.range, {given.input, kernel.name, fmt::format("{:.1e}", found.error)},
@@ -352,7 +353,7 @@ void report(const Kernel& kernel, const CustomAdjoint& given, const Found& found
 bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse,
                  const Surroundings& surroundings, DiagnosticSink& sink) {
   bool good = true;
-  std::set<int> told;  // where formulas begin: stages and passes have copies of them
+  std::set<int> told;  // source positions of formulas: stages and passes have copies
   for (const Kernel* run : kernels_run(module, program)) {
     const Kernel& kernel = *run;
     const bool at_places = surroundings.axes.size() == program.axes.size() && names_coordinates(kernel);

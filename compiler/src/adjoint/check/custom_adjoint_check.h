@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An adjoint that a person gives is not believed: it is compared with the tangent, which is derived, on a few cells
-// with random values; where it depends on the place, on such cells of the scene's grid.
+// Checks custom adjoints: each is compared with the derived tangent on a few cells with random values; if it depends on
+// the position, on cells of the scene's grid.
 #pragma once
 
 #include "adjoint/adjoint.h"
@@ -8,13 +8,13 @@
 
 namespace dpde::adjoint {
 
-/// An adjoint() that believes what is given.
+/// An adjoint() that uses custom adjoints without a check.
 using Reverse = Derivative (*)(const stencil::Module& module, const std::string& program, const Activity& wrt,
                                DiagnosticSink& sink);
 
-/// False, and an error, where a formula that the adjoint of `program` takes is not that of the transpose: dot products
-/// of one run of the kernel, interpreted, with periodic axes and with walls; what names coordinates, as the program has
-/// them in `surroundings`.
+/// False, and an error, if a custom adjoint that the adjoint of `program` uses is not the transpose. The test compares
+/// dot products for one interpreted run of the kernel, with periodic axes and with walls; kernels that use coordinates
+/// run with the axes of the program, in `surroundings`.
 bool check_given(const stencil::Module& module, const stencil::Program& program, const Varied& varied, Reverse reverse,
                  const Surroundings& surroundings, DiagnosticSink& sink);
 

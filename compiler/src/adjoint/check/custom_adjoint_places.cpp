@@ -18,11 +18,11 @@ using namespace stencil;
 namespace {
 
 constexpr std::array<int, max_rank> longest{
-    64, 64, 16};  // cells of a box along an axis, by rank: what is wrong in one of them still shows in a sum over all
+    64, 64, 16};  // cells of a box along an axis, by rank: an error in one cell still shows in a sum over all
 constexpr std::size_t most_boxes = 128;  // along each axis
 constexpr std::size_t most_changes = 32;
 constexpr int small_grid = 4096;  // cells: up to here a box is the whole grid
-constexpr int more_places = 2;    // beside ends and changes
+constexpr int more_places = 2;    // random ones, in addition to ends and changes
 
 bool reads_coordinate(const Expr& e) {
   const Access* access = std::get_if<Access>(&e->kind);
@@ -46,7 +46,7 @@ Expr without_locals(const Kernel& kernel, const Expr& e) {
   return map_children(e, [&](const Expr& child) { return without_locals(kernel, child); });
 }
 
-/// Made of coordinates, parameters and numbers alone, with at least one coordinate.
+/// Whether `e` has coordinates, parameters and numbers only, with at least one coordinate.
 bool is_of_place(const Expr& e) {
   bool has_coordinate = false, has_other = false;
   visit(e, [&](const Expr& part) {
@@ -61,7 +61,8 @@ bool is_of_place(const Expr& e) {
   return has_coordinate && !has_other;
 }
 
-/// What changes where another branch or the other side of a kink is taken, if `e` has some.
+/// An expression whose value changes where `e` takes another branch or the other side of a kink; nullopt if `e` has no
+/// branches.
 std::optional<Expr> branch_of(const Expr& e) {
   if (const Binary* b = std::get_if<Binary>(&e->kind)) {
     const bool compares = precedence(b->op) == precedence(BinaryOp::less);
@@ -104,8 +105,7 @@ std::vector<Expr> branches_of(const Kernel& kernel) {
   return branches;
 }
 
-/// The cells along `axis` that differ from the one before in a branch; along other axes that is looked at in the
-/// middle.
+/// The cells along `axis` that differ from the previous one in a branch, evaluated at the middle of the other axes.
 std::vector<int> changes_along(int axis, const std::vector<Expr>& branches, const Surroundings& surroundings) {
   const int rank = static_cast<int>(surroundings.axes.size());
   Kernel kernel{"branches", rank, {}, {}, {}, {}};
@@ -146,7 +146,7 @@ struct Interval {
   int first, cells;
 };
 
-/// Of one axis: those that cover it, and the short ones at its ends, about its changes and anywhere.
+/// Intervals of one axis: those that cover it, and short ones at its ends, at changes of branches and at random.
 struct Intervals {
   std::vector<Interval> covering, special;
 };
@@ -169,7 +169,7 @@ Intervals intervals_of(int axis, int least, const std::vector<Expr>& branches, c
   return result;
 }
 
-/// Goes round a list in ever another order, its first `foremost` entries always before the others.
+/// Cycles through a list, in a new random order each time; the first `foremost` entries always come before the others.
 class Round {
  public:
   Round(std::vector<Interval> list, std::size_t foremost)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where an adjoint that a person gives is checked, when it or its kernel names coordinates: small boxes of the scene's
-// own cells, so many that what holds at some places only is seen.
+// Boxes of the scene's cells on which a custom adjoint is checked if it or its kernel uses coordinates: enough of them
+// to find errors that occur at some positions only.
 #pragma once
 
 #include <random>
@@ -11,19 +11,19 @@
 
 namespace dpde::adjoint {
 
-/// Cells that lie side by side, and where: along each axis low is the lower side of the first one.
+/// A block of cells and its position: `low` is the lower side of the first cell along each axis.
 struct Box {
   stencil::Grid grid;
   std::array<double, stencil::max_rank> low{}, spacing{};
 };
 
-/// Whether what the kernel does, or what is given for it, depends on the place.
+/// Whether the kernel or its custom adjoint depends on the position.
 bool names_coordinates(const stencil::Kernel& kernel);
 
-/// Boxes of the kernel's `surroundings`. Along each axis they cover all cells, where these are not too many, and both
-/// ends and both sides of every place where a condition on one coordinate changes (`x < 0.1`), up to 32 an axis, in any
-/// case; of conditions that mix coordinates on large grids only samples are seen. The shortest have `least` cells along
-/// an axis, where it has so many.
+/// Boxes of the kernel's `surroundings`. Along each axis they cover all cells, unless these are too many. They always
+/// include both ends, and both sides of every point where a condition on one coordinate changes (`x < 0.1`), up to 32
+/// per axis. Conditions that mix coordinates are only sampled on large grids. The shortest boxes have `least` cells
+/// along an axis, or all of its cells if it has fewer.
 std::vector<Box> boxes_of(const stencil::Kernel& kernel, const Surroundings& surroundings,
                           const std::array<int, stencil::max_rank>& least, std::mt19937_64& random);
 

@@ -19,7 +19,7 @@ void add_store(const std::string& field, const Expr& value, const std::string& w
 
 namespace {
 
-/// Appends the sum of `value` over the axes of `reduce`; returns the field that holds it.
+/// Appends the sum of `value` over the axes of `reduce`; returns the field with the sum.
 std::string add_sum(const Expr& value, const std::string& wish, const Reduce& reduce, const Writing& into) {
   const std::string each = into.names.fresh(wish), sum = into.names.fresh(wish + "_sum");
   add_store(each, value, wish, into);
@@ -31,9 +31,9 @@ std::string add_sum(const Expr& value, const std::string& wish, const Reduce& re
 
 bool is_extreme(const Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; }
 
-/// Cells whose values differ by rounding share: states that are equal without it, as mirror images, have other last
-/// bits in each back end. No central difference tells values apart that are nearer than this part of their size. In f32
-/// the part is less than a last bit: what precision programs run in is not known here.
+/// Cells whose values differ by rounding only count as tied: states that are equal except for rounding, such as mirror
+/// images, have different last bits in each back end. Central differences cannot distinguish values that are closer
+/// than this fraction of their size. In f32 the fraction is below the last bit; the precision is not known here.
 Expr at_extreme(const Reduce& reduce, const Expr& value) {
   const double resolved = std::pow(std::numeric_limits<double>::epsilon(), 2.0 / 3);
   const Expr extreme = access(reduce.result), near = resolved * call(Fn::abs, {extreme});

@@ -11,7 +11,7 @@ namespace {
 
 using Join = std::function<Expr(const Expr&, const Expr&)>;
 
-/// Those without guards, and for each condition a choice between what is left of those that hang on it.
+/// Joins the entries without guards, and for each condition a selection between the entries of both branches.
 Expr joined(const std::vector<GuardedBar>& bars, const Join& join) {
   Expr result = 0.0;
   std::vector<GuardedBar> rest;

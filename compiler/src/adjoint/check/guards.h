@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions under which a value is used. Its derivative is selected, never multiplied by 0, so that a branch not taken
-// may hold NaN.
+// Conditions under which a value is used. Its derivative is selected, never multiplied by 0, so that the branch that is
+// not taken may be NaN.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ struct Guard {
 };
 using Guards = std::vector<Guard>;
 
-/// `e` where all of them hold, else 0.
+/// `e` where all guards hold, else 0.
 inline stencil::Expr guarded(stencil::Expr e, const Guards& guards) {
   for (auto guard = guards.rbegin(); guard != guards.rend(); ++guard) {
     e = guard->yes ? stencil::select(guard->condition, e, 0.0) : stencil::select(guard->condition, 0.0, e);
@@ -25,7 +25,8 @@ inline stencil::Expr guarded(stencil::Expr e, const Guards& guards) {
   return e;
 }
 
-/// The same for a place: what is added there is 0, but not where the weights are NaN.
+/// The same for the position of a scatter. Where the guards do not hold its value is 0 already, but 0 times a NaN
+/// weight would be NaN.
 inline stencil::Interp guarded(stencil::Interp i, const Guards& guards) {
   for (stencil::Expr& d : i.displacement) {
     if (!stencil::is_uniform(d)) d = guarded(d, guards);
@@ -33,14 +34,14 @@ inline stencil::Interp guarded(stencil::Interp i, const Guards& guards) {
   return i;
 }
 
-/// What counts where all of its guards hold.
+/// A contribution that counts where all of its guards hold.
 struct GuardedBar {
   Guards guards;
   stencil::Expr bar;
 };
-/// Their sum: each condition is asked once, for all that hang on it.
+/// The sum of the contributions; each condition is evaluated once for all that depend on it.
 stencil::Expr sum_of(const std::vector<GuardedBar>& bars);
-/// 1 where the guards of any of them hold, else 0; 1 by itself where they leave nothing out.
+/// 1 where the guards of any contribution hold, else 0; the literal 1 if they always hold.
 stencil::Expr any_of(const std::vector<GuardedBar>& bars);
 
 }  // namespace dpde::adjoint

@@ -8,7 +8,7 @@ namespace dpde::adjoint {
 
 namespace {
 
-/// Least and largest of the values seen.
+/// Smallest and largest of the values.
 struct Range {
   double low = INFINITY, high = -INFINITY;
   void add(double value) {
@@ -28,7 +28,7 @@ void nudge(std::span<double> values, double epsilon, std::mt19937_64& random) {
 double rounding_between(const std::function<TwoWays(double epsilon)>& nudged, double epsilon, double most) {
   constexpr int samples = 16, farther = 8;
   constexpr double far = 64;
-  constexpr double allowance = 8;  // for what so few samples do not show
+  constexpr double allowance = 8;  // few samples underestimate the spread
   Range forward, backward, difference;
   for (int k = 0; k < samples + farther; ++k) {
     const TwoWays both = nudged(k < samples ? epsilon : far * epsilon);

@@ -17,7 +17,7 @@ namespace {
 using stencil::Module;
 using stencil::Program;
 
-/// Whether a kernel is the first that touches the field, and stores to it, and other kernels add to it at most.
+/// Whether the first statement that uses the field is a kernel that stores it, and later kernels at most add to it.
 bool is_stored_once(const Module& module, const Program& program, const std::string& field) {
   bool is_stored = false;
   for (const stencil::Statement& statement : program.body) {
@@ -41,7 +41,7 @@ bool is_stored_once(const Module& module, const Program& program, const std::str
   return is_stored;
 }
 
-/// Makes inputs of the results that may be totals; false, and nothing is changed, where there are none.
+/// Turns suitable results into inputs to which the program adds; false, and changes nothing, if there are none.
 bool add_to_totals(Program& program, const std::vector<std::string>& results, Module& module) {
   std::set<std::string> added_to;
   for (const std::string& result : results) {

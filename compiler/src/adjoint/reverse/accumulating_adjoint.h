@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients by fields are added up over the steps of a run. The adjoint of a step that does nothing but store its share
-// may add it to the total itself: of the passes over memory that take a share there and back, none is left.
+// Gradients by fields are summed over the steps of a run. If the adjoint of a step only stores its contribution, it can
+// add it to the total directly. This saves the passes over memory that store and add the contribution.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace dpde::adjoint {
 
-/// Adds the kernel, called `suffix` once more until nothing else is called so; returns its name.
+/// Adds the kernel; appends `suffix` to its name until the name is free. Returns the name.
 std::string add_kernel(stencil::Module& module, stencil::Kernel kernel, const std::string& suffix);
 
-/// Adds a copy of `program` in which those of `results` that it stores to once, and then adds to, are inputs to which
-/// it adds. The other results stay as they are. Returns the copy's name; nullopt, and nothing is added, if there is no
-/// such result.
+/// Adds the accumulating adjoint: a copy of `program` that adds to those of `results` which `program` stores once and
+/// then at most adds to; they become inputs. Other results do not change. Returns the copy's name; nullopt, and adds
+/// nothing, if there is no such result.
 std::optional<std::string> add_accumulating(const std::string& program, const std::vector<std::string>& results,
                                             stencil::Module& module);
-/// The same for the program itself.
+/// Changes the program itself in the same way.
 void accumulate(const std::string& program, const std::vector<std::string>& results, stencil::Module& module);
 
 }  // namespace dpde::adjoint

@@ -22,12 +22,12 @@ using namespace stencil;
 
 namespace {
 
-/// Of one more field that passes through memory, in loads and instructions that cost as much. Measured: what saves 17
-/// of them for each such field is faster on all grids (waves of order 4 in 3-D), what saves 10 in the caches only
-/// (order 2 there, order 4 in 2-D).
+/// Cost of one more field that passes through memory, in equivalent loads and instructions. Measured: saving 17 of them
+/// per field is faster on all grids (waves of order 4 in 3-D), saving 10 only in the caches (order 2 in 3-D, order 4 in
+/// 2-D).
 constexpr int stream_cost = 12;
 
-/// Operations at each point; what saves so many with one field more is faster without counting.
+/// Operations per point: a field that saves so many is stored without a comparison of costs.
 constexpr int plain_gain = 1000;
 
 std::string shift_suffix(const Offset& k, int rank) {
@@ -83,7 +83,7 @@ class ShiftedLets {
   std::vector<std::map<Offset, std::string>> used_;  // the names of each let
 };
 
-/// Whether the terms of a read at offset k can stem from points outside the primal region.
+/// Whether terms of a read at offset k can come from points outside the primal's region.
 bool needs_mask(const Offset& k, const RunContext& run) {
   for (size_t axis = 0; axis < run.axes.size(); ++axis) {
     if (run.axes[axis] == Topology::bounded && (k[axis] != 0 || run.grow != run.target_grow)) return true;
@@ -95,8 +95,8 @@ Expr masked(const Expr& e, const Offset& k, const RunContext& run) {
   return needs_mask(k, run) ? select(inside(minus(k), run.grow), e, 0.0) : e;
 }
 
-/// A formula of a person, with the seeds of this run: where points may be missing around a point, the terms of each of
-/// them are selected by themselves, like those that are derived.
+/// A custom adjoint's formula with the seeds of this run. If points around a point may be missing, the terms of each
+/// such point are masked separately, like derived terms.
 Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run,
                  DerivedNames& names) {
   const auto is_sum = [&](const std::string& name) {
@@ -169,7 +169,7 @@ void add_scatters(const Kernel& kernel, const WalkedBack& walk, const RunContext
   }
 }
 
-/// The adjoint of one kernel but for its scatters.
+/// The adjoint of one kernel without its scatters.
 class Gathering {
  public:
   Gathering(const Kernel& kernel, PointTerms terms, const Varied& varied, const RunContext& run)
@@ -178,14 +178,14 @@ class Gathering {
     std::erase_if(terms_.params, [&](const auto& term) { return find_custom_adjoint(kernel, term.first); });
   }
 
-  /// One kernel, or two where it pays that the first one stores what many terms of the other need. Kernels are written
-  /// and counted only where that is in doubt: repeated for all points of a wide stencil, a value makes millions of
-  /// nodes.
+  /// One kernel, or two if it pays that the first one stores values which many terms of the other need. Kernels are
+  /// written out to compare costs only in doubtful cases: a value repeated for all points of a wide stencil has
+  /// millions of nodes.
   KernelAdjoint cheapest(DerivedNames& names) const {
     if (!fills_keep_what_is_stored()) return in_one_kernel(names);
     constexpr int least = 2 * stream_cost;
     SharedValues values(terms_);
-    DerivedNames taken = names;  // by the fields as well
+    DerivedNames taken = names;  // with the names of the stored fields
     auto further = values.best(least);
     for (; further && further->operations_saved >= plain_gain; further = values.best(least))
       values.store(*further, taken.fresh("shared_bar"));
@@ -208,7 +208,7 @@ class Gathering {
     return values.stored().empty() ? in_one_kernel(names) : in_two_kernels(values.terms(), values.stored(), names);
   }
 
-  /// A fill around a periodic axis leaves nothing of what a field holds beyond bounded ones.
+  /// Whether fills keep stored values: a fill along a periodic axis overwrites a field's values beyond bounded axes.
   bool fills_keep_what_is_stored() const {
     if (run_.grow == 0 || std::ranges::count(run_.axes, Topology::bounded) == 0) return true;
     return std::ranges::all_of(terms_.reads, [&](const ReadBars& read) {
@@ -221,7 +221,7 @@ class Gathering {
     });
   }
 
-  /// With all lets.
+  /// The gather with all lets.
   KernelAdjoint gathered(const PointTerms& terms, DerivedNames& names) const {
     KernelAdjoint result;
     result.gather.name = names.fresh_kernel(kernel_.name + "_adjoint");
@@ -239,8 +239,9 @@ class Gathering {
     return result;
   }
 
-  /// The first kernel stores the values of `stored`. Where it runs as far out as the other, it takes over whatever
-  /// reads none of them; what is filled is not known farther out than where the primal ran.
+  /// The first kernel stores the values of `stored`. With periodic axes it runs only as far out as the primal, since
+  /// filled fields are not known farther out. If it runs as far as the second kernel, it also takes over the second
+  /// kernel's stores and sums that do not read stored values.
   KernelAdjoint in_two_kernels(const PointTerms& terms, const std::vector<Let>& stored, DerivedNames& names) const {
     KernelAdjoint result = gathered(terms, names);
     Kernel& first = result.shared;
@@ -258,7 +259,7 @@ class Gathering {
     return result;
   }
 
-  /// Stores and sums of `from` that read none of these fields become those of `to`.
+  /// Moves stores and sums that read none of these fields from `from` to `to`.
   static void move_what_reads_none(std::set<std::string> names, Kernel& from, Kernel& to) {
     for (const Let& let : from.lets) {
       if (std::ranges::find(to.lets, let.name, &Let::name) == to.lets.end()) to.lets.push_back(let);

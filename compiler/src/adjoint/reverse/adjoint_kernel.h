@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reverse mode of one kernel: a backward walk that leaves one contribution a read, then the shift that turns scatters
+// Reverse mode of one kernel: a backward walk that gives one contribution per read, then the shift that turns scatters
 // into one gather.
 #pragma once
 
@@ -12,27 +12,27 @@
 
 namespace dpde::adjoint {
 
-/// What the program knows when the walk reaches one run.
+/// State of the reverse sweep at one run.
 struct RunContext {
   const std::vector<Topology>& axes;
   int grow = 0;         // of the primal run
   int target_grow = 0;  // of the adjoint gather
-  /// Seed of a varied field at the current point; nullopt when nothing downstream uses the field.
+  /// Seed of a varied field at the current point; nullopt if no later statement uses the field.
   std::function<std::optional<stencil::Expr>(const std::string& field)> seed;
-  /// True if x_bar of the field holds values already, so that contributions add to it.
+  /// True if x_bar of the field has values already, so that contributions add to it.
   std::function<bool(const std::string& field)> is_initialised;
 };
 
 struct KernelAdjoint {
-  stencil::Kernel shared;                // runs before `gather`, where it has stores: see shared_values.h
-  int shared_grow = 0;                   // how far beyond the interior
-  std::vector<std::string> stored;       // fields that `gather` reads of it
+  stencil::Kernel shared;                // runs before `gather`, if it has stores: see shared_values.h
+  int shared_grow = 0;                   // `grow` of its run
+  std::vector<std::string> stored;       // fields of `shared` that `gather` reads
   stencil::Kernel gather;                // may have neither stores nor sums
   stencil::Kernel scatter;               // may have no scatters
-  std::vector<std::string> contributed;  // primal fields whose bars these write
+  std::vector<std::string> contributed;  // primal fields whose adjoints these kernels write
 };
 
-/// The adjoint of `kernel`; `varied` is the program's, locals not included.
+/// The adjoint of `kernel`; `varied` is that of the program, without locals.
 KernelAdjoint adjoint_of(const stencil::Kernel& kernel, const Varied& varied, const RunContext& run,
                          DerivedNames& names);
 

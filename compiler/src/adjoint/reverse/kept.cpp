@@ -26,13 +26,13 @@ using stencil::Kernel;
 using stencil::Module;
 using stencil::Program;
 
-/// Loads that have to go: the step pays for what is kept with a store.
+/// Loads that the adjoint must save: the step needs a store for each stored value.
 constexpr std::size_t least_reads_spared = 12;
-constexpr int most_nodes = 1000;  // of a let that is written out: squares of squares would have no end
+constexpr int most_nodes = 1000;  // of an expanded let: nested squares grow exponentially
 
 using Fields = std::set<std::string>;
 
-/// The run of a program that is fills and one run over the cells alone.
+/// The run of a program that consists of fills and one run over the interior; else nullptr.
 const stencil::Run* only_run(const Program& program) {
   const stencil::Run* found = nullptr;
   for (const stencil::Statement& statement : program.body) {
@@ -46,7 +46,7 @@ const stencil::Run* only_run(const Program& program) {
   return found;
 }
 
-/// Fills, folds and runs, which leave the states as they are.
+/// Whether the program consists of fills, folds and runs that do not change the states.
 bool is_plain_adjoint(const Module& module, const Program& program, const Fields& states) {
   return std::ranges::all_of(program.body, [&](const stencil::Statement& statement) {
     const stencil::Effects e = stencil::effects(module, statement);
@@ -68,23 +68,23 @@ Reads reads_of(const Expr& e) {
   return reads;
 }
 
-/// A value and the name of the field that keeps it.
+/// The name of a field and the value stored in it.
 using KeptValue = std::pair<std::string, Expr>;
 
 using StandsFor = std::function<std::optional<Expr>(const Expr&)>;
 
-/// The largest expressions of a kernel that are made of states and numbers alone.
+/// Finds the largest expressions of a kernel in states, parameters and numbers only.
 class StateValues {
  public:
   explicit StateValues(const Fields& states) : states_(states) {}
 
-  /// The kernel with `stands_for(value)` in place of each, where that is something. Of a kernel that runs beyond the
-  /// cells, where nothing is kept: of each that is read at cells alone.
+  /// The kernel with each such value replaced by `stands_for(value)`, unless that is nullopt. If the kernel also runs
+  /// outside the interior, where no values are stored, only values that are read inside are replaced.
   Kernel replaced(Kernel kernel, bool is_grown, const StandsFor& stands_for) {
     lets_.clear();
     sizes_.clear();
     known_.clear();
-    const Kernel whole = kernel;  // its nodes are what is known
+    const Kernel whole = kernel;  // keeps the nodes of known_ alive
     for (stencil::Let& let : kernel.lets) {
       note(let);
       let.value = replaced(let.value, !is_grown, stands_for);
@@ -96,7 +96,7 @@ class StateValues {
   }
 
  private:
-  /// Of states and numbers, and lets of these that are short enough to be written out.
+  /// Whether `e` has only states, parameters, numbers, and lets of these that are short enough to be expanded.
   bool is_made_of_states(const Expr& e) {
     const auto known = known_.find(&e.node());
     if (known != known_.end()) return known->second;
@@ -141,8 +141,8 @@ class StateValues {
   }
 
   const Fields& states_;
-  std::map<std::string, Expr> lets_;  // those made of states
-  std::map<std::string, int> sizes_;  // nodes of each let that is written out, as far as they count
+  std::map<std::string, Expr> lets_;  // lets of states, expanded
+  std::map<std::string, int> sizes_;  // nodes of each expanded let, at most most_nodes + 1
   std::map<const stencil::Node*, bool> known_;
 };
 
@@ -169,14 +169,14 @@ Fields states_read(const std::vector<Kernel>& kernels, const Fields& states) {
   return read;
 }
 
-/// In loads of the adjoint, and in memory: a field each for as many states as are read no more.
+/// Whether storing saves enough loads of the adjoint, with at most one stored field per state that is no longer read.
 bool pays(const std::vector<KeptValue>& kept, std::size_t states_spared) {
   std::size_t reads = 0;
   for (const auto& [name, value] : kept) reads += reads_of(value).size() - 1;
   return kept.size() <= states_spared && reads >= least_reads_spared;
 }
 
-/// The kernel of a step with stores of what is kept; nullopt where it does not make one of these values anyway.
+/// The step's kernel with stores of these values; nullopt if the step does not compute one of them.
 std::optional<Kernel> keeping_kernel(const Kernel& step, const std::vector<KeptValue>& kept, StateValues& values,
                                      NameSupply& names) {
   std::map<std::string, std::string> lets;  // of each field

@@ -18,7 +18,7 @@ class NewtonSteps {
   explicit NewtonSteps(Module& module) : module_(module) {}
 
   void add_to(std::vector<Statement>& statements, const Program& program) {
-    for (Statement& statement : statements) {  // those inside first: a step is made of what is inside
+    for (Statement& statement : statements) {  // nested solves first: the step is built from the block
       for_each_block(statement, Blocks::all, [&](auto& block) { add_to(block, program); });
       match_some(statement, [&](Solve& solve) {
         if (!solve.is_linear && solve.step.empty()) solve.step = {step_of(solve, program)};
@@ -36,7 +36,7 @@ class NewtonSteps {
     Solve step = linearised(module_, program, solve, changes, names, kernels);
     step.rights = std::move(rights);
     kernels.programs.push_back(operator_of(step, program));
-    kernels = remove_dead_code(kernels);  // what only the block itself needs
+    kernels = remove_dead_code(kernels);  // statements that only the block itself needs
     step.body = kernels.programs.front().body;
     for (Kernel& kernel : kernels.kernels) {
       if (!module_.find_kernel(kernel.name)) module_.kernels.push_back(std::move(kernel));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Newton's method does in each step, for programs that are run: solves that are not linear get the linear solve
-// for the change of their unknowns,
+// The steps of Newton's method, for programs that are run: a nonlinear solve gets the linear solve for the change of
+// its unknowns,
 //   F'(x)*dx = b - F(x),
 // whose operator is the tangent of the block (stencil::Solve::step).
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace dpde::adjoint {
 
-/// A pass: all solves of the module that have no step yet get one.
+/// A pass: gives each nonlinear solve of the module a step, unless it has one.
 stencil::Module with_newton_steps(stencil::Module module);
 
 }  // namespace dpde::adjoint

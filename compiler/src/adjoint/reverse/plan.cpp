@@ -19,7 +19,7 @@ using namespace stencil;
 
 namespace {
 
-/// Fields, parameters, sums, networks and stacks: what derivatives are told of by name.
+/// Names of all values that can have derivatives: fields, parameters, sums, networks and stacks.
 std::set<std::string> values_of(const Module& module) {
   std::set<std::string> values;
   for (const Kernel& kernel : module.kernels) {
@@ -58,7 +58,8 @@ void grow_varied(const Kernel& kernel, Varied& varied) {
   }
 }
 
-/// What is swapped varies together: what varies after one pass varies before the next. Stacks vary like fields.
+/// Both fields of a swap vary together: a value that varies after one pass varies before the next. Stacks vary like
+/// fields.
 void grow_varied(const Repeat& repeat, Varied& varied) {
   const auto together = [&](std::initializer_list<std::string> names) {
     if (std::ranges::any_of(names, [&](const std::string& name) { return varied.fields.contains(name); }))
@@ -71,7 +72,7 @@ void grow_varied(const Repeat& repeat, Varied& varied) {
   }
 }
 
-/// One pass over the statements: adds the fields they make vary.
+/// One pass over the statements: adds the fields that vary by them.
 void grow_varied(const Module& module, const std::vector<Statement>& statements, Varied& varied) {
   for (const Statement& statement : statements) {
     match(
@@ -120,8 +121,8 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
   return good;
 }
 
-/// Values that vary are fields. Weights of a fill may be params that vary, those of a fold not: its derivative would
-/// have to know what was in the halo.
+/// Boundary values that vary must be fields. Weights of a fill may be varied params; those of a fold may not, as its
+/// derivative would need the former values of the halo.
 template <class FillOrFold>
 bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSink& sink) {
   constexpr bool is_fold = std::is_same_v<FillOrFold, Fold>;
@@ -140,8 +141,8 @@ bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSi
   return good;
 }
 
-/// The adjoint of a tangent is there; of networks that the host computes there are no rates. Weights and their rates go
-/// together: a call knows only that its weights vary.
+/// The adjoint of a network's tangent exists, except for networks that the host computes, which have no tangents.
+/// Weights and their tangents must vary together: a call records only whether its weights vary.
 bool check_network(const Module& module, const NetworkCall& call, const Varied& varied, Way way, DiagnosticSink& sink) {
   const auto refuse = [&](const char* hint) {
     sink.report("no-useful-derivative", {}, {"a derivative of the network " + call.network, "here"}, hint);
@@ -197,7 +198,7 @@ std::vector<Link> DerivedNames::links(const Module& module, const Program& progr
   add(Link::Kind::field, fields);
   add(Link::Kind::param, params);
   add(Link::Kind::sum, known.sums);
-  // A derivative that knows nothing of an input reads as "does not depend on it": a gradient that is silently 0.
+  // A missing link would mean "does not depend on this input": a gradient that is silently 0.
   const auto is_linked = [&](const std::string& input) { return derived_.contains(input); };
   require(std::ranges::all_of(wrt.fields, is_linked) && std::ranges::all_of(wrt.params, is_linked),
           "each active input has a link");
@@ -215,7 +216,7 @@ Varied find_varied(const Module& module, const Program& program, const Activity&
   bool grew = true;
   while (grew) {
     const size_t before = varied.fields.size();
-    for (const Swap& swap : program.swaps) {  // what varies after one step varies before the next
+    for (const Swap& swap : program.swaps) {  // a field that varies after one step varies before the next
       if (varied.fields.contains(swap.state)) varied.fields.insert(swap.next);
       if (varied.fields.contains(swap.next)) varied.fields.insert(swap.state);
     }

@@ -24,7 +24,7 @@ struct PlacedFill {
   std::size_t index = 0;
 };
 
-/// The fill in the program itself, not in its repeats, that a field has behind it the statements before `end`.
+/// The last fill of the field before statement `end`, in the program itself, not in its repeats.
 PlacedFill last_fill(const Program& program, const std::string& field, std::size_t end) {
   PlacedFill last;
   for (std::size_t i = 0; i < end; ++i) {
@@ -35,7 +35,7 @@ PlacedFill last_fill(const Program& program, const std::string& field, std::size
   return last;
 }
 
-/// Whether a statement from `begin` to before `end` makes one of the fields.
+/// Whether a statement in [begin, end) writes or adds to one of the fields.
 bool makes_one(const Module& module, const Program& program, std::size_t begin, std::size_t end,
                const std::set<std::string>& fields) {
   const auto is_one = [&](const std::string& field) { return fields.contains(field); };
@@ -46,15 +46,15 @@ bool makes_one(const Module& module, const Program& program, std::size_t begin, 
   return false;
 }
 
-/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that. The same fill does so
-/// where what it takes for values of walls was made anew between both.
+/// Whether statement `index`, a fill, gives another halo than the previous fill of its field: the fills differ, or
+/// their fields of boundary values changed between them.
 bool refills(const Module& module, const Program& program, std::size_t index, const Fill& fill) {
   const PlacedFill before = last_fill(program, fill.field, index);
   if (before.fill == nullptr) return false;
   return *before.fill != fill || makes_one(module, program, before.index, index, wall_fields(fill.axes));
 }
 
-/// The last run that adds to each field, and its place in the program.
+/// Index of the last statement that runs a kernel and adds to each field.
 std::map<std::string, size_t> last_updates(const Module& module, const Program& program) {
   std::map<std::string, size_t> last;
   for (size_t i = 0; i < program.body.size(); ++i) {
@@ -65,8 +65,8 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
   return last;
 }
 
-/// A statement but for a run. Behind a block the adjoint has the fill from before it again. `is_grown`: the field was
-/// computed beyond the interior, where its first fill changes it too.
+/// Whether a statement other than a run changes the field. Blocks restore the fill from before them. `is_grown`: the
+/// field was computed beyond the interior, where its first fill changes it too.
 bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
   const auto is_filled_anew = [&] {
     const auto is_its = [&](const Fill& fill) { return fill.field == field; };
@@ -80,7 +80,7 @@ bool changes(const Module& module, const Program& program, size_t index, const s
       [&](const OneOf<Solve, Repeat> auto&) { return is_filled_anew(); });
 }
 
-/// Goes back along a program: from the fields that are needed behind it to the statements that make them.
+/// Walks a program backwards, from the fields needed after it to the statements that compute them.
 class Recomputation {
  public:
   Recomputation(const Module& module, const Program& program, std::set<std::string> needed, const Saves& saves,
@@ -149,7 +149,7 @@ class Recomputation {
     return true;
   }
 
-  /// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
+  /// The part of a repeat that its needed results and saved states depend on; nullopt if there are none.
   std::optional<Repeat> part_of(Repeat repeat) {
     std::erase_if(repeat.saves, [&](const TapeEntry& save) { return !is_needed(save.stack); });
     const auto saved = saves_.find(index_);

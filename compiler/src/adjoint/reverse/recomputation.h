@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intermediate fields of a step are computed again from its first state where the reverse part reads them.
+// Recomputes the intermediate fields of a step that the reverse part reads, from the state at the start of the step.
 #pragma once
 
 #include <map>
@@ -12,21 +12,21 @@
 
 namespace dpde::adjoint {
 
-/// Which states each repeat saves for what comes later, by its index in the program.
+/// The states that each repeat saves for the reverse part, by the repeat's index in the program.
 using Saves = std::map<std::size_t, std::vector<stencil::TapeEntry>>;
 
-/// The statements of `program` that compute the fields `needed` and save what is to be saved; their kernels are added
-/// to `kernels`.
+/// The statements of `program` that compute the fields `needed` and save the states `saves`; adds their kernels to
+/// `kernels`.
 std::vector<stencil::Statement> recomputation(const stencil::Module& module, const stencil::Program& program,
                                               std::set<std::string> needed, const Saves& saves,
                                               stencil::Module& kernels);
 
-/// Whether a statement behind `index` adds to the field.
+/// Whether a statement after `index` adds to the field.
 bool is_updated_behind(const stencil::Module& module, const stencil::Program& program, const std::string& field,
                        int index);
 
-/// Values are recomputed to their final state: a field that is read and changed later would be read wrongly. Reports
-/// it; `needed` has for each field the earliest statement whose adjoint reads it.
+/// Reports fields that are read and changed later: recomputation gives only their final values. `needed` has for each
+/// field the earliest statement whose adjoint reads it.
 bool check_overwritten(const stencil::Module& module, const stencil::Program& program,
                        const std::map<std::string, int>& needed, DiagnosticSink& sink);
 

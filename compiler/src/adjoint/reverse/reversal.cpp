@@ -114,7 +114,7 @@ void Reversal::copy_seeds_read_inside() {
 
 void Reversal::reverse_fill(const Fill& fill, int index) {
   const auto bar = bars_.find(fill.field);
-  if (bar == bars_.end() || (bar->second.grow == 0 && !is_on_walls(fill.axes))) return;  // nothing came to the halo
+  if (bar == bars_.end() || (bar->second.grow == 0 && !is_on_walls(fill.axes))) return;  // the halo has no adjoint
   begin_bars(wall_fields(fill.axes));
   const int grow = bar->second.grow;
   const int extent = bars_[fill.field].extent;
@@ -299,7 +299,7 @@ void Reversal::reverse_repeat(const Repeat& repeat, int index) {
   for (const std::string& field : differing) {
     reversed.loads.push_back({field, names_.fresh(field + "_passes")});
     saves[static_cast<std::size_t>(index)].push_back(reversed.loads.back());
-    // The first pass has a carried state from outside, and its stack only the place where it lies.
+    // In the first pass a carried state comes from outside; the stack holds only a reference to it.
     const bool is_carried = std::ranges::find(repeat.carries, field, &LoopCarried::state) != repeat.carries.end();
     if (is_carried && is_updated_behind(module_, program_, field, index)) needed[field] = index;
   }

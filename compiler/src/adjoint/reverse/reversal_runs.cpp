@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transposes of kernel runs, and what they read.
+// Transposes of kernel runs, and the primal fields that they read.
 #include <algorithm>
 
 #include "adjoint/reverse/adjoint_kernel.h"
@@ -97,7 +97,7 @@ void Reversal::note_needs(const Kernel& kernel, int index, const std::vector<std
   std::set<std::string> bars(own.begin(), own.end());
   for (const auto& [primal, derived] : names_.all()) bars.insert(derived);
   for (const auto& read : signature(kernel).reads) {
-    if (!bars.contains(read.field)) needed[read.field] = index;  // statements come last first
+    if (!bars.contains(read.field)) needed[read.field] = index;  // the earliest: statements are reversed last first
   }
 }
 

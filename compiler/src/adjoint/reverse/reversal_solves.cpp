@@ -31,8 +31,9 @@ void Reversal::reverse_solve(const Solve& solve, int index) {
   }
 }
 
-/// A symmetric operator is its own transpose. Its block makes differences before it multiplies, where the transpose of
-/// its statements adds products of single values: in f32 these leave little of a term without derivatives.
+/// Solves with the same block, as a symmetric operator is its own transpose. The block takes differences before it
+/// multiplies, but the transpose of its statements adds products of single values: in f32 their rounding errors would
+/// swamp a term without derivatives.
 std::vector<std::string> Reversal::add_same_solve(const Solve& solve, const std::vector<std::string>& seeds,
                                                   int index) {
   std::vector<std::string> multipliers{names_.fresh(solve.unknowns.front() + "_multiplier")};
@@ -45,8 +46,8 @@ std::vector<std::string> Reversal::add_same_solve(const Solve& solve, const std:
   return multipliers;
 }
 
-/// Returns the fields that hold A^+T*seeds. Where the solve is not linear A is the derivative of its block at the
-/// solution: that is what the copy of the unknown holds.
+/// Returns the fields with A^+T*seeds. For a nonlinear solve A is the derivative of its block at the solution, which is
+/// stored in the copy of the unknown.
 std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, const std::vector<std::string>& seeds,
                                                         int index) {
   if (certain_traits_of(module_, program_, solve).is_symmetric) return add_same_solve(solve, seeds, index);
@@ -61,7 +62,7 @@ std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, cons
   block.finish({unknowns.begin(), unknowns.end()});
   block.restore_seed_names();
   Solve transposed{{}, seeds, {}, block.statements(kernels_), solve.by, solve.written};
-  if (solve.by.method == SolveMethod::cg)  // of symmetric operators; others have no use for what is near A^-1
+  if (solve.by.method == SolveMethod::cg)  // for symmetric operators only: A^-1 does not approximate A^-T
     transposed.preconditioner = copy.preconditioner;
   for (const std::string& field : fields_beside_residual(transposed)) needed[field] = index;
   for (const std::string& unknown : unknowns) transposed.images.push_back(names_.of(unknown));
@@ -72,7 +73,7 @@ std::vector<std::string> Reversal::add_transposed_solve(const Solve& solve, cons
       needed[field] = index;
       continue;
     }
-    // Of a linear operator a kernel that makes a coefficient makes something of the unknown too, which nobody reads.
+    // A kernel that computes a coefficient of a linear operator may also read the unknown, for unused results.
     const std::string& solution = solve.unknowns[static_cast<std::size_t>(unknown - unknowns.begin())];
     if (!solve.is_linear) needed[solution] = index;
     add_store(field, solve.is_linear ? Expr(0.0) : access(solution), solve.is_linear ? "unused" : "solution",

@@ -71,7 +71,7 @@ bool ReversedPasses::check(const std::set<std::string>& stacks, DiagnosticSink& 
   return true;
 }
 
-/// The bar of a state, with what was loaded where it was saved. It is added behind the adjoint of the pass.
+/// The adjoint of a state; if the state was saved, plus the adjoint of its load, added after the adjoint of the pass.
 std::string ReversedPasses::with_saved(const std::string& state, const std::set<std::string>& stacks, Repeat& reversed,
                                        Kernel& add) {
   std::string bar = names_.of(state);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names in a repeat whose block is reversed. The bar of what a pass makes (v of swap u, v) is the one that the repeat's
-// result has outside; the bars of what a pass reads from outside are its own. From pass to pass go the bars of the
-// states, and the sums of what fields get that are the same in all passes. The bars of what passes load go onto a
-// stack, from which they come where that was saved.
+// Names of adjoints in a repeat whose block is reversed. The adjoint of the result of a pass (v of swap u, v) has the
+// name of the adjoint of the repeat's result outside; adjoints of fields that a pass reads from outside have names of
+// their own. From pass to pass the repeat carries the adjoints of the states, and the sums of contributions to fields
+// that are the same in all passes. Adjoints of loaded fields are pushed onto a stack, and popped by the reversal of the
+// repeat that saved them.
 #pragma once
 
 #include <functional>
@@ -16,33 +17,33 @@
 
 namespace dpde::adjoint {
 
-/// It counts the other way.
+/// The counter of the reversed repeat, in the other direction.
 inline stencil::Counter reversed_counter(const stencil::Repeat& repeat) {
   return {repeat.counter.name, !repeat.counter.name.empty() && !repeat.counter.is_backwards};
 }
 
 class ReversedPasses {
  public:
-  /// `reads`: from outside. From now on names stand for what they are in the block.
+  /// `reads`: the fields read from outside. Rebinds the derived names to those inside the block.
   ReversedPasses(const stencil::Repeat& repeat, const std::vector<std::string>& reads, const Varied& varied,
                  DerivedNames& names);
 
-  /// Those that vary.
+  /// The states that vary.
   std::set<std::string> states() const;
 
-  /// What of `fields` the passes leave alone, and what differs from pass to pass: states and what is loaded.
+  /// Splits `fields` into those that are the same in all passes, and those that differ: states and loaded fields.
   struct Reads {
     std::vector<std::string> constant, differing;
   };
   Reads read_by(const std::vector<std::string>& fields) const;
 
-  /// False, and an error, where what is saved on a stack that has a bar is no state: the adjoint of an adjoint saves
-  /// such things, and has no adjoint.
+  /// False, and an error, if a field saved on a stack with an adjoint is not a state: the adjoint of an adjoint saves
+  /// such fields, and itself has no adjoint.
   bool check(const std::set<std::string>& stacks, DiagnosticSink& sink) const;
 
-  /// Lets `reversed`, with the block's adjoint in it, carry bars from pass to pass, and begins the sums before it.
-  /// Names stand again for what they are outside. Returns fields from outside and what holds what they get. `stacks`:
-  /// those that have bars.
+  /// Makes `reversed`, which contains the block's adjoint, carry adjoints from pass to pass, and initialises the sums
+  /// before it. Restores the names outside. Returns outside fields, each with the field of its contribution. `stacks`:
+  /// the stacks that have adjoints.
   std::vector<std::pair<std::string, std::string>> finish(stencil::Repeat& reversed,
                                                           const std::function<bool(const std::string&)>& has_bar,
                                                           std::set<std::string>& stacks, const Writing& before);
@@ -57,10 +58,10 @@ class ReversedPasses {
   const stencil::Repeat& repeat_;
   const std::vector<std::string> reads_;
   DerivedNames& names_;
-  std::vector<stencil::LoopCarried> carries_;                 // that vary
-  std::vector<std::string> constant_;                         // fields that vary, and the passes leave alone
-  std::vector<stencil::TapeEntry> loads_;                     // that vary
-  std::vector<std::pair<std::string, std::string>> outside_;  // what names stood for
+  std::vector<stencil::LoopCarried> carries_;                 // those that vary
+  std::vector<std::string> constant_;                         // varied fields that are the same in all passes
+  std::vector<stencil::TapeEntry> loads_;                     // those that vary
+  std::vector<std::pair<std::string, std::string>> outside_;  // derived names outside the repeat
 };
 
 }  // namespace dpde::adjoint

@@ -26,7 +26,7 @@ std::vector<Multiplier> derivative_by(const Multiplier& by, const std::string& p
   const auto add = [&](WaveFunction function, const Expr& factor) {
     if (!is_literal(factor, 0)) result.push_back({function, by.argument, factor, by.within_two_thirds});
   };
-  const auto [kind, number] = by.function;  // of heaviside the argument holds no param
+  const auto [kind, number] = by.function;  // the argument of heaviside has no params
   add(by.function, rate * (kind == WaveFunction::Kind::phi ? of_argument * by.factor + of_factor : of_factor));
   if (number > 0) add({kind, number + 1}, rate * (-(static_cast<double>(number) * of_argument * by.factor)));
   return result;
@@ -63,7 +63,7 @@ void add_tangent_of(const Transform& transform, const Varied& varied, const Writ
   for (const std::string& name : varied_params(transform, varied)) {
     for (Transform::Term& term : terms_by(transform, name, param(into.names.of(name)))) rate.terms.push_back(term);
   }
-  if (rate.terms.empty()) return add_store(rate.result, 0.0, "still", into);  // it varies by what is added to it later
+  if (rate.terms.empty()) return add_store(rate.result, 0.0, "still", into);  // varies by later additions only
   into.body.push_back(std::move(rate));
 }
 

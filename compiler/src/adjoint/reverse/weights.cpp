@@ -33,7 +33,7 @@ void add(Slopes& slopes, const std::string& name, const Expr& value) {
   set(slopes, name, sum == nullptr ? value : *sum + value);
 }
 
-/// Adds x * de/dp for each param p of `e`, which is made of params and numbers.
+/// Adds x * de/dp for each param p of `e`, which consists of params and numbers.
 void add_slopes(const Expr& e, const Expr& x, const Varied& varied, Slopes& slopes) {
   if (!is_varied(e, varied)) return;
   if (const Param* p = std::get_if<Param>(&e->kind)) {
@@ -58,23 +58,23 @@ Offset along(int axis, int cells) {
   return offset;
 }
 
-/// True in the grown region where the point is at most `layer` cells beyond that side.
+/// True if the point, in the region extended by `grow`, is at most `layer` cells beyond that side.
 Expr is_within(const WallSide& at, int layer, int grow) {
   return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow);
 }
 
-/// The params' part in each coefficient of a side.
+/// Derivatives of each coefficient of a side by the params.
 using CoefficientSlopes = std::array<Slopes, side_coefficients>;
 
-/// One layer of a side: where it is read from, seen from its own cells.
+/// One layer of a side: its equation, and the position of its mirror cell relative to the layer.
 struct Layer {
   const GhostRow& row;
   double way;
   int mirror;  // cells inwards
 };
 
-/// ghost*v + mirror*u + second*w over rate and, where the coefficient is, the spacing: what c must make up for when the
-/// coefficient grows by 1.
+/// (ghost*v + mirror*u + second*w)/rate, also divided by the spacing if the coefficient is: the change of c that
+/// compensates an increase of the coefficient by 1.
 Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, const std::string& field,
            const WallSide& at) {
   const int inwards = at.is_low ? layer.mirror : -layer.mirror;
@@ -87,7 +87,7 @@ Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, con
   }
   std::optional<Expr> sum;
   std::array<std::size_t, 3> order{0, 1, 2};
-  if (numbers[1] > 0) std::swap(order[0], order[1]);  // a sum begins with what is added
+  if (numbers[1] > 0) std::swap(order[0], order[1]);  // the sum starts with a positive term
   for (const std::size_t i : order) {
     if (numbers[i] == 0) continue;
     const double times = std::abs(numbers[i]) / unit;
@@ -100,7 +100,7 @@ Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, con
   return *sum / rate;
 }
 
-/// What the params contribute to the change of the layer's rows.
+/// Derivatives of the layer's equation by the params.
 Slopes combined(const CoefficientSlopes& slopes, const Side& side, const Layer& layer, const std::string& field,
                 const WallSide& at) {
   Slopes here;
@@ -112,7 +112,7 @@ Slopes combined(const CoefficientSlopes& slopes, const Side& side, const Layer& 
   return here;
 }
 
-/// That beyond the wall.
+/// The derivatives in layer k beyond the wall.
 Slopes beyond_the_wall(const CoefficientSlopes& slopes, const Side& side, int k, const std::string& field,
                        const WallSide& at, int layers) {
   const GhostRows& rows = rule_of(side).beyond;
@@ -120,14 +120,14 @@ Slopes beyond_the_wall(const CoefficientSlopes& slopes, const Side& side, int k,
   const GhostRow& row = rows.row;
   const Layer layer{row, static_cast<double>(2 * k + 1 - (side.on_wall ? 1 : 0)), row.first + row.step * k + 1 + k};
   Slopes here = combined(slopes, side, layer, field, at);
-  // the mirror cell is never farther out than the ghost cell: that is said for whoever asks how far out it is read
+  // The mirror cell is never farther out than the ghost cell. The condition states this for extents_of.
   const Offset mirror = along(at.axis, at.is_low ? layer.mirror : -layer.mirror);
   for (auto& [name, value] : here) value = select(inside(mirror, layers), value, 0.0);
   return here;
 }
 
-/// That at a point on the wall; with fewer cells than its row needs it has another, and a high wall of a single cell
-/// does not follow from anything inside.
+/// The derivatives at a point on the wall. With fewer cells than its equation needs it has another one. With a single
+/// cell the value on a high wall does not depend on values inside.
 Slopes on_the_wall(const CoefficientSlopes& slopes, const Side& side, const std::string& field, const WallSide& at,
                    int layers) {
   const GhostRows& rows = rule_of(side).wall;
@@ -186,7 +186,7 @@ Slopes weight_slopes(const std::string& field, const Side& side, const WallSide&
   CoefficientSlopes of_coefficients;
   const auto coefficients = coefficients_of(side);
   for (int t = 0; t < side_coefficients; ++t) add_slopes(coefficients[t].value, 1.0, varied, of_coefficients[t]);
-  const int within = side.on_wall && !at.is_low ? 1 : 0;  // layers that are no halo: the last cells themselves
+  const int within = side.on_wall && !at.is_low ? 1 : 0;  // layers inside the interior: the last cells themselves
   for (int k = layers + within - 1; k >= 0; --k) {
     const bool is_wall = side.on_wall && k == 0;
     const Slopes here = is_wall ? on_the_wall(of_coefficients, side, field, at, layers)
