@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calculus: one rule an operator, used by the tangent (x = child's dot) and by the adjoint (x = node's bar) alike,
-// since both multiply by the same partial derivative.
+// Differentiation rules: one rule per operator, for both tangent (x = tangent of the child) and adjoint (x = adjoint of
+// the node), since both multiply by the same partial derivative.
 #pragma once
 
 #include <set>
@@ -14,8 +14,8 @@ namespace dpde::adjoint {
 ///
 /// Children are numbered as they are written. Conventions at kinks: at a tie max(a,b) takes the derivative of a and
 /// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0;
-/// sign, floor, comparisons and conditions have derivative 0, fraction 1. What jumps is refused by
-/// driver/compile/switches.h.
+/// sign, floor, comparisons and conditions have derivative 0, fraction 1. driver/compile/switches.h refuses expressions
+/// that jump.
 stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
 
 /// Names that carry a derivative inside one kernel.

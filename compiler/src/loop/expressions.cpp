@@ -116,7 +116,7 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       [&](const Neg& n) { return make(Neg{f(n.operand)}); },
       [&](const Rounded& r) { return make(Rounded{f(r.operand)}); },
       [&](const Binary& b) {
-        const Expr left = f(b.left);  // in this order
+        const Expr left = f(b.left);  // before the right one, so that `f` sees a fixed order
         return make(Binary{b.op, left, f(b.right)});
       },
       [&](const Call& c) {

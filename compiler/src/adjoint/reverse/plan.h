@@ -57,7 +57,7 @@ bool check_differentiable(const stencil::Module& module, const stencil::Program&
 bool check_folds(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                  DiagnosticSink& sink);
 
-/// Adds the adjoints of states and active inputs to the results (swaps, keeps, sums) of `derived`.
+/// Adds the adjoints of states (as swaps) and of other active fields (as keeps) to the results of `derived`.
 void add_results(const stencil::Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names,
                  stencil::Program& derived);
 

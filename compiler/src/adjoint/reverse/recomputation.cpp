@@ -65,8 +65,8 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
   return last;
 }
 
-/// Whether a statement other than a run changes the field. Blocks restore the fill from before them. `is_grown`: the
-/// field was computed beyond the interior, where its first fill changes it too.
+/// Whether a statement other than a run changes the field. After a block the adjoint has the fill from before the block
+/// again. `is_grown`: the field was computed beyond the interior, where its first fill changes it too.
 bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
   const auto is_filled_anew = [&] {
     const auto is_its = [&](const Fill& fill) { return fill.field == field; };

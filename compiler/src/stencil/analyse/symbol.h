@@ -13,7 +13,7 @@
 
 namespace dpde::stencil {
 
-constexpr int highest_function = 19;  // N of phiN, inverseN in a text; derivatives raise N by one and are printed too
+constexpr int highest_function = 19;  // N of phiN, inverseN in a text; derivatives, also written as text, raise N by 1
 constexpr int highest_power = 16;     // power of i times a wave number along one axis
 
 /// i times the wave number along an axis.

@@ -64,7 +64,7 @@ std::optional<Made> made(model::UseKind kind) {
     case loss:
     case test: return Made::sums;
     case held_where:
-    case held_value: return std::nullopt;  // as part of a correction
+    case held_value: return std::nullopt;  // part of a correction
     case control:
     case control_start: return std::nullopt;  // formulas of t
     case boundary_value:
@@ -346,7 +346,7 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
-constexpr double rounding_of_states = 1e-3;  // weight of states/h in the size to which residuals 1e-6 are rounding
+constexpr double rounding_of_states = 1e-3;  // weight of |u|/h in a constraint's size, of which 1e-6 is rounding
 
 /// The residual of each constraint and the size of its terms.
 std::vector<NamedValue> misses(const model::Problem& problem, const ProgramNames& names) {

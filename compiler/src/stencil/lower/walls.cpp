@@ -169,7 +169,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
                                           const FieldsOfStates& at) {
   std::vector<AxisBoundary> boundary;
   std::vector<std::pair<int, bool>> varying;  // sides, as axis and whether it is the low one
-  std::optional<Expr> value;                  // at each halo cell that of the axis filled last
+  std::optional<Expr> value;                  // at each halo cell the value for the axis that is filled last
   SourceRange origin;                         // covers all its parts
   for (int axis = 0; axis < static_cast<int>(problem_.axes.size()); ++axis) {
     boundary.push_back({problem_.axes[axis].topology, {}, {}});

@@ -25,7 +25,8 @@ struct Reads {
   }
 };
 
-/// Fills and folds set halos themselves and need none. A block reads the interior only, and has its own fills.
+/// Fills and folds work on halos themselves and need no fill before. A block reads the interior only, and has its own
+/// fills.
 Reads reads_of(const Module& module, const Statement& statement, const std::vector<Topology>& axes) {
   const auto in_cells = [&](const auto& one) {
     const std::vector<std::string> fields = effects(module, one).reads;

@@ -38,7 +38,7 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 
 bool holds_derivative(const model::Expr& e) {
   if (as<model::NetworkCall>(e) || as<model::Solve>(e) || as<model::BandPass>(e))
-    return false;  // of fields of their own
+    return false;  // these become separate fields
   bool found = as<model::Derivative>(e) || as<model::Advect>(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
   return found;

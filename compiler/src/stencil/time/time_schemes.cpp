@@ -164,7 +164,7 @@ Kernel kernel_of_error(Lowering& lowering, const std::string& name, const Fields
   const model::StepControl& control = *lowering.problem().step_control;
   const auto magnitude = [](const std::string& field) { return call(Fn::abs, {access(field)}); };
   Expr sum = 0.0;
-  for (const model::State& each : lowering.problem().states) {  // in the model's order, whatever the names
+  for (const model::State& each : lowering.problem().states) {  // in the model's order, not that of names
     if (!embedded.contains(each.name)) continue;
     const std::string &state = each.name, &other = embedded.at(state);
     const Expr size = call(Fn::max, {magnitude(state), magnitude(results.at(state))});
