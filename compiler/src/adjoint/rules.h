@@ -10,12 +10,9 @@
 
 namespace dpde::adjoint {
 
-/// x * d(e)/d(child `index` of e) for Neg, Binary and Call nodes.
-///
-/// Children are numbered as they are written. Conventions at kinks: at a tie max(a,b) takes the derivative of a and
-/// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0;
-/// sign, floor, comparisons and conditions have derivative 0, fraction 1. driver/compile/switches.h refuses expressions
-/// that jump.
+/// x * d(e)/d(child `index` of e) for Neg, Binary and Call nodes, by the table of support/maths/derivatives.h, whose
+/// conventions at kinks hold. Children are numbered as they are written. Jumps are refused by
+/// driver/compile/switches.h.
 stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
 
 /// Names that carry a derivative inside one kernel.

@@ -18,14 +18,9 @@ Expr make(K kind, Origin origin) {
   return Expr(Node{std::move(kind), origin});
 }
 
-std::optional<double> value_of(const Expr& e) {
-  const auto* number = std::get_if<Number>(&e->kind);
-  return number ? std::optional(number->value) : std::nullopt;
-}
-
 /// Operations on two numbers with the result 0 or 1; others keep their written form.
 std::optional<Expr> fold(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
-  const auto a = value_of(left), b = value_of(right);
+  const auto a = literal_value(left), b = literal_value(right);
   if (!a || !b) return std::nullopt;
   double result = 2;
   if (op == BinaryOp::add) result = *a + *b;
@@ -146,7 +141,12 @@ Expr without_aids(const Solve& solved, Origin origin) {
 
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
-bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
+std::optional<double> literal_value(const Expr& e) {
+  const auto* number = std::get_if<Number>(&e->kind);
+  return number ? std::optional(number->value) : std::nullopt;
+}
+
+bool is_constant(const Expr& e, double value) { return literal_value(e) == value; }
 
 bool is_condition(const Expr& e) {
   const auto* b = std::get_if<Binary>(&e->kind);

@@ -48,6 +48,8 @@ template <class T>
 const T* as(const Expr& e) {
   return std::get_if<T>(&e->kind);
 }
+/// The value of a number; nullopt for all else.
+std::optional<double> literal_value(const Expr& e);
 bool is_constant(const Expr& e, double value);
 /// Whether it is a comparison or a combination of conditions.
 bool is_condition(const Expr& e);

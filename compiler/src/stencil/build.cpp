@@ -135,6 +135,11 @@ bool is_coordinate(const std::string& field) {
   return known != nullptr && known->kind == BoundNameKind::coordinate;
 }
 
+std::optional<double> literal_value(const Expr& e) {
+  const Literal* literal = as<Literal>(e);
+  return literal ? std::optional(literal->value) : std::nullopt;
+}
+
 bool is_literal(const Expr& e) { return as<Literal>(e) != nullptr; }
 bool is_literal(const Expr& e, double value) {
   const Literal* literal = as<Literal>(e);
@@ -147,6 +152,8 @@ Expr operator-(const Expr& a) {
   if (const std::optional<Expr> negated = negate_leading_number(a)) return *negated;
   return make(Neg{a});
 }
+
+Expr negate(const Expr& a) { return -a; }
 
 Expr operator+(const Expr& a, const Expr& b) {
   if (const auto number = fold(BinaryOp::add, a, b)) return *number;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ Expr access(std::string field, Offset offset = {});
 Expr inside(Offset offset, int grow);
 Expr interp(Interp value);
 Expr operator-(const Expr& a);
+Expr negate(const Expr& a);  // the same, as support/maths/derivatives.h calls it
 Expr operator+(const Expr& a, const Expr& b);
 Expr operator-(const Expr& a, const Expr& b);
 Expr operator*(const Expr& a, const Expr& b);
@@ -28,6 +30,8 @@ Expr binary(BinaryOp op, const Expr& a, const Expr& b);  // any operator, throug
 Expr call(Fn fn, std::vector<Expr> arguments);
 Expr select(const Expr& condition, const Expr& yes, const Expr& no);
 
+/// The value of a number; nullopt for all else.
+std::optional<double> literal_value(const Expr& e);
 bool is_literal(const Expr& e);
 bool is_literal(const Expr& e, double value);
 /// Whether the value of `e` is 0 or 1 by construction.

@@ -6,71 +6,34 @@
 #include "model/build.h"
 #include "support/assert.h"
 #include "support/match.h"
+#include "support/maths/derivatives.h"
 #include "support/maths/evaluate.h"
 
 namespace dpde::model {
 
 namespace {
 
-Expr square(const Expr& a) { return binary(BinaryOp::power, a, 2.0); }
+using Table = Derivatives<Expr>;
 
-Expr slope_of_binary(const Binary& b, const Variable& by) {
-  const Expr left = slope_of(b.left, by), right = slope_of(b.right, by);
-  switch (b.op) {
-    case BinaryOp::add: return plus(left, right);
-    case BinaryOp::subtract: return minus(left, right);
-    case BinaryOp::multiply: return plus(times(left, b.right), times(b.left, right));
-    case BinaryOp::divide:
-      if (is_constant(right, 0)) return over(left, b.right);
-      return over(minus(times(left, b.right), times(b.left, right)), square(b.right));
-    case BinaryOp::power: {
-      const Expr by_base = times(times(b.right, binary(BinaryOp::power, b.left, minus(b.right, 1.0))), left);
-      if (is_constant(right, 0)) return by_base;
-      return plus(by_base, times(times(binary(b.op, b.left, b.right), call(Fn::log, {b.left})), right));
-    }
-    case BinaryOp::less:
-    case BinaryOp::less_equal:
-    case BinaryOp::greater:
-    case BinaryOp::greater_equal:
-    case BinaryOp::equal:
-    case BinaryOp::not_equal:
-    case BinaryOp::logical_and:
-    case BinaryOp::logical_or: return 0.0;
-  }
-  unreachable("operator");
+Expr sum_of(const Expr& a, const Expr& b) {
+  const auto* subtracted = std::get_if<Neg>(&b->kind);
+  return subtracted ? minus(a, subtracted->operand) : plus(a, b);
 }
 
-/// The derivative by the single argument.
-Expr slope_of_function(Fn fn, const Expr& x) {
-  switch (fn) {
-    case Fn::sin: return call(Fn::cos, {x});
-    case Fn::cos: return negate(call(Fn::sin, {x}));
-    case Fn::tan: return over(1.0, square(call(Fn::cos, {x})));
-    case Fn::asin: return over(1.0, call(Fn::sqrt, {minus(1.0, square(x))}));
-    case Fn::acos: return over(-1.0, call(Fn::sqrt, {minus(1.0, square(x))}));
-    case Fn::atan: return over(1.0, plus(1.0, square(x)));
-    case Fn::sinh: return call(Fn::cosh, {x});
-    case Fn::cosh: return call(Fn::sinh, {x});
-    case Fn::tanh: return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would cancel where tanh is near 1
-    case Fn::exp: return call(Fn::exp, {x});
-    case Fn::log: return over(1.0, x);
-    case Fn::sqrt: return over(0.5, call(Fn::sqrt, {x}));
-    case Fn::abs: return call(Fn::sign, {x});
-    case Fn::sign:
-    case Fn::floor: return 0.0;
-    case Fn::fraction: return 1.0;
-    case Fn::min:
-    case Fn::max: break;
+/// f'(a)*a' for each argument that varies.
+Expr slope_of_binary(const Binary& b, const Variable& by) {
+  Expr slope = 0.0;
+  for (const int index : {0, 1}) {
+    const Expr of_part = slope_of(index == 0 ? b.left : b.right, by);
+    if (!is_constant(of_part, 0)) slope = sum_of(slope, Table::times_partial(b.op, b.left, b.right, index, of_part));
   }
-  unreachable("a function of two arguments");
+  return slope;
 }
 
 Expr slope_of_call(const Call& c, const Variable& by) {
-  if (c.fn != Fn::min && c.fn != Fn::max)
-    return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0], by));
-  const BinaryOp takes_first = c.fn == Fn::min ? BinaryOp::less : BinaryOp::greater;
-  const Expr condition = binary(takes_first, c.arguments[0], c.arguments[1]);
-  return select(condition, slope_of(c.arguments[0], by), slope_of(c.arguments[1], by));
+  const Expr first = slope_of(c.arguments[0], by);
+  if (c.fn != Fn::min && c.fn != Fn::max) return Table::times_partial(c.fn, c.arguments, 0, first);
+  return select(Table::is_first(c.fn, c.arguments[0], c.arguments[1]), first, slope_of(c.arguments[1], by));
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct Variable {
   std::optional<int> axis = {};
   bool is_time = false;
 };
-/// The derivative by a coordinate. At a tie max and min take the slope of their second argument.
+/// The derivative by a coordinate, by the table of support/maths/derivatives.h: at kinks too it is that of adjoints.
 Expr slope_of(const Expr& formula, const Variable& by = {});
 
 }  // namespace dpde::model
