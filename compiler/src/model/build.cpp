@@ -141,6 +141,8 @@ Expr without_aids(const Solve& solved, Origin origin) {
 
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
+Expr slope_of_tanh(const Expr& a) { return over(1.0, binary(BinaryOp::power, call(Fn::cosh, {a}), 2.0)); }
+
 std::optional<double> literal_value(const Expr& e) {
   const auto* number = std::get_if<Number>(&e->kind);
   return number ? std::optional(number->value) : std::nullopt;

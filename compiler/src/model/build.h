@@ -48,6 +48,8 @@ template <class T>
 const T* as(const Expr& e) {
   return std::get_if<T>(&e->kind);
 }
+/// 1/cosh(a)^2; see support/maths/derivatives.h.
+Expr slope_of_tanh(const Expr& a);
 /// The value of a number; nullopt for all else.
 std::optional<double> literal_value(const Expr& e);
 bool is_constant(const Expr& e, double value);

@@ -155,6 +155,8 @@ Expr operator-(const Expr& a) {
 
 Expr negate(const Expr& a) { return -a; }
 
+Expr slope_of_tanh(const Expr& a) { return 1.0 - power(call(Fn::tanh, {a}), 2.0); }
+
 Expr operator+(const Expr& a, const Expr& b) {
   if (const auto number = fold(BinaryOp::add, a, b)) return *number;
   if (is_literal(a, 0)) return b;

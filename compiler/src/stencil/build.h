@@ -30,6 +30,8 @@ Expr binary(BinaryOp op, const Expr& a, const Expr& b);  // any operator, throug
 Expr call(Fn fn, std::vector<Expr> arguments);
 Expr select(const Expr& condition, const Expr& yes, const Expr& no);
 
+/// 1 - tanh(a)^2; see support/maths/derivatives.h.
+Expr slope_of_tanh(const Expr& a);
 /// The value of a number; nullopt for all else.
 std::optional<double> literal_value(const Expr& e);
 bool is_literal(const Expr& e);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of derivatives: one rule for each operator and function, for the formulas of every level. A level has,
-// beside its expressions E, which numbers convert to: negate(a), binary(op, a, b), call(fn, arguments),
-// select(condition, yes, no), and literal_value(e), the value of a number.
+// in addition to its expressions E, to which numbers convert: negate(a), binary(op, a, b), call(fn, arguments),
+// select(condition, yes, no), literal_value(e), the value of a number, and slope_of_tanh(a).
 //
 // A rule gives x*df/da: for tangents x is the rate of a, for adjoints the seed of f. Derivatives are derived again, so
 // of two equal forms the table has the one that stays finite then, and of those the more accurate one:
-//  - tanh: 1 - tanh^2. Its error is one rounding of 1, also where the derivative is smaller than that. 1/cosh^2 has all
-//    digits there, but its own derivative is 0*inf where cosh overflows: beyond |a| = 710, in f32 beyond 89.
+//  - tanh: each level has its form. Kernels take 1 - tanh^2, which shares tanh. Its error is one rounding of 1, also
+//    where the derivative is smaller than that. 1/cosh^2 has all digits there, but its own derivative is 0*inf where
+//    cosh overflows: beyond |a| = 710, in f32 beyond 89. Formulas of models take it: stretched axes divide by slopes,
+//    and no axis of a grid is stretched by such a factor.
 //  - tan: 1 + tan^2, which shares tan. asin, acos: (1 - a)*(1 + a) under the root, exact near 1 where 1 - a^2 is not.
 //  - a/b: -(x/b)*(a/b). b^2 overflows where a/b does not.
 //  - a^b by b: a^b*log(a), and its limit 0 at a = 0.
@@ -60,7 +62,7 @@ class Derivatives {
       case Fn::atan: return (x / (one + square(a))).e;
       case Fn::sinh: return (x * of(Fn::cosh, a)).e;
       case Fn::cosh: return (x * of(Fn::sinh, a)).e;
-      case Fn::tanh: return (x * (one - square(of(Fn::tanh, a)))).e;
+      case Fn::tanh: return (x * Term{slope_of_tanh(a.e)}).e;
       case Fn::exp: return (x * of(Fn::exp, a)).e;
       case Fn::log: return (x / a).e;
       case Fn::sqrt: return (x / (two * of(Fn::sqrt, a))).e;
