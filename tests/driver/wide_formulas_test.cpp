@@ -30,7 +30,7 @@ std::string ring(const std::string& axis, int cells) {
 std::string rod(int cells) { return fmt::format("  grid x = 0 .. 1, cells {}\n  boundary u: x = 0\n", cells); }
 std::string warning(int read, const std::string& axis, int cells) {
   return fmt::format(
-      "W0505 a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's "
+      "W0505 a step reads {} cells in a row along {}, which has {}: some are read twice, and the scheme's "
       "order is lost",
       read, axis, cells);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual speaks in the field's terms: private words that pages once had do not come back.
+// The manual and the messages speak in the field's terms: private words that they once had do not come back.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -77,6 +77,25 @@ TEST(HouseTerms, OfTheManualAreTheFields) {
     ++pages;
   }
   EXPECT_GT(pages, 15);
+}
+
+/// The texts that users see, as they stand beside the files of tests/diagnostics. Hints may list keywords, as fold.
+TEST(HouseTerms, OfMessagesAreTheFields) {
+  const std::regex words = any_of_them(), message(R"((?:.*(?:error|warning|note)[^:]*|help): (.*))");
+  int messages = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics")) {
+    if (entry.path().extension() != ".out") continue;
+    std::ifstream file(entry.path());
+    for (std::string line; std::getline(file, line);) {
+      std::smatch text, found;
+      if (!std::regex_match(line, text, message)) continue;
+      ++messages;
+      const std::string said = text[1];
+      if (!std::regex_search(said, found, words) || found.str() == "fold") continue;
+      ADD_FAILURE() << entry.path() << ": \"" << found.str() << "\" is no term; write: " << term_for(found.str());
+    }
+  }
+  EXPECT_GT(messages, 1000);
 }
 
 }  // namespace

@@ -202,7 +202,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
      "the scene runs {} of this text in place of the program that it makes itself under that name"},
     {"W0502", "idle-boundary", Severity::warning, "nothing reads the boundary of {} at {}"},
     {"W0505", "formula-wider-than-grid", Severity::warning,
-     "a step reads {} cells in a row along {}, which has {}: some are read again as images, and the scheme's order is "
+     "a step reads {} cells in a row along {}, which has {}: some are read twice, and the scheme's order is "
      "lost"},
     {"W0506", "guess-not-used", Severity::warning, "{} is not used: {}"},
     {"W0507", "solve-key-not-used", Severity::warning, "{} changes nothing: {}"},

@@ -116,7 +116,7 @@ int length_of_losses(Elaboration& elaboration) {
              "write minimise mean((u - u_ref)^2) over 4 steps, or after 4 steps");
     } else if (length != 0 && loss.when.count != length) {
       refuse(elaboration, loss.origin.range,
-             fmt::format("a loss over {} steps beside one over {}", loss.when.count, length));
+             fmt::format("a loss over {} steps together with one over {}", loss.when.count, length));
     } else {
       length = loss.when.count;
     }
