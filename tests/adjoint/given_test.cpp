@@ -297,7 +297,7 @@ TEST(GivenAdjoint, SaysWhatCanBeNoTranspose) {
       {"adjoint u_bar = c*s_bar[-1] + u", "is not linear in s_bar"},
       {"adjoint u_bar = c*abs(s_bar[-1])", "is not linear in s_bar"},
       {"adjoint u_bar = c*s_bar[-1]/s_bar", "is not linear in s_bar"},
-      {"adjoint w_bar = u[+2]*s_bar", "reads u[+2] beside s_bar"},
+      {"adjoint w_bar = u[+2]*s_bar", "reads u[+2] in a term with s_bar"},
       {"adjoint c_bar += u*s_bar[-1]", "reads s_bar[-1]"},
       {"adjoint c_bar = u*s_bar", "is written with ="},
       {"adjoint u_bar += s_bar", "is written with +="},

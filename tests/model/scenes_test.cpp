@@ -218,7 +218,7 @@ scene w = s { cells 5, 3; grid y = 0 .. 1, cells 7, periodic }
   EXPECT_EQ(problem_of(text, {"s", {}, ""}).axes[1].cells, 6);
   EXPECT_EQ(problem_of(text, {"t", {}, ""}).axes[0].cells, 5);
   EXPECT_EQ(problem_of(text, {"t", {}, ""}).axes[1].cells, 7);
-  EXPECT_EQ(outcome_of(text, {"w", {}, ""}).diagnostics.front().message, "the cells of y is given twice");
+  EXPECT_EQ(outcome_of(text, {"w", {}, ""}).diagnostics.front().message, "the number of cells of y is given twice");
 }
 
 }  // namespace

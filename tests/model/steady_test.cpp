@@ -16,7 +16,22 @@ const std::string conducting = "dt(u) = k*lap(u)", until = "time 0 .. 1, step 1/
 TEST(UntilSteady, IsRead) {
   Selection selection;
   selection.name = "t";
-  EXPECT_EQ(problem_of(steady_task(conducting, until, of_end), selection).steady, 1e-6);
+  for (const std::string scene : {until, until + "\n  after step: u = max(u, 0)"})
+    EXPECT_EQ(problem_of(steady_task(conducting, scene, of_end), selection).steady, 1e-6);
+}
+
+/// Transforms by factors that are the same at all times are none of what depends on time.
+TEST(UntilSteady, IsReadWithProgramsOfNoTime) {
+  Selection selection;
+  selection.name = "find";
+  const Outcome outcome = outcome_of(
+      "kernel move(v: field, out w: field) { w = v }\n"
+      "program p { axes x periodic; transform u by k*ikx^2 to v; run move; swap u, w }\n"
+      "scene s : p { grid x = 0 .. 1, cells 8, periodic\n k = 1; initial u = x\n "
+      "time 0 .. 1, step 1/8, until steady 1e-6 }\n"
+      "task find : s { unknown k; minimise mean(u) }\n",
+      selection);
+  EXPECT_TRUE(outcome.problem) << outcome.diagnostics.front().message;
 }
 
 TEST(SolveBy, IsAMethodWithATolerance) {

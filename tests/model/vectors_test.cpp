@@ -153,8 +153,8 @@ TEST(Vectors, DerivativesOfDerivativesAreRightBehindAFactorThatFallsTowardsPoles
                    "  grid lat = -pi/2 .. pi/2, cells 4\n  boundary u.x: lat = pole\n  boundary u.y: lat = 0\n"
                    "  initial u = (cos(lat), 0)\n  time 0 .. 0.01, step 0.001\n}\n");
   };
-  EXPECT_NE(warning("2").find("beside a pole"), std::string::npos);
-  EXPECT_NE(warning("cos(lat)").find("beside a pole"), std::string::npos);
+  EXPECT_NE(warning("2").find("next to a pole"), std::string::npos);
+  EXPECT_NE(warning("cos(lat)").find("next to a pole"), std::string::npos);
   EXPECT_EQ(warning("min(1, 25*cos(lat)^2)"), "0 diagnostics:");
 }
 
