@@ -13,7 +13,7 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double nearly = 0.1;  // of what grows most
+constexpr double nearly = 0.1;  // of the largest growth rate
 
 }  // namespace
 
@@ -23,9 +23,9 @@ bool is_resolved(const Angles& a) {
   });
 }
 
-/// Twice what a wave does by right, as a scheme may err in growth that is real. Resolved waves, and those of Fourier
-/// series that do not decay, as much as the fastest of all: errors that grow no faster than the solution are none.
-/// Others that nearly grow, a fifth of that.
+/// A wave may grow twice as fast as in the equations, as a scheme may err in physical growth. Resolved waves, and those
+/// of Fourier series that do not decay, may grow at least at the largest rate of all waves: errors that grow no faster
+/// than the solution do no harm. Other waves that do not surely decay may grow at a fifth of the largest rate.
 double AllowedGrowth::rate_of(const Angles& wave, double own) const {
   if (growth == 0) return 0;
   const double by_right = 2 * std::clamp(own, 0.0, growth);

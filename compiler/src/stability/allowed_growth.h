@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step may let a wave grow by, where the equations let some waves grow.
+// The growth that a step may give a Fourier mode where the equations themselves have growing solutions.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,24 +8,24 @@
 
 namespace dpde::stability {
 
-/// Of the largest rate: growth below it is rounding.
+/// Growth rates below this fraction of the largest eigenvalue are rounding.
 inline constexpr double no_growth = 1e-10;
 
-/// Eight cells or more along each axis. Growth of shorter waves may be that of differences, not of the equations: a
-/// wind that is looked at from behind grows so.
+/// True for waves of at least eight cells along each axis. Shorter waves may grow by the differences, not by the
+/// equations: downwind differences of advection are an example.
 bool is_resolved(const Angles& a);
 
 struct AllowedGrowth {
-  double growth = 0;              // the largest real part of the equations' rates, of all waves; 0 where nothing grows
-  bool are_all_resolved = false;  // Fourier series have all waves as they are
+  double growth = 0;              // largest real part of the equations' eigenvalues over all waves; 0: none grows
+  bool are_all_resolved = false;  // Fourier series represent every wave exactly
 
-  /// ln |g| a time of a wave whose own largest rate is `own`. None falls as `growth` rises.
+  /// Allowed ln |g| / dt of a wave whose largest growth rate is `own`. It never decreases with `growth`.
   double rate_of(const Angles& wave, double own) const;
-  /// Rates near 0 do not decay for sure: a part of what grows most may do either by errors of a step.
+  /// Rates above -slowest_decay() do not count as decaying: the errors of a step may give them either sign.
   double slowest_decay() const;
 };
 
-/// ln of the largest factor behind `others` larger ones; -infinite where there is none.
+/// ln of the largest factor after the `others` largest; -infinity if there is none.
 double growth_behind(std::size_t others, const Eigen::VectorXcd& factors);
 
 }  // namespace dpde::stability

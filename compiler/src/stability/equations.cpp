@@ -17,7 +17,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// Whether some way of the flow ends on a wall: where it does depends on how far away that is, in the whole grid.
+/// Whether some trajectory of the flow ends on a wall. Its end depends on the distance to the wall, in the whole grid.
 bool have_ways_that_end(const model::Problem& problem) {
   bool lies_on_walls = false;
   for (const model::State& state : problem.states) {
@@ -29,14 +29,14 @@ bool have_ways_that_end(const model::Problem& problem) {
   return lies_on_walls && problem.scheme.is_semi_lagrangian();
 }
 
-constexpr double finer = 16;  // cells of a symbol
+constexpr double finer = 16;  // the spacing of a Symbol is the scene's divided by this
 
 model::Problem without_rare_events(model::Problem problem) {
   std::erase_if(problem.events, [&](const model::Event& event) { return !is_of_each_step(event, problem); });
   return problem;
 }
 
-/// The equations by differences of order 8, whatever the scheme's are.
+/// The equations with differences of order 8, whatever the scheme's order is.
 model::Problem with_fine_differences(model::Problem problem) {
   problem.scheme.transport = {model::Advection::central, 8};
   problem.scheme.transports.clear();
@@ -45,7 +45,7 @@ model::Problem with_fine_differences(model::Problem problem) {
   return problem;
 }
 
-/// The problem as it is away from walls.
+/// The problem on periodic axes.
 model::Problem boundless(model::Problem problem) {
   for (model::Axis& axis : problem.axes) axis.topology = Topology::periodic;
   return problem;
@@ -152,7 +152,7 @@ std::optional<LinearisedStep> generator_of(const LinearStep& euler, const Frozen
   double dt = 1;
   std::optional<LinearisedStep> step = euler.response(point, dt);
   if (!step) return std::nullopt;
-  // A step so long that the 1 of u + dt*L u costs L no digits.
+  // dt is so large that the 1 in 1 + dt*L costs L no digits.
   if (const double size = magnitude_of(*step); size > 0) dt = 1024 / size;
   step = euler.response(point, dt);
   if (!step) return std::nullopt;
@@ -231,8 +231,8 @@ std::optional<Symbol> Equations::about(const FrozenPoint& point) const {
       for (double& slope : field.slope) slope /= finer;
     }
   }
-  // A wave about a point has a length, which the grid stretches by what it does there. By how much it does next to it
-  // is no part of the equations, and would tell apart the slope that a constraint takes off and that which it looks at.
+  // A wave about a point is stretched by the grid's metric at that point. The slope of the metric is not part of the
+  // equations. It would also make the slope that a constraint subtracts differ from the one that it measures.
   for (const model::Coefficient& metric : problem_.coefficients) {
     const auto found = on_fine_cells.fields.find(metric.name);
     if (found != on_fine_cells.fields.end() && model::is_metric(problem_, metric)) found->second.slope = {};

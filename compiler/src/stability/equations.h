@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene's equations about a frozen point, by other differences or steps than the scene's own.
+// A scene's equations linearised about a frozen point, with differences or time steps other than the scene's own.
 #pragma once
 
 #include <optional>
@@ -14,43 +14,43 @@
 
 namespace dpde::stability {
 
-/// The states' perturbations in a step of a problem, lowered anew; not of hand-written programs. Where ways of the flow
-/// end on walls it is the step as it is away from these, on rings. Here and below: of the states of `group` alone.
+/// The linear step of a problem, lowered anew; nullopt for hand-written programs. If trajectories of the flow end on
+/// walls, it is the step on periodic axes. Here and below only the states of `group` are perturbed.
 std::optional<LinearStep> linear_step(const model::Problem& problem, const StateGroup& group = {});
-/// Those in the step that was compiled, without events that only some steps have; `why` as of LinearStep::make, and
-/// where a network is in it.
+/// The linear step of the compiled step, without events that only some steps have. `why` is set as by LinearStep::make,
+/// and if the step has a network.
 std::optional<LinearStep> linear_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
-/// The same with linear interpolation in the place of steps that are clamped. A clamp that is frozen as the run begins
-/// would hold a cell at one of its bounds in all steps: at a wall that is what lies beyond, which `linear` lets grow.
+/// The same with linear interpolation instead of clamped advection. A clamp frozen at the start of the run would hold a
+/// cell at one of its bounds in all steps. At a wall the bound is a ghost value, which `linear` lets grow.
 std::optional<LinearStep> step_without_clamps(const model::Problem& problem, const StateGroup& group = {});
-/// Those of that step which depend on one another.
+/// The groups of states of the compiled step that depend on one another.
 std::vector<StateGroup> state_groups(const driver::Session& session);
-/// With networks, too.
+/// As linear_step, but networks are allowed.
 std::optional<LinearStep> compiled_step(const driver::Session& session, std::string& why, const StateGroup& group = {});
-/// One a group of states of the problem's step; none where one of them cannot be had.
+/// One linear step for each group of states; empty if one of them cannot be made.
 std::vector<LinearStep> linear_steps(const model::Problem& problem);
 
-/// Whether each step ends with it.
+/// Whether the event ends each step.
 bool is_of_each_step(const model::Event& event, const model::Problem& problem);
-/// Whether each step ends with something that the scene does to its states.
-/// Whether only some steps have an event: verdicts are of the others.
+/// Whether some event is only in some of the steps. Verdicts leave such events out.
 bool has_rare_events(const model::Problem& problem);
+/// Whether some event ends each step.
 bool has_events_in_each_step(const model::Problem& problem);
 
-/// The problem by one step of Euler's method, without events and steps of their own: u + dt*L u, L being the equations
-/// as the scheme's differences have them.
+/// The problem with Euler's method, without events and substeps: u + dt*L u, where L are the equations with the
+/// scheme's spatial differences.
 model::Problem by_euler(model::Problem problem);
 
-/// L about the point, 1/time, of such a step. nullopt where it is not finite.
+/// L of such an Euler step about the point, in 1/time; nullopt if it is not finite.
 std::optional<LinearisedStep> generator_of(const LinearStep& euler, const FrozenPoint& point);
 
-/// What the equations about a point do to waves without a grid: eigenvalues of the same equations by differences of
-/// order 8 on cells of a sixteenth.
+/// The symbol of the equations about a point, as if without a grid: eigenvalues with differences of order 8 on cells of
+/// a sixteenth of the scene's spacing.
 class Symbol {
  public:
-  /// `rates`: on such cells.
+  /// `rates`: L on these fine cells.
   Symbol(const LinearisedStep& rates, int rank) : rates_(rates, rank) {}
-  /// Angles are those of the scene's cells.
+  /// Angles are in radians per cell of the scene.
   Eigen::VectorXcd eigenvalues(Angles angles) const;
   double growth_rate(const Angles& angles) const { return eigenvalues(angles).real().maxCoeff(); }
 
@@ -58,27 +58,27 @@ class Symbol {
   Amplification rates_;
 };
 
-/// The equations of a problem for a group of its states; they are lowered when they are first asked for.
+/// The equations of a problem for a group of its states, lowered at first use.
 class Equations {
  public:
   explicit Equations(model::Problem problem, StateGroup group = {});
-  /// nullopt where they cannot be taken so.
+  /// The symbol about the point; nullopt if it cannot be made.
   std::optional<Symbol> about(const FrozenPoint& point) const;
-  /// What is stiff has no limit by these schemes, what is not may have one far off.
+  /// Whether the scheme is an exponential integrator: stiff terms then set no limit, others may set a distant one.
   bool are_stepped_exponentially() const { return model::is_exponential(problem_.scheme.time); }
   double length_of_run() const { return problem_.steps * problem_.step; }
-  /// What a step may be of its rates; not known where its scheme makes no function of them.
+  /// The step as a function of L; unknown if the scheme is no such function.
   StepOfRates step_of_rates() const;
-  /// Of which rates, or memories of them, the rows of a step are; none where one of them is of neither.
+  /// For each row of the step: its row in L and how many steps back it is stored. Empty if a row has no such place.
   std::vector<StepOfRates::Place> places_in(const LinearStep& step) const;
-  /// L about the point by the scheme's own differences; nullopt where it cannot be had.
+  /// L about the point with the scheme's own differences; nullopt if it cannot be made.
   std::optional<LinearisedStep> rates_at(const FrozenPoint& point) const;
-  /// All differences are Fourier series: what waves of any length do by the step's rates is what the equations do.
+  /// Whether all derivatives are spectral: L is then exact for waves of any length.
   bool are_spectral() const;
-  /// The scene's step without events; null where it has none in each step.
+  /// The scene's step without events; null if no event ends each step.
   const LinearStep* without_events() const { return without_events_ ? &*without_events_ : nullptr; }
 
-  /// A step of Euler's method by the scheme's own differences; null where it cannot be had.
+  /// An Euler step with the scheme's own differences; null if it cannot be made.
   const LinearStep* by_euler_steps() const;
 
  private:
@@ -91,11 +91,10 @@ class Equations {
   mutable std::optional<LinearStep> euler_;
 };
 
-/// The point with the values of its fields everywhere about it; what is solved for keeps its slopes, a wind as an
-/// example.
+/// The point with all slopes of its fields set to 0. Solutions of solves, as a wind, keep their slopes.
 FrozenPoint flat(FrozenPoint point);
 
-/// The sum of the magnitudes of all coefficients.
+/// The sum of |coefficient| over all rows.
 double magnitude_of(const LinearisedStep& rows);
 
 }  // namespace dpde::stability

@@ -21,16 +21,16 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double told_growth = 0.1;      // ln of what a run may grow without a word
+constexpr double told_growth = 0.1;      // ln of the growth over a run that is not reported
 constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
-constexpr double shortest = 1e-3, farthest = 4096;                    // of the scene's step, that are looked at
+constexpr double shortest = 1e-3, farthest = 4096;  // steps that are tried, as multiples of the scene's
 constexpr double precision_of_grid = 1e-3, precision_of_runs = 1e-3;  // of a limit
-constexpr double precision_of_guess = 2.5e-4;                         // likewise
-constexpr double precision_with_folding = 2e-2;                       // which falls as waves spread
-constexpr double safely = 0.9;                                        // below it
+constexpr double precision_of_guess = 2.5e-4;                         // of a limit
+constexpr double precision_with_folding = 2e-2;                       // of a limit, which falls as waves spread
+constexpr double safely = 0.9;                                        // of a limit: a step well below it
 
-/// Into how many equal parts the Courant number splits the first step.
+/// The number of equal substeps into which the Courant number splits the first step.
 int parts_of(driver::Session& session) {
   const dpde_program* rate = session.compiled().program(session.compiled().names.rate);
   if (rate == nullptr || session.problem().courant <= 0) return 1;
@@ -49,20 +49,20 @@ bool has_walls(const model::Problem& problem) {
   return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
 }
 
-/// Along the axis that has the most.
+/// The largest cell count of all axes.
 int most_cells(const std::vector<model::Axis>& axes) {
   int most = 1;
   for (const model::Axis& axis : axes) most = std::max(most, axis.cells);
   return most;
 }
 
-/// In curved coordinates walls with frozen coefficients are none, see coupled_means.h.
+/// Whether walls can be modelled with frozen coefficients. In curved coordinates they cannot, see coupled_means.h.
 bool are_walls_alike(const model::Problem& problem) { return has_walls(problem) && !problem.metric; }
 
-/// One analysis for all frozen points: the smallest limit, and the most growth at the scene's step.
+/// The smallest limit over all frozen points, and the largest growth at the scene's step.
 class Examination {
  public:
-  /// `problem` is the session's, or that by another scheme.
+  /// `problem` is the session's, or the same with another scheme.
   Examination(driver::Session& session, const model::Problem& problem, const LinearStep& linear, const Look& look,
               StabilityReport& verdict)
       : session_(session),
@@ -108,8 +108,8 @@ class Examination {
     return true;
   }
 
-  /// Whether nothing grows in the scene's step, neither a wave nor what walls do. It needs no search for the largest
-  /// step, and no more of the equations: most scenes are done with it.
+  /// Whether no disturbance grows in the scene's step, neither a Fourier mode nor one between walls. It searches for no
+  /// largest step and needs the equations only where a mode grows. Most scenes need no more than this check.
   bool grows_nothing() {
     double most = -1;
     auto [points, others] = ranked_points(session_, linear_);
@@ -142,7 +142,7 @@ class Examination {
   std::optional<FrozenAnalysis> analysis_at(const FrozenPoint& point) const {
     return FrozenAnalysis::make(linear_, point, rank_, verdict_.step, &equations_);
   }
-  /// More than rounding, or more than a run may grow without a word.
+  /// More than rounding, or enough over the run to be reported.
   bool grows(double in_step) const {
     return in_step > growth_tolerance(linear_) || in_step * session_.steps() * verdict_.parts > told_growth;
   }
@@ -153,10 +153,11 @@ class Examination {
     return false;
   }
 
-  /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
-  /// waves counts, else the field is taken as flat. Not where limiters make another scheme of a slope.
+  /// The limit at a point. A frozen slope may make long waves grow for ever, although the flow carries them past it. So
+  /// a limit by long waves, or none at all, is computed again with slopes 0. Not with limiters: these make another
+  /// scheme at a slope.
   StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
-    // A larger one than is known would say nothing.
+    // Limits above the smallest known one are of no use.
     const double most =
         verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : std::numeric_limits<double>::infinity();
     const StepLimit limit = analysis.limit(most);
@@ -168,7 +169,7 @@ class Examination {
     return without ? without->limit(most) : limit;
   }
 
-  /// Of places that were not chosen: nothing grows there in the largest step that is stable elsewhere.
+  /// Whether some wave grows at the point in the largest step that is stable at the points analysed so far.
   bool may_be_worse(const ScenePoint& point) const {
     if (verdict_.limit.kind == StepLimit::Kind::never) return false;
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
@@ -204,8 +205,8 @@ class Examination {
     is_any_ = true;
   }
 
-  /// The worst of waves, and where a field that the response depends on is smallest or largest: what flows in at one
-  /// place flows out at another. Three dimensions take a second a place: there the worst alone.
+  /// The points at which walls are checked: the worst for waves, and those where a field of the response is smallest
+  /// or largest (inflow at one point is outflow at another). In 3D, at a second a point, only the worst.
   std::vector<ScenePoint> places_between_walls(const std::vector<ScenePoint>& points) const {
     std::vector<ScenePoint> places{worst_};
     const auto add = [&](const ScenePoint& point) {
@@ -248,16 +249,17 @@ class Examination {
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
-    // Limits beside poles are those of short steps: what grows there is of the differences.
+    // Near poles short steps give the reference growth: there the differences grow, not the equations.
     const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
     return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), verdict_.step, euler);
   }
 
-  /// The scene's own grid has the last word: waves are frozen, or longer than the grid, and see no walls.
+  /// The result on the scene's own grid replaces that of waves: these have frozen coefficients, may be longer than the
+  /// grid, and see no walls.
   void look_at_own(const OwnGrid& grid) {
     verdict_.is_of_grid = true;
     verdict_.is_exact =
-        !linear_.is_semi_lagrangian();  // that may have windows of unstable steps, which a search passes by
+        !linear_.is_semi_lagrangian();  // its unstable steps may lie in narrow intervals, which a search can miss
     verdict_.place.clear();
     verdict_.growth_rate = grid.growth_rate();
     verdict_.growth_by_events = grid.growth_by_events();
@@ -275,14 +277,14 @@ class Examination {
     verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events;
   }
 
-  /// By so little a step that powers do not tell it, but the run does.
+  /// Whether growth is too small per step for matrix powers to show, but large over the run.
   bool grows_weakly(const OwnGrid& grid) const {
     const double steps = static_cast<double>(session_.steps()) * verdict_.parts;
     return steps * OwnGrid::least_growth > told_growth && steps * grid.sure_growth(verdict_.step) > told_growth;
   }
 
-  /// Below a limit, too, where waves found none: growth that falls as a power of the step. In proportion to it where it
-  /// is not the equations': the limit is where powers cease to tell it then.
+  /// "Never" instead of the limit if growth below it falls as a power of the step. An order near 1 counts too if growth
+  /// at half the limit is near `least_growth`: the limit is then only where matrix powers cease to show growth.
   StepLimit weak_or(const StepLimit& limit, const OwnGrid& grid) const {
     const double step = limit.kind == StepLimit::Kind::limit ? 0.5 * limit.step : verdict_.step;
     if (limit.kind == StepLimit::Kind::never) return limit;
@@ -292,8 +294,9 @@ class Examination {
     return order > 1.5 || is_cut_off ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
   }
 
-  /// Powers do not tell growth by less than `least_growth` in a step, which near a limit may be that of steps a
-  /// thousandth above it; the largest eigenvalue does. What grows by that in half the step too has no limit there.
+  /// The limit lowered to where the largest eigenvalue ceases to grow. Matrix powers do not show growth below
+  /// `least_growth` a step, and near a limit steps a thousandth above it may grow by less. The limit stays if the
+  /// eigenvalue grows in half the step, too.
   StepLimit without_sure_growth(StepLimit limit, const OwnGrid& grid) const {
     if (limit.kind != StepLimit::Kind::limit || !(grid.sure_growth(limit.step) > 0)) return limit;
     double low = 0.5 * limit.step, high = limit.step;
@@ -306,7 +309,7 @@ class Examination {
     return limit;
   }
 
-  /// Looked for from the limit of waves on, else from the scene's step.
+  /// The limit on the grid. The search begins at the limit of waves if there is one, else at the scene's step.
   StepLimit limit_on(const OwnGrid& grid) const {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     const double factor = has_limit ? 1.25 : 2;
@@ -316,7 +319,7 @@ class Examination {
     if (is_first_stable && step < first && !grid.is_stable(step)) {
       high = step, low = 0.5 * step;
     } else if (is_first_stable && has_limit && linear_.is_semi_lagrangian()) {
-      return verdict_.limit;  // longer steps may be stable again, beyond a window
+      return verdict_.limit;  // longer steps may be stable again, beyond an interval of unstable ones
     } else if (is_first_stable) {
       const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
       for (high = factor * low; high < end && grid.is_stable(high); high *= factor) low = high;
@@ -331,7 +334,8 @@ class Examination {
     return {StepLimit::Kind::limit, low};
   }
 
-  /// The first limit is then the last in most cases, and others are only looked at there.
+  /// The points by decreasing growth. In most cases the first then sets the limit, and the others are checked only
+  /// there.
   std::vector<ScenePoint> worst_first(std::vector<ScenePoint> places) const {
     const double step = verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step;
     std::vector<std::pair<double, std::size_t>> order;
@@ -344,8 +348,9 @@ class Examination {
     return result;
   }
 
-  /// To what `is_stable` allows, where that is less at the limit of waves or in the scene's own, shorter step.
-  /// `unstable`: a step that is not stable; 0: none is known. `begins_to_grow`: as in StepSearch.
+  /// Lowers the limit to the largest step that `is_stable` accepts. Returns false, without a change, if it accepts the
+  /// limit of waves and the scene's step. `unstable`: a step known as unstable; 0: none. `begins_to_grow`: as in
+  /// StepSearch.
   bool lower_limit(const std::function<bool(double)>& is_stable, double precision, double unstable = 0,
                    const std::function<double(double)>& begins_to_grow = {}) {
     double low = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
@@ -365,8 +370,9 @@ class Examination {
 
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
-  /// Where cells are few lengths change so much from one to the next that waves which see them frozen may grow at every
-  /// step, where none does on the grid. On more cells frozen waves are right, and runs take long.
+  /// Leaves the limit to runs if frozen waves grow at every step on a small curved grid. Lengths change so much from
+  /// cell to cell there that frozen waves may grow where no disturbance of the grid does. With more cells frozen waves
+  /// are right, and runs take long.
   void leave_to_runs() {
     constexpr std::size_t few_cells = 1024;
     const bool is_curved = problem_.metric && session_.workspace().cell_count() <= few_cells;
@@ -377,7 +383,7 @@ class Examination {
     verdict_.beyond = 0;
   }
 
-  /// They see walls, too.
+  /// Runs of the tangent see walls, too.
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.runs = StabilityReport::Runs::made;
@@ -396,7 +402,7 @@ class Examination {
     const double most = verdict_.limit.step;
     const double unstable = folds ? unstable_by_folding(is_stable, most, most_cells(problem_.axes))
                                   : first_unstable(is_stable, runs.surely_short(), most);
-    std::function<double(double)> begins_to_grow;  // elsewhere what is followed may grow in a window below the limit
+    std::function<double(double)> begins_to_grow;  // elsewhere the followed vector may grow in steps below the limit
     if (is_curved) begins_to_grow = [&](double step) { return runs.begins_to_grow(step, precision_of_guess); };
     const bool is_lower =
         lower_limit(is_stable, folds ? precision_with_folding : precision_of_runs, unstable, begins_to_grow);
@@ -422,7 +428,7 @@ class Examination {
         std::max(verdict_.beyond, growth - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events);
   }
 
-  /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
+  /// Walls can cause growth that no wave shows, which lowers the limit. They can also damp, but that raises no limit.
   void look_at_walls(const ScenePoint& at) {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
     const double short_step = shortest * std::min(has_limit ? verdict_.limit.step : verdict_.step, verdict_.step);

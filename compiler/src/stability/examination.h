@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step does to a group of states that depend on one another: waves first, then the scene's own grid, runs or
-// walls.
+// The stability of a step for a group of states that depend on one another. Fourier modes are checked first, then the
+// scene's own grid, runs of the tangent, or walls.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace dpde::stability {
 
-/// Of their step. False where nothing is finite at the initial state.
+/// Fills the verdict on the linear step of a group. False if no tangent is finite at the initial state.
 bool examine_group(driver::Session& session, const LinearStep& linear, const Look& look, StabilityReport& verdict);
 
-/// The largest stable step of the session's equations by another explicit scheme, looked at in the same ways, on its
-/// own grid and between walls, too; nullopt where every step is unstable, or no step is.
+/// The largest stable step of the session's equations with another explicit scheme, by the same checks; nullopt if
+/// every step is unstable, or none is.
 std::optional<double> limit_by_other_scheme(driver::Session& session, const model::Problem& other);
 
-/// Whether nothing grows in the scene's step.
+/// Whether no disturbance grows in the scene's step.
 bool grows_nothing_in(driver::Session& session, const LinearStep& linear, const Look& look);
 
 }  // namespace dpde::stability

@@ -30,7 +30,7 @@ namespace {
 constexpr double hundred = 4.605170185988092;  // ln 100
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-/// The largest step not above the limit that the run is a whole number of.
+/// The largest step up to the limit that divides the length of the run.
 double whole_step(const model::Problem& problem, double limit) {
   const double length = problem.steps * problem.step;
   if (!(limit > 0) || !(length > 0)) return 0;
@@ -48,14 +48,14 @@ StabilityReport verdict_on_networks(driver::Session& session, const StateGroup& 
   return verdict;
 }
 
-/// A group and its step; why there is none, as of networks.
+/// A group and its linear step, or the reason why it has none, as with networks.
 struct GroupStep {
   StateGroup group;
   std::string why = {};
   std::optional<LinearStep> linear = {};
 };
 
-/// Those with a network last: they take long.
+/// The steps of all groups; those with a network come last, as they take long.
 std::vector<GroupStep> steps_of_groups(driver::Session& session) {
   std::vector<GroupStep> steps;
   for (StateGroup& group : state_groups(session)) {
@@ -66,7 +66,7 @@ std::vector<GroupStep> steps_of_groups(driver::Session& session) {
   return steps;
 }
 
-/// The verdict on a group alone; of what takes long no limit above `most`.
+/// The verdict on one group. With networks, which take long, no limit above `most` is searched for.
 StabilityReport verdict_on(driver::Session& session, const GroupStep& step, double most, const Look& look) {
   const auto& [group, why, linear] = step;
   if (!linear) return verdict_on_networks(session, group, most, why);
@@ -104,7 +104,7 @@ double size_of_limit(const StabilityReport& v) {
   return v.limit.kind == StepLimit::Kind::none ? no_limit : v.limit.step;
 }
 
-/// Of all groups together: the one with the lowest limit, and beside it what grows most in the scene's step.
+/// The verdict on both: that with the lower limit, and in `worse` the group that grows most in the scene's step.
 StabilityReport merged(const StabilityReport& a, const StabilityReport& b) {
   const bool is_first = size_of_limit(a) <= size_of_limit(b);
   StabilityReport lower = is_first ? a : b;
@@ -132,7 +132,7 @@ bool look_for_growth(driver::Session& session, const Look& look) try {
     return step.linear ? grows_nothing_in(session, *step.linear, look) : networks_grow_nothing(session, step.group);
   });
 } catch (const NoSolution&) {
-  return false;  // the verdict says it
+  return false;  // the verdict reports it
 }
 
 bool StabilityReport::is_above() const {
@@ -141,9 +141,9 @@ bool StabilityReport::is_above() const {
   return step > limit.step * (is_of_networks ? 1 + 2e-2 : is_of_walls || is_of_grid ? 1 + 2e-3 : 1 + 1e-4);
 }
 
-/// A wind that is solved for is often fast in one narrow spot, which waves leave before they have grown: runs of
-/// vortices stay bounded up to 1.4 times the limit. Between walls a place is frozen as if all was there what it is
-/// nowhere near them: runs were bounded up to 1.6 times the limit.
+/// A wind that is solved for is often fast only in a narrow spot, which waves leave before they have grown: runs of
+/// vortices stay bounded up to 1.4 times the limit. Between walls the frozen values fill the whole domain, although
+/// they differ near the walls: runs were bounded up to 1.6 times the limit.
 bool StabilityReport::ruins_run() const {
   const bool has_wind =
       std::ranges::any_of(worst.whole, [](const auto& entry) { return entry.second.slope != std::array<double, 3>{}; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a scene's step is stable, before it is made: the largest step that is, what limits it, and what happens
-// beyond.
+// Whether a scene's step is stable, before the scene runs: the largest stable step, the wave or walls that limit it,
+// and the growth beyond it.
 #pragma once
 
 #include <functional>
@@ -15,10 +15,10 @@
 
 namespace dpde::stability {
 
-/// How far a verdict goes, and who hears what is done meanwhile.
+/// The extent of a verdict, and a callback for its progress.
 struct Look {
-  /// At products that fold back on grids of any size: a look by runs, which takes minutes on a million cells. Else
-  /// beyond most_cells_folded it is left out, and the verdict says so.
+  /// Checks aliasing products on grids of any size, by runs of the tangent: minutes on a million cells. If false, the
+  /// check is left out beyond most_cells_folded cells, and the verdict reports that.
   bool at_all_cells = false;
   std::function<void(const std::string& what)> tell = {};
   void says(const std::string& what) const {
@@ -27,94 +27,96 @@ struct Look {
 };
 
 struct StabilityReport {
-  std::string why;  // not analysed, and why; "" where it is
+  std::string why;  // the reason why it was not analysed; "": it was
   StepLimit limit;
-  bool is_exact = false;     // holds for all places, states and times; else an estimate
-  bool is_of_grid = false;   // all disturbances of the scene's own grid were looked at: see own_grid.h
-  bool is_of_walls = false;  // it is walls that lower the limit
-  bool is_of_means = false;  // or means of fields, which tie all cells to one another: see coupled_means.h
-  /// Of the step's tangent on all of the grid, whether they lower the limit or not; left out where products fold back
-  /// on more cells than are looked at.
+  bool is_exact = false;     // holds for all points, states and times; else an estimate
+  bool is_of_grid = false;   // all disturbances of the scene's own grid were checked: see own_grid.h
+  bool is_of_walls = false;  // walls lower the limit
+  bool is_of_means = false;  // runs lower the limit, as by means that couple all cells: see coupled_means.h
+  /// Runs of the step's tangent on the whole grid, whether they lower the limit or not; left out if products alias on
+  /// more cells than are checked.
   enum class Runs { none, made, left_out } runs = Runs::none;
-  int places = 0;                   // at which coefficients were frozen, none of them like another
-  int places_between_walls = 0;     // of these, those at which walls were looked at
-  std::vector<int> solution_cells;  // fewer than the scene's, on which what steps solve for was found: zero_step.h
-  bool is_of_networks = false;      // by a step's tangent on few cells: an estimate, and no run is refused for it
-  double limiter_step = 0;  // where slopes grow at each step: up to this one limiters make stairs of them, and no more
-  double step = 0;          // the scene's, or that of the parts into which a Courant number splits it
+  int places = 0;                   // distinct points at which coefficients were frozen
+  int places_between_walls = 0;     // of these, the points at which walls were checked
+  std::vector<int> solution_cells;  // the coarser grid, if any, on which solutions of solves were found: zero_step.h
+  bool is_of_networks = false;      // from a step's tangent on few cells: an estimate, for which no run is refused
+  double limiter_step = 0;  // if slopes grow at every step: up to this step limiters only turn slopes into stairs
+  double step = 0;          // the scene's step, or the substep into which a Courant number splits it
   int parts = 1;
-  double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
-  double beyond = 0;       // ln |g| less what the equations may do
-  double growth_rate = 0;  // largest of the equations' own, 1/time
-  StateGroup group;        // that it is of, see state_groups.h
+  double growth = 1;       // |g| in `step` of the wave that most exceeds the growth of the equations
+  double beyond = 0;       // ln |g| minus the allowed growth
+  double growth_rate = 0;  // largest growth rate of the equations, 1/time
+  StateGroup group;        // the states of this verdict, see state_groups.h
   double group_growth_rate = 0, group_growth_by_events = 0;
   std::vector<StabilityReport>
       worse;                    // at most one: of a group with a higher limit that grows more in the scene's step
-  double growth_by_events = 0;  // ln of what those that end each step multiply at most
-  std::optional<ShortWaves> short_waves;  // that grow however short steps are
-  double end_growth = 0;                  // ln of the growth beyond the equations' over the run
-  std::string place;                      // where coefficients are frozen; "" where all places are alike
-  std::string field;                      // that grows first
-  FrozenPoint worst;                      // that place, as it is frozen
+  double growth_by_events = 0;  // ln of the largest factor of the events that end each step
+  std::optional<ShortWaves> short_waves;  // waves that grow in steps of any length
+  double end_growth = 0;                  // ln of the growth over the run beyond the allowed growth
+  std::string place;                      // the point at which coefficients are frozen; "": all points are alike
+  std::string field;                      // the field that grows first
+  FrozenPoint worst;                      // the frozen values at `place`
   Angles wave{};
   std::optional<double> courant;  // |v| step/h, summed over the axes, at the limit
-  double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none
+  double largest_step = 0;        // largest step up to the limit that divides the run; 0: none
 
   bool is_analysed() const { return why.empty(); }
   const StabilityReport& dominant() const { return worse.empty() ? *this : worse.front(); }
   bool is_of_runs() const { return runs == Runs::made; }
   bool leaves_out_folding() const { return runs == Runs::left_out; }
   bool is_above() const;
-  /// Growth ends where a limiter keeps values between their neighbours'.
+  /// Whether a limiter bounds the growth: it keeps values between those of their neighbours.
   bool is_held_by_limiter() const { return step <= limiter_step; }
-  /// Up to which a run is bounded; 0: none, infinite: all are.
+  /// The largest step with which a run stays bounded; 0: none, infinite: every step.
   double bounded_step() const;
-  /// Beyond the limit by so much that the run's errors grow a hundredfold; where a wind is solved for, also by half.
+  /// Whether the step is above the limit and errors grow more than a hundredfold over the run. If a wind is solved for,
+  /// the step must exceed 1.5 times the limit, between walls (is_of_walls) twice.
   bool ruins_run() const;
-  /// Steps in which errors grow a hundredfold; infinite where they do not.
+  /// The number of steps in which errors grow a hundredfold; infinite if they do not.
   double hundredfold() const;
 };
 
-/// Of what is kept by a verdict that looks at all cells, too.
+/// The verdict on the scene. A cached verdict with at_all_cells also answers a query without it.
 StabilityReport verdict_of(driver::Session& session, const Look& look = {});
 
-/// Whether nothing grows in the scene's step: much quicker than a verdict, which says no more then than that all is
-/// well. False where something may.
+/// True if no disturbance grows in the scene's step; much faster than verdict_of. False means: not known.
 bool grows_nothing(driver::Session& session, const Look& look = {});
-/// The verdict where that is false.
+/// The verdict if grows_nothing is false, else nullopt.
 std::optional<StabilityReport> verdict_where_it_grows(driver::Session& session, const Look& look = {});
 
-/// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst; of
-/// what walls do where they limit.
+/// For each of the steps: |g| of the wave that most exceeds the growth of the equations, at the verdict's worst point;
+/// of the disturbance between walls if these set the limit.
 std::vector<double> growths_at(driver::Session& session, const StabilityReport& verdict,
                                const std::vector<double>& steps);
 
-/// The term of an equation, as a person wrote it, without which the largest stable step is largest: lap(u) is one term.
+/// The term of an equation, as written in the source, whose removal raises the largest stable step most. lap(u) counts
+/// as one term.
 std::optional<SourceRange> limiting_term(const model::Problem& problem, const StabilityReport& verdict);
 
-/// Another time scheme that has a limit, and its largest step, for scenes without one: "ssp_rk3".
+/// For scenes that are unstable at every step: another time scheme with a stability limit, as "ssp_rk3", and its
+/// largest step.
 struct OtherScheme {
   std::string time;
   double step;
 };
 std::optional<OtherScheme> stable_scheme(driver::Session& session);
 
-/// What the narrow cells around a pole have to do with the limit, and what helps; "": nothing.
+/// How the narrow cells around a pole affect the limit, and a remedy; "": they do not.
 std::string pole_text(const model::Problem& problem, const StabilityReport& verdict);
 
-/// Of waves of a few cells that grow however short steps are; "": of none.
+/// Text on waves of a few cells that grow in steps of any length; "": there are none.
 std::string short_waves_text(const StabilityReport& verdict);
 
 /// "the wave of 2 cells along x and of 8 along y", "what walls do".
 std::string wave_text(const StabilityReport& verdict, const model::Problem& problem);
 
-/// The verdict for who asks why a run blew up; "" where it says nothing.
+/// The verdict as advice after a run blew up; "" if the verdict does not explain it.
 std::string advice_on_blow_up(driver::Session& session);
 
-/// Reports a step that is too large: an error where it ruins the run, else a warning. `force`: nobody looks. False
-/// after an error.
+/// Reports a step that is too large: as an error if it ruins the run, else as a warning. `force`: no check is made.
+/// Returns false after an error.
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink, const Look& look = {});
-/// The same of scenes that make data, for SessionOptions::judge.
+/// The same check for scenes that generate data, for SessionOptions::judge.
 std::function<bool(driver::Session& session, DiagnosticSink& sink)> judge_of_steps(bool force);
 
 }  // namespace dpde::stability

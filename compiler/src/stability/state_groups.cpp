@@ -10,7 +10,7 @@ namespace dpde::stability {
 std::vector<StateGroup> state_groups(const stencil::Module& module, const std::string& step) {
   const stencil::Program* program = module.find_program(step);
   if (program == nullptr || program->swaps.size() < 2) return {{}};
-  std::vector<std::set<std::string>> reached;  // by each state, in steps as many as it takes
+  std::vector<std::set<std::string>> reached;  // by each state, in any number of steps
   for (const stencil::Swap& swap : program->swaps)
     reached.push_back(adjoint::find_varied(module, *program, {{swap.state}, {}}).fields);
   std::vector<StateGroup> groups;

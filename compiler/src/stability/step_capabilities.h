@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a linear step has to know of a program before it is made.
+// Features of a program that decide whether and how it is linearised.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 namespace dpde::stability {
 
 struct StepCapabilities {
-  std::string why;  // what it cannot hold, or ""
+  std::string why;  // the reason why there is no linear step; "": there is one
   bool is_semi_lagrangian = false, reduces = false, solves = false, has_networks = false;
 };
 void survey(const stencil::Module& module, const std::vector<stencil::Statement>& body, StepCapabilities& result);
-/// The same with solves that begin with 0: what they begin with has no part in what a step does.
+/// The module with 0 as the initial guess of all solves: the guess does not affect the linear step.
 stencil::Module without_guesses(stencil::Module module);
 
 }  // namespace dpde::stability

@@ -18,20 +18,19 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
-constexpr double last_of_scene = 256;  // of its steps: those that solve for what is fast may have a limit far off
-constexpr double many_growths = 20;    // by a factor of e: nobody takes longer steps
-constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
-constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes from one look to the next
+constexpr double last_of_scene = 256;  // in scene steps: implicit steps of fast terms may have a distant limit
+constexpr double many_growths = 20;    // the longest step, in e-folding times of the physical growth
+constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // the damping of interpolation varies with the step
+constexpr double windows[] = {0.02, 0.05};                    // cells that the flow passes between two tried steps
 constexpr double farthest_windows = 8;                        // cells
-constexpr double factor_with_solves = 2;                      // and means: slow to look at, and often without a limit
-constexpr double first_pole = 0.3, last_pole = 4;             // growth in a step that is solved for: 1/(1 - s dt) ...
+constexpr double factor_with_solves = 2;                      // or means: slow to check, and often without a limit
+constexpr double first_pole = 0.3, last_pole = 4;             // of s dt: an implicit step has poles, as 1/(1 - s dt)
 constexpr double factor_near_poles = 1.05;
 constexpr double rounding_of_mean = 1e-6;  // see is_too_long() of waves
-constexpr double cut = 1e-9;               // what is left of a wave that dealiasing takes out
-/// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
-/// rounding.
+constexpr double cut = 1e-9;               // largest |g| of a wave that dealiasing removes
+/// For one state, two, and more: rounding splits a multiple eigenvalue, by up to the root of the rounding error.
 constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
-/// Of growth that steps make. A higher one is that of very long waves alone, whose damping falls faster than it.
+/// Largest order of growth by a scheme. A higher order is found only for very long waves, whose damping falls faster.
 constexpr double most_order = 5;
 constexpr double short_step = 1e-3;      // in units of 1 / largest rate
 constexpr std::size_t most_kept = 4096;  // eigenvalues of waves
@@ -48,7 +47,7 @@ LinearisedStep sum(const LinearisedStep& a, const LinearisedStep& b, double fact
   return result;
 }
 
-/// The largest of what a short step leaves near 1: a scheme with a memory has others.
+/// The largest growth rate of the factors of a short step near 1. Multistep schemes have parasitic factors elsewhere.
 double rate_by_step(const Eigen::VectorXcd& factors, double step) {
   double largest = -infinite;
   for (const std::complex<double> g : factors) {
@@ -97,11 +96,11 @@ std::optional<StepGrowth> growth_in_step(const LinearStep& linear, const FrozenP
     result.change = std::max(result.change, (values.array() - 1.0).abs().maxCoeff());
     return values.cwiseAbs().maxCoeff();
   });
-  result.growth = std::log(largest.value);  // of what forgets all, as a pressure that is solved for, minus infinity
+  result.growth = std::log(largest.value);  // -infinity if the step depends on no state, as for a pressure
   return result.growth < std::numeric_limits<double>::infinity() ? std::optional(result) : std::nullopt;
 }
 
-/// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
+/// dG/d(dt) by differences of order 6 about dt = 0: rounding and truncation are both near 1e-13 of the largest rate.
 bool FrozenAnalysis::differentiate(double step) {
   constexpr double weights[] = {45.0 / 60, -9.0 / 60, 1.0 / 60};
   LinearisedStep sum_of_all{std::vector<LinearForm>(linear_->states().size())};
@@ -117,7 +116,8 @@ bool FrozenAnalysis::differentiate(double step) {
   return std::isfinite(rate_);
 }
 
-/// What changes from half the step to it: from one of length 0 on it may jump, as taps of interpolations do.
+/// The scale of rates, from the change between half the step and the step. Not from length 0: there the step may jump,
+/// as the taps of interpolations do.
 bool FrozenAnalysis::estimate(double step) {
   const double from = 0.5 * step;
   const std::optional<LinearisedStep> rest = plain_response(from), rows = plain_response(step);
@@ -130,12 +130,12 @@ bool FrozenAnalysis::estimate(double step) {
   return std::isfinite(rate_);
 }
 
-/// Steps of length 0 are none of schemes with a memory, nor of those that damp whatever the step: of these the scale is
-/// that of what changes with the step. Eigenvalues of a short step that lie near 1 are those of the equations.
+/// G is the identity at dt = 0, except for multistep schemes and for steps that damp at any length. For these the
+/// scale is that of the change with dt, and eigenvalues of a short step near 1 are those of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
   const std::optional<LinearisedStep> at_rest = plain_response(0);
   if (at_rest && is_identity(*at_rest) && !linear_->is_semi_lagrangian()) {
-    // A step that is long for some waves finds rates that are none, as far as it likes: shorter ones by and by.
+    // With a step that is long for some waves the rates found may be arbitrarily wrong: shorten it until they settle.
     for (double length = short_step * step, next = 0;; length = next) {
       if (!differentiate(length)) return false;
       next = rate_ > 0 ? std::max(short_step / rate_, 0.01 * length) : length;
@@ -146,7 +146,7 @@ bool FrozenAnalysis::measure_rates(double step) {
   short_ = short_step * step;
   for (int pass = 0; pass < 8; ++pass) {
     if (!estimate(short_)) return false;
-    // The root of both: where changes go as the square of the step, what is found is one over it.
+    // The geometric mean of both: if changes go as dt^2, the rate found is proportional to dt.
     const double found = rate_ > 0 ? std::sqrt(short_ * short_step / rate_) : short_;
     const bool is_settled = found > 0.5 * short_ && found < 2 * short_;
     short_ = found;
@@ -157,9 +157,8 @@ bool FrozenAnalysis::measure_rates(double step) {
   return short_step_.has_value();
 }
 
-/// A step that is a function of the rates L that a step of Euler's method has: the eigenvalues of a wave's are found
-/// once for steps of all lengths. Whether it is that function is asked of every step that is looked at. Of two states
-/// closed forms are as quick.
+/// Takes L from Euler's method if the step is a function of L: a wave's eigenvalues then serve steps of all lengths.
+/// Each step that is tried is checked to be that function. For one or two states closed forms are as fast.
 bool FrozenAnalysis::take_rates_of(const Equations& equations) {
   constexpr std::size_t of_closed_forms = 2;
   if (plain_ != linear_ || linear_->is_semi_lagrangian() || linear_->states().size() <= of_closed_forms) return false;
@@ -190,9 +189,9 @@ bool FrozenAnalysis::is_made_of_rates(const Amplification& g, double step) const
   return true;
 }
 
-/// Of steps of all lengths. An explicit step with frozen coefficients is a polynomial of dt, which its stages raise by
-/// one each, seven at most: two that agree at eight lengths are one. Formulas may have dt in them, too, but not so that
-/// a step is like its neighbours and unlike others.
+/// For steps of all lengths. An explicit step with frozen coefficients is a polynomial of dt of degree at most 7, one
+/// for each stage: two such polynomials that agree at eight lengths are equal. Formulas may contain dt, too, but
+/// is_rational_in_step excludes dependences that differ between ranges of dt.
 bool FrozenAnalysis::is_known_to_be_of_rates() const {
   constexpr std::size_t enough = 8;
   return of_rates_.size() >= enough && linear_->is_rational_in_step(stages_);
@@ -214,8 +213,8 @@ std::optional<FrozenAnalysis::Factors> FrozenAnalysis::factors_of(double step) c
   return [by_step](const Angles& a) { return by_step->eigenvalues(a); };
 }
 
-/// Of resolved waves as the differences have them; of others no more than both these and the equations say, which
-/// Fourier series have as they are.
+/// The physical growth rate: of resolved waves by the differences; of others the smaller of the rates by the
+/// differences and by the equations (Symbol). With Fourier series both are equal.
 void FrozenAnalysis::measure_growth(const Equations* equations) {
   const auto rate_of = [&](const Angles& a) { return growth_rate_of(a); };
   const double of_mean = growth_rate_of({}), of_all = over_waves(rate_of).value;
@@ -235,8 +234,8 @@ void FrozenAnalysis::measure_growth(const Equations* equations) {
   if (growth_ > 0 && short_step_ && !linear_->is_semi_lagrangian() && is_growth_of_steps()) growth_ = 0;
 }
 
-/// Of the waves that a ring has next to the one that grows most of all, of its longest ones and of its mean; of other
-/// grids all may.
+/// The largest growth rate on a periodic grid: of its modes next to the fastest growing wave, its longest modes, and
+/// its mean. Infinite on other grids, which have all waves.
 double FrozenAnalysis::growth_on_ring() const {
   constexpr int longest = 3;
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis) {
@@ -267,8 +266,8 @@ double FrozenAnalysis::growth_on_ring() const {
   return growth;
 }
 
-/// Of a step which no derivative about dt = 0 is known of: in half the step what a scheme with a memory lets grow does
-/// so at a fraction of the rate, and what a held value does, at twice the rate.
+/// Whether the growth is the scheme's, for steps without a derivative at dt = 0. In half the step the growth of a
+/// multistep scheme has a fraction of the rate, and that of a held value twice the rate.
 bool FrozenAnalysis::is_growth_of_steps() const {
   const std::optional<LinearisedStep> rows = plain_response(0.5 * short_);
   if (!rows) return false;
@@ -279,13 +278,13 @@ bool FrozenAnalysis::is_growth_of_steps() const {
   return by_halves < 0.6 * growth_ || by_halves > 1.6 * growth_;
 }
 
-/// Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+/// In semi-Lagrangian steps interpolation damps at any step length, so the growth rate of single waves is not known.
 double FrozenAnalysis::allowed_rate(const Angles& wave) const {
   if (growth_ == 0) return 0;
   return linear_->is_semi_lagrangian() ? 2 * growth_ : allowed().rate_of(wave, growth_rate_of(wave));
 }
 
-/// Slower decay may be growth in a step.
+/// Slower decay may become growth by the errors of a step.
 double FrozenAnalysis::rate_of_decay() const {
   return std::max(allowed().slowest_decay(), (rates_ ? no_growth : short_step) * rate_);
 }
@@ -294,8 +293,8 @@ double FrozenAnalysis::allowed_to_events(const Angles& wave) const {
   return events_ ? std::max(0.0, std::log(events_->spectral_radius(wave))) : 0;
 }
 
-/// ln of the largest factor of the wave beyond as many as it has rates that do not decay; of none -infinite. Else what
-/// grows by right would hide that what decays by right grows in long steps.
+/// ln of the largest factor after as many as the wave has rates that do not decay; -infinity if there is none.
+/// Otherwise physical growth would hide that a decaying solution grows in long steps.
 double FrozenAnalysis::growth_of_decaying(const Eigen::VectorXcd& factors, const Angles& wave) const {
   if (growth_ == 0 || events_) return -infinite;
   std::size_t others = 0;
@@ -305,7 +304,7 @@ double FrozenAnalysis::growth_of_decaying(const Eigen::VectorXcd& factors, const
   } else {
     for (const std::complex<double> factor : own_eigenvalues(wave)) {
       const bool is_of_equations = std::abs(factor - 1.0) < 0.5, is_cut = std::abs(factor) < cut;
-      if (!is_of_equations && !is_cut) return -infinite;  // of a memory
+      if (!is_of_equations && !is_cut) return -infinite;  // parasitic, of a multistep scheme
       others += is_of_equations && std::log(std::abs(factor)) / short_ > -decay ? 1 : 0;
     }
   }
@@ -321,7 +320,7 @@ Largest FrozenAnalysis::over_waves(const std::function<double(const Angles&)>& f
   return largest_over_waves(*linear_, point_, rank_, f);
 }
 
-/// The same waves are looked at in steps of all lengths.
+/// Cached, as steps of all lengths check the same waves.
 const Eigen::VectorXcd& FrozenAnalysis::own_eigenvalues(const Angles& given) const {
   const Amplification& step = rates_ ? *rates_ : *short_step_;
   const Angles wave = step.representative(given);
@@ -359,7 +358,7 @@ Largest FrozenAnalysis::excess(double step) const {
 
 Largest FrozenAnalysis::find_excess(double step) const {
   const std::optional<Factors> factors_at = factors_of(step);
-  if (!factors_at) return {{}, linear_->is_semi_lagrangian() ? 0 : infinite};  // it goes too far to be followed
+  if (!factors_at) return {{}, linear_->is_semi_lagrangian() ? 0 : infinite};  // the flow carries too far
   return over_waves([&](const Angles& a) {
     const Eigen::VectorXcd factors = (*factors_at)(a);
     const double growth = std::log(factors.cwiseAbs().maxCoeff());
@@ -395,7 +394,7 @@ StepLimit FrozenAnalysis::bisect(double stable, double unstable, double precisio
     (is_unstable ? unstable : stable) = middle;
     if (is_unstable) grows = now;
   }
-  // Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
+  // Beyond a limit growth is soon large. If it is still small, it rises from 0 as a power of the step.
   const double beyond = excess(1.1 * stable).value / growth_tolerance(*linear_),
                order = std::log(beyond) / std::log(1.1);
   if (order > 1 && order < most_order)
@@ -416,7 +415,7 @@ StepLimit FrozenAnalysis::descend(double unstable, double precision) const {
     }
     if (!(now.value > growth_tolerance(*linear_))) {
       const double order = n >= 2 ? std::log2(growths[n - 2] / growths[n - 1]) : 0;
-      // What falls on as a power has only become too small to be told from rounding.
+      // Growth that still falls as a power has only become smaller than rounding.
       if (order > 1 && order < most_order && std::abs(now.value * std::exp2(order) / growths[n - 1] - 1) < 0.25)
         return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
       return bisect(step, steps.empty() ? 2 * step : steps.back(), precision);
@@ -430,8 +429,8 @@ StepLimit FrozenAnalysis::descend(double unstable, double precision) const {
           largest_share(last.angles, steps.back())};
 }
 
-/// Interpolation damps least where it lands on cells, and turns waves as it carries them: other terms may be unstable
-/// in narrow windows of steps, as many as cells are passed.
+/// The next longer step to try. Interpolation damps least where departure points are cell centres, and it changes the
+/// phase of waves. So other terms may be unstable in narrow intervals of steps, one for each cell that is passed.
 double FrozenAnalysis::next_step(double step) const {
   const bool is_near_pole = growth_ * step > first_pole && growth_ * step < last_pole;
   const double with_solves = is_near_pole ? factor_near_poles : factor_with_solves;
@@ -442,7 +441,7 @@ double FrozenAnalysis::next_step(double step) const {
   return step * (is_fine ? std::min(factor_along_flow, 1 + windows[rank_ - 1] / cells) : factor_along_flow);
 }
 
-/// Of what does the same in steps of all lengths, as of held values alone.
+/// The limit of a linear step that does not depend on dt, as with held values alone.
 StepLimit FrozenAnalysis::limit_of_any_step() const {
   const Largest now = excess(longest_);
   if (!(now.value > growth_tolerance(*linear_))) return {};

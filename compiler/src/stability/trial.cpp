@@ -15,13 +15,13 @@ namespace dpde::stability {
 namespace {
 
 constexpr double disturbance = 1e-6, single_disturbance = 1e-3;  // of the largest value of a field
-constexpr double roundings = 16;    // times the root of the steps: what rounding may make of a difference
+constexpr double roundings = 16;    // times sqrt(steps) rounding units: the difference that rounding may make
 constexpr double cell_steps = 2e7;  // a run
 constexpr int fewest_steps = 500, most_steps = 100'000, most_steps_with_solves = 4000;
-constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
-constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
-constexpr double most_growth = 60;     // ln of what the equations may do in a run
-constexpr double most_of_others = 12;  // and other groups of states, whose rounding is in the differences
+constexpr int looks = 64;              // comparisons in a run; early ones each time the step count grew by a sixteenth
+constexpr double out_of_bounds = 1e4;  // factor over the first disturbance, beyond the growth of the equations
+constexpr double most_growth = 60;     // ln of the growth of the equations in a run
+constexpr double most_of_others = 12;  // the same for other groups of states, whose rounding is in the differences
 constexpr double tolerated = 1.25;     // growth over half a run
 
 double largest_difference(const dpde_layout& layout, const std::vector<void*>& a, const std::vector<void*>& b,
@@ -39,13 +39,13 @@ double largest_difference(const dpde_layout& layout, const std::vector<void*>& a
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
 }
 
-/// What a scheme remembers of former steps.
+/// Whether the state is the stored history of a multistep scheme.
 bool is_memory(driver::Session& session, int state) {
   const model::State* known = session.problem().find_state(session.rollout().state_name(state));
   return known != nullptr && !known->history_of.empty();
 }
 
-/// Two runs beside one another.
+/// The plain and the disturbed run.
 class Pair {
  public:
   Pair(driver::Session& session, double step, const TrialOptions& options)
@@ -63,12 +63,12 @@ class Pair {
       plain_.initial(s).copy_in(values);
       disturbed_.initial(s).copy_in(values);
       scales_.push_back(0);
-      // Of steps that were not made, or of what is judged apart.
+      // Histories, of steps that were not made, and states of other groups stay undisturbed.
       if (is_memory(session, s) || !is_in(options.group, plain_.state_name(s))) continue;
       double scale = 0;
       for (const double v : values) scale = std::max(scale, std::abs(v));
       scales_.back() = scale > 0 ? scale : 1;
-      std::vector<double> shares(cells);  // without a mean, which may drift by right
+      std::vector<double> shares(cells);  // without a mean, whose drift may be physical
       for (double& share : shares) share = noise(random);
       const double mean = std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(cells);
       for (std::size_t i = 0; i < cells; ++i)
@@ -80,7 +80,7 @@ class Pair {
     disturbed_.restart();
   }
 
-  /// False where a solve finds no solution.
+  /// False if a solve finds no solution.
   bool advance(int steps) {
     try {
       plain_.advance(steps);
@@ -96,7 +96,7 @@ class Pair {
   }
 
  private:
-  /// Steps as they are asked for: neither a Courant number nor a tolerance splits them.
+  /// Fixed steps: neither a Courant number nor an error tolerance splits them.
   static RolloutSetup setup(driver::Session& session, double step) {
     RolloutSetup result = session.engine().setup();
     result.dt = step;
@@ -110,7 +110,7 @@ class Pair {
   std::vector<double> scales_, first_, second_;
 };
 
-/// As many as take some seconds; a solve is some ten times the work of the rest.
+/// The number of steps that take some seconds; a solve costs about ten times the rest.
 int steps_of_run(driver::Session& session) {
   const stencil::Module& module = session.compiled().stencil;
   StepCapabilities found;
@@ -120,8 +120,8 @@ int steps_of_run(driver::Session& session) {
       std::clamp<double>(cell_steps / cells, fewest_steps, found.solves ? most_steps_with_solves : most_steps));
 }
 
-/// Growth in proportion to time, as of a mean that drifts by right: by 2, 3 and 4 in the last quarters. What grows as a
-/// power of the steps has the same factor from each to the next.
+/// Whether growth is linear in time, as of a mean that drifts physically: the quarters of the run then end at ratios
+/// 1 : 2 : 3 : 4. Exponential growth has the same factor from each quarter to the next.
 bool is_drift(const std::array<double, 4>& quarters) {
   const double first = quarters[2] / quarters[1], second = quarters[3] / quarters[2];
   return first < 1.6 && second < 0.95 * first;
@@ -132,7 +132,7 @@ bool is_drift(const std::array<double, 4>& quarters) {
 std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
   int wanted = options.steps > 0 ? options.steps : steps_of_run(session);
   const double by_right = options.growth_rate * step + options.growth_by_events;
-  if (by_right > 0)  // or what may grow would leave the range of numbers
+  if (by_right > 0)  // longer runs could overflow by physical growth
     wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / by_right))));
   if (options.largest_rate > options.growth_rate)
     wanted =
@@ -147,7 +147,8 @@ std::optional<Trial> try_step(driver::Session& session, double step, const Trial
     if (options.stop != nullptr && options.stop->load()) return std::nullopt;
     const int now = std::min({std::max(1, std::min(result.steps / 16, wanted / looks)), wanted - result.steps});
     const bool has_solution = pair.advance(now);
-    if (options.stop != nullptr && options.stop->load()) return std::nullopt;  // one may have stopped before the other
+    if (options.stop != nullptr && options.stop->load())
+      return std::nullopt;  // one run may have stopped before the other
     result.steps += now;
     const double allowed = (by_right + options.growth_rate * step) * result.steps;
     const double difference = has_solution ? pair.difference() : std::numeric_limits<double>::infinity();

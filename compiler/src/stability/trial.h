@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that find out whether a step is stable: the compiled step itself, from the scene's initial state and from that
-// with a small random disturbance in every cell, side by side.
+// Stability by trial: two runs of the compiled step, one from the scene's initial state, one from the same with a
+// small random disturbance in every cell.
 #pragma once
 
 #include <atomic>
@@ -16,20 +16,20 @@
 namespace dpde::stability {
 
 struct TrialOptions {
-  int steps = 0;           // of each run; 0: as many as its cells allow, 500 to 100000; with solves to 4000
+  int steps = 0;           // of each run; 0: 500 to 100000 by the number of cells, with solves up to 4000
   std::uint64_t seed = 0;  // of the disturbance
-  double most_time = std::numeric_limits<double>::infinity();  // of each run: where steps change with it, the scene's
-  double growth_rate = 0;       // that the equations have of their own, 1/time: twice that is allowed
-  double growth_by_events = 0;  // ln a step
-  StateGroup group = {};        // that are disturbed and looked at
-  double largest_rate = 0;      // of all states: what the others grow to drowns differences in its rounding
+  double most_time = std::numeric_limits<double>::infinity();  // of each run: the scene's if steps depend on time
+  double growth_rate = 0;                                      // of the equations, 1/time: twice that is allowed
+  double growth_by_events = 0;                                 // allowed ln of growth by events in a step
+  StateGroup group = {};                                       // states that are disturbed and compared
+  double largest_rate = 0;  // growth rate of all states: other states may grow until their rounding hides differences
   const std::atomic<bool>* stop = nullptr;
 };
 
 struct Trial {
   double step = 0;
   bool is_stable = false;
-  double growth = 1;  // of the disturbance a step, over the second half of the run; infinite where it left all bounds
+  double growth = 1;  // of the disturbance in a step, over the second half of the run; infinite: it overflowed
   int steps = 0;      // that were made
 };
 
@@ -42,8 +42,8 @@ struct Search {
   std::vector<Trial> trials;     // by increasing step
   bool was_stopped = false;
 };
-/// Between the largest step that is stable and the smallest that is not, to `precision` (relative). Tries begin about
-/// `guess` and go up and down from there by no more than a factor of `range`. `tell` hears of every run.
+/// Brackets the limit between a stable and an unstable step to the relative `precision`. Trials begin at `guess` and
+/// go up or down from there by at most a factor of `range`. `tell` is called after each run.
 Search search_limit(driver::Session& session, double guess, double precision, double range, const TrialOptions& options,
                     const std::function<void(const Trial&)>& tell = {});
 
