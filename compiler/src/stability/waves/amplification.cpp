@@ -18,15 +18,16 @@ namespace {
 
 using std::numbers::pi;
 
-/// Along each axis; multiples of four have the waves of two and of four cells, which most schemes have their limits at.
+/// Samples along each axis in 1D, 2D, 3D. Multiples of four contain the waves of two and four cells, which limit most
+/// schemes.
 constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int along_diagonals = 32;
 constexpr int climbs = 6;
 constexpr double finest_climb = 1e-5, coarse_climb = 0.02;  // radians; of the first step
-constexpr double worth_a_step = 1e-7;                       // of the value
+constexpr double worth_a_step = 1e-7;                       // least relative gain of a step
 constexpr double small_value = 0.2;                         // of ln |g|: near a limit the largest is 0
-constexpr double near_the_best = 0.05;                      // what may still become the best by fine steps
+constexpr double near_the_best = 0.05;                      // within this, fine steps may still find the maximum
 constexpr double rounding = 1e-12;                          // of sums of weights
 
 }  // namespace
@@ -81,7 +82,7 @@ std::complex<double> Amplification::ComponentRow::at(const std::vector<std::comp
 
 namespace {
 
-/// Tells the terms of each place together: they lie side by side.
+/// Calls `tell` once per offset with its terms, which are contiguous.
 void for_each_place(const LinearForm& form,
                     const std::function<void(const stencil::Offset&, std::span<const LinearForm::Term>)>& tell) {
   const std::vector<LinearForm::Term>& terms = form.terms();
@@ -170,7 +171,7 @@ Angles Amplification::representative(Angles angles) const {
   return angles;
 }
 
-/// Waves are looked at by the hundred thousand: sines are taken once a distance along an axis.
+/// Sines are computed once per distance along an axis, as hundreds of thousands of waves are evaluated.
 Amplification::Phases Amplification::phases_of(const Angles& angles) const {
   Phases phases;
   for (std::size_t axis = 0; axis < phases.size(); ++axis) {
@@ -192,7 +193,7 @@ std::complex<double> Amplification::phase(const Phases& phases, const stencil::O
   return product;
 }
 
-/// Weights that add up to nothing leave no rounding: it would move eigenvalues that are one by right by its root.
+/// Weights that sum to 0 give exactly 0: rounding would split a multiple eigenvalue by the root of the rounding error.
 Eigen::MatrixXcd Amplification::of_mean() const {
   const Eigen::Index count = static_cast<Eigen::Index>(size_) * size_;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count), size = sum;
@@ -226,15 +227,15 @@ Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
       }
     }
     const std::complex<double> across = phase(phases, {0, line.y, line.z});
-    for (std::size_t i = 0; i < count; ++i)  // products of std::complex look for infinities
+    for (std::size_t i = 0; i < count; ++i)  // products of std::complex check for infinities
       sum.data()[i] += std::complex<double>(across.real() * real[i] - across.imag() * imaginary[i],
                                             across.real() * imaginary[i] + across.imag() * real[i]);
   }
   return sum;
 }
 
-/// What each sum of waves has of each state, and behind them what each row has. Real and imaginary parts lie apart:
-/// products of std::complex look for infinities.
+/// The amplitudes of each sum of waves by state, followed by those of each row. Real and imaginary parts are stored
+/// separately: products of std::complex check for infinities, which is slow.
 struct Amplification::Amplitudes {
   Amplitudes(int states, std::size_t columns)
       : real(Eigen::ArrayXXd::Zero(states, static_cast<Eigen::Index>(columns))),
@@ -243,7 +244,7 @@ struct Amplification::Amplitudes {
 
   void add(const Readings& readings, const std::complex<double>& factor,
            const std::vector<std::complex<double>>& phases, Eigen::Index to) {
-    if (factor == 0.0) return;  // as the mean of all waves but one
+    if (factor == 0.0) return;  // as the mean of every wave that is not constant
     for (const ComponentRow& reading : readings) {
       const Eigen::Index from = reading.component - most_states;
       if (from >= 0 && is_zero[static_cast<std::size_t>(from)]) continue;
@@ -270,8 +271,8 @@ struct Amplification::Amplitudes {
   std::vector<bool> is_zero;
 };
 
-/// Sums of waves are rows too, each made of those before it. Multipliers know angles up to pi: a wave beyond is that of
-/// an angle within.
+/// Sums of waves are rows, too, each computed from those before it. Multipliers are defined for angles up to pi, so
+/// larger angles are replaced by their aliases.
 Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   Angles angles = given;
   for (double& angle : angles) angle = std::remainder(angle, 2 * pi);
@@ -290,7 +291,7 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
       divisor += reading.at(phases);
       for (const auto& [place, coefficient] : reading.weights) size += std::abs(coefficient);
     }
-    const bool is_known = std::abs(divisor) > rounding * size;  // of the null space a solve gives nothing
+    const bool is_known = std::abs(divisor) > rounding * size;  // the solution in the null space is 0
     if (!wave.divisor.empty()) amplitudes.multiply(is_known ? 1.0 / divisor : 0.0, column);
     ++column;
   }
@@ -301,7 +302,7 @@ Eigen::MatrixXcd Amplification::with_waves(const Angles& given) const {
   return result;
 }
 
-/// Of two states closed forms are quicker, and nearer where eigenvalues are.
+/// For one or two states closed forms are faster, and more accurate.
 void Amplification::expect_many_waves() {
   constexpr int of_closed_forms = 2;
   if (size_ <= of_closed_forms || !waves_.empty() || lines_.empty()) return;
@@ -330,11 +331,11 @@ Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const {
 
 namespace {
 
-/// The waves that are looked at first: all signs that differ, long ones too.
+/// The initial samples: a lattice with all distinct signs, diagonals, and long waves.
 std::vector<Angles> first_waves(int rank) {
   const int count = waves_along[static_cast<std::size_t>(rank - 1)];
   std::vector<Angles> result;
-  // Half of all: that of -a is the conjugate one of a.
+  // Half of all: G(-a) is the conjugate of G(a).
   for (int z = rank > 2 ? 0 : count / 2; z <= count / 2; ++z) {
     for (int y = rank > 2 ? -count / 2 + 1 : rank == 2 ? 0 : count / 2; y <= count / 2; ++y) {
       for (int x = rank > 1 ? -count / 2 + 1 : 0; x <= count / 2; ++x) {
@@ -345,7 +346,7 @@ std::vector<Angles> first_waves(int rank) {
       }
     }
   }
-  // Of one angle along several axes, finely: their sum is what limits advection in several dimensions.
+  // Equal angles along several axes, finely: these waves limit advection in several dimensions.
   for (int direction = 0; rank > 1 && direction < static_cast<int>(std::pow(3, rank)); ++direction) {
     std::array<int, 3> sign{direction % 3 - 1, direction / 3 % 3 - 1, rank > 2 ? direction / 9 - 1 : 0};
     if (sign == std::array{0, 0, 0} || sign < std::array{0, 0, 0}) continue;  // the other half is conjugate
@@ -364,8 +365,8 @@ std::vector<Angles> first_waves(int rank) {
   return result;
 }
 
-/// Longer than all that are looked at first: there rounding is as large as what a difference leaves, and the root of it
-/// is in the eigenvalues of equations of second order.
+/// Whether the wave is longer than all initial samples. There rounding is as large as the differences themselves, and
+/// eigenvalues of equations of second order in time contain its square root.
 bool is_too_long(int rank, const Angles& angles) {
   double longest = 0;
   for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis)
@@ -373,7 +374,7 @@ bool is_too_long(int rank, const Angles& angles) {
   return longest < 0.99 * long_waves.back();
 }
 
-/// The top that a step from here may lead to.
+/// The known maximum within one step of `from`; null if there is none.
 const Largest* top_within(double step, const Largest& from, const std::vector<Largest>& tops) {
   const auto is_near = [&](const Largest& top) {
     const auto is_far_along = [&](double a, double b) { return std::abs(a - b) > step; };
@@ -383,8 +384,8 @@ const Largest* top_within(double step, const Largest& from, const std::vector<La
   return found == tops.end() ? nullptr : &*found;
 }
 
-/// Along each axis in turn, with steps that are halved where none leads up, until they are as short as `shortest`, and
-/// doubled where one does: slopes may be long. It ends at one of `tops`, of climbs before it, that is within a step.
+/// Climbs along each axis in turn. The step is doubled if one of its moves leads up, else halved, down to `shortest`.
+/// Ends early at a maximum among `tops`, found by former climbs, that is within a step.
 Largest climb(int rank, Largest from, double step, double shortest, const std::function<double(const Angles&)>& f,
               const std::vector<Largest>& tops = {}) {
   const double longest = 8 * step;
@@ -419,7 +420,7 @@ Largest largest_over_waves(int rank, const std::function<double(const Angles&)>&
   std::vector<Largest> tops;
   std::vector<double> shortest;
   for (const Largest& start : found) {
-    // A long wave is left in small steps.
+    // From a long wave the climb takes small steps.
     double smallest = step;
     for (const double a : start.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
     const Largest top = climb(rank, start, smallest, coarse_climb * smallest, f, tops);

@@ -13,17 +13,17 @@ namespace dpde::stability {
 namespace {
 
 constexpr int fewest_for_rates = 8, most_for_rates = 40;
-constexpr double rounding_of_rates = 1e-10;  // of differences of steps
+constexpr double rounding_of_rates = 1e-10;  // of differences between steps
 
 stencil::Params with_step(stencil::Params params, double step) {
   params["dt"] = step;
   return params;
 }
 
-/// The largest that the rates have on a space of what Euler's steps make of noise.
+/// The largest Ritz value of L, by modulus, on the Krylov space of noise.
 double fastest_rate(const TangentRuns& euler, const stencil::Params& params, const Eigen::MatrixXd& noise, int most) {
   double step = params.at("dt"), fastest = 0;
-  for (int turn = 0; turn < 2; ++turn) {  // the second time with a step that costs the rates no digits
+  for (int turn = 0; turn < 2; ++turn) {  // the second with a step at which 1 + dt L costs L no digits
     const Eigen::MatrixXd matrix = euler.on_krylov_space(with_step(params, step), noise, most).matrix;
     if (matrix.rows() == 0) return 0;
     fastest = (eigenvalues_of_space(matrix).array() - 1).abs().maxCoeff() / step;
@@ -33,7 +33,7 @@ double fastest_rate(const TangentRuns& euler, const stencil::Params& params, con
   return fastest;
 }
 
-/// Whether steps of two lengths change noise by as much as their lengths say, and one of length 0 changes nothing.
+/// Whether the change of noise in a step is proportional to the step's length.
 bool is_linear_in_step(const TangentRuns& euler, const stencil::Params& params, const Eigen::MatrixXd& noise,
                        double step) {
   const auto change = [&](double length) -> Eigen::MatrixXd {

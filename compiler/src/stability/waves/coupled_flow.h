@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the equations themselves do to perturbations on the scene's own grid, means that tie its cells together
-// included: exp(t L), where L are their rates. No step and no method of the scene's is in it. L is that of a step of
-// Euler's method, 1 + dt L, and exp(t L) is Taylor's polynomial of degree 8 in parts of t that are no longer than 1
-// over the fastest rate. What it leaves out of each, 3e-6 at most, is of the fastest rate alone.
+// The linearised equations, exact in time, on the scene's own grid: exp(t L), with means that couple its cells. The
+// scene's step and time scheme do not enter. L comes from an Euler step, 1 + dt L. exp(t L) is Taylor's polynomial of
+// degree 8 on substeps of at most 1 / fastest rate. Its truncation error is at most 3e-6 a substep, for the fastest
+// rate alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,16 +16,17 @@ namespace dpde::stability {
 
 class CoupledFlow {
  public:
-  /// null where a step of Euler's method is not 1 + dt L to rounding, as of constraints, of solves with a tolerance and
-  /// of steps along the flow; and on grids that are too large for the fastest rate to be found. `numbers`: of a space.
+  /// null if an Euler step is not 1 + dt L to rounding, as with constraints, solves with a tolerance and
+  /// semi-Lagrangian steps, or if the grid is too large to find the fastest rate. `numbers`: the size of a Krylov
+  /// space.
   static std::unique_ptr<CoupledFlow> make(driver::Session& session, const LinearStep& euler,
                                            const stencil::Params& params, double numbers);
 
-  /// 1 over the fastest rate.
+  /// 1 / fastest rate.
   double step() const { return 1 / fastest_; }
   TangentRuns::Repeated repeated(int steps) const { return flow_.repeated(params_, steps); }
   std::vector<std::string> states() const { return flow_.tangent().states(); }
-  /// Of a part of this length, from a perturbation whose columns are of these states; others are left out.
+  /// The Krylov space of exp(step() L), from a perturbation whose columns belong to `states`; other states start at 0.
   KrylovSpace on_krylov_space(const Eigen::MatrixXd& perturbation, const std::vector<std::string>& states,
                               int most) const;
 

@@ -27,7 +27,7 @@ Matrix without(const Matrix& matrix, std::size_t row, std::size_t column) {
   return rest;
 }
 
-/// By the first row.
+/// By expansion along the first row.
 LinearForm determinant(const Matrix& matrix) {
   if (matrix.empty()) return LinearForm(0);
   LinearForm sum;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve for several fields at once makes of perturbations. Its operator is a matrix of sums of displaced
-// perturbations, which multiply as polynomials do: by Cramer's rule each unknown is a sum of such sums over the
-// determinant.
+// Perturbations of a solve for several coupled fields. Its operator is a matrix of linear forms, which multiply as
+// polynomials do. By Cramer's rule each unknown is a sum of linear forms divided by the determinant.
 #pragma once
 
 #include <vector>
@@ -12,7 +11,8 @@ namespace dpde::stability {
 
 constexpr std::size_t most_coupled = 4;
 
-/// matrix[i][k]: what the image i is of the unknown k, of component 0. One sum an unknown; none where all rights are 0.
+/// matrix[i][k]: the operator of equation i on unknown k, as a form of component 0. Returns one sum per unknown; empty
+/// if all right-hand sides are 0.
 std::vector<WaveSum> coupled_waves(const std::vector<std::vector<LinearForm>>& matrix,
                                    const std::vector<LinearForm>& rights);
 

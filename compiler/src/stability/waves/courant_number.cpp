@@ -12,7 +12,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// Of expressions without other derivatives than slopes of what is solved for; not a number of others.
+/// The value of an expression whose only derivatives are slopes of solved fields; NaN for other expressions.
 double value_at(const model::Expr& e, const FrozenPoint& point) {
   constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
   if (const auto* n = std::get_if<model::Number>(&e->kind)) return n->value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// |v| step/h, summed over the axes, of what an equation's advect() carries.
+// The Courant number |v| step/h, summed over the axes, of the advect() terms of an equation.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace dpde::stability {
 
-/// The largest of all equations, with the velocities of the point. nullopt where nothing is carried, a velocity is made
-/// of derivatives, or an axis is stretched.
+/// The largest Courant number of all equations, with the velocities at the point. nullopt if there is no advection, a
+/// velocity is made of derivatives, or an axis is stretched.
 std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step,
                                      const StateGroup& group = {});
 

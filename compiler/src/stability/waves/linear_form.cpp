@@ -85,7 +85,7 @@ LinearForm LinearForm::renumbered(int by) const {
   return result;
 }
 
-/// The place of the key, or the free one where it belongs: the next ones are tried by turns.
+/// The slot of the key, or the free slot for it, by linear probing.
 std::size_t FormSum::place_of(std::int64_t key) const {
   constexpr std::uint64_t golden = 0x9E3779B97F4A7C15;  // 2^64 times the golden ratio: it spreads keys that are near
   const std::size_t last = places_.size() - 1;
@@ -94,7 +94,7 @@ std::size_t FormSum::place_of(std::int64_t key) const {
   return place;
 }
 
-/// To a power of two, and four times what is in it.
+/// Grows the table to a power of two of at least four times its entries.
 void FormSum::grow() {
   constexpr std::size_t fewest = 256;
   places_.assign(std::max(fewest, 4 * std::bit_ceil(terms_.size())), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of displaced perturbations: what a linear step makes of a state.
+// Linear forms of displaced perturbations: a state after a linear step.
 #pragma once
 
 #include <cstddef>
@@ -43,13 +43,13 @@ class LinearForm {
   std::vector<Term> terms_;
 };
 
-/// Adds many forms up. What it does for each term does not depend on how many there are: it finds keys by hashing, and
-/// its memory is kept from sum to sum.
+/// Adds many forms. The cost of a term does not depend on their number: keys are found by hashing, and the memory is
+/// reused from sum to sum.
 class FormSum {
  public:
   /// The form displaced by `offset`, times the factor.
   void add(const LinearForm& form, const stencil::Offset& offset, double factor);
-  /// What was added since it was last taken.
+  /// The sum of the forms added since the last call.
   LinearForm take();
 
  private:

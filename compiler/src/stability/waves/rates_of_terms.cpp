@@ -16,13 +16,13 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double told = 1e-6;               // ln |g|: beyond rounding
+constexpr double told = 1e-6;               // ln |g| that is surely no rounding
 constexpr double rounding_of_a_sum = 1e-9;  // of the sum of all terms: rounding
-constexpr double any_factor = 0.5;          // not one that is folded
+constexpr double any_factor = 0.5;          // a factor that constant folding does not remove
 
 std::string factor_of(std::size_t term) { return "factor of term " + std::to_string(term); }
 
-/// What has each term multiplied by a factor of its own.
+/// The problem with each term multiplied by a factor of its own.
 model::Problem with_factors(model::Problem problem, const std::vector<RateTerm>& terms) {
   for (model::State& state : problem.states) state.rhs = state.rhs ? std::optional(model::number(0)) : std::nullopt;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -35,8 +35,8 @@ model::Problem with_factors(model::Problem problem, const std::vector<RateTerm>&
   return problem;
 }
 
-/// Numbers of terms, one of each state at a time: a row has what its own state's right side makes, so that all of these
-/// are had at once.
+/// Groups of term numbers with at most one term per state. A row depends on its own state's right-hand side only, so
+/// one response gives the rows of a whole group.
 std::vector<std::vector<std::size_t>> one_of_each_state(const std::vector<RateTerm>& terms) {
   std::map<std::string, std::size_t> seen;
   std::vector<std::vector<std::size_t>> result;
@@ -48,7 +48,7 @@ std::vector<std::vector<std::size_t>> one_of_each_state(const std::vector<RateTe
   return result;
 }
 
-/// The row that each term makes alone. nullopt where one cannot be had.
+/// The row of each term alone; nullopt if one cannot be made.
 std::optional<std::vector<LinearForm>> parts_of(const LinearStep& euler, const FrozenPoint& point,
                                                 const std::vector<RateTerm>& terms,
                                                 const std::vector<std::size_t>& row_of) {
@@ -71,7 +71,7 @@ double size_of(const LinearForm& form) {
   return sum;
 }
 
-/// Of rows that have terms.
+/// Whether each row that has terms is the sum of their parts.
 bool are_sums_of(const std::vector<LinearForm>& parts, const std::vector<std::size_t>& row_of,
                  const std::vector<LinearForm>& rows) {
   std::map<std::size_t, LinearForm> left;
@@ -135,7 +135,7 @@ std::optional<RatesOfTerms> RatesOfTerms::make(const model::Problem& problem, co
   return result;
 }
 
-/// Two places that lie opposite to each other have the real part (a + b) cos(angle).
+/// Weights a and b at opposite offsets have the real part (a + b) cos(angle).
 RatesOfTerms::Reach RatesOfTerms::reach_of(const LinearForm& row, std::size_t state) const {
   std::map<stencil::Offset, double> own;
   Reach reach;

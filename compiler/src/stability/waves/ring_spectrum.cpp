@@ -13,9 +13,9 @@ namespace dpde::stability {
 namespace {
 
 constexpr double rounding_of_ring =
-    1e-13;  // of the largest entry of a pair of states: what cells of a ring may differ by
+    1e-13;  // allowed difference between cells of a ring, relative to the largest entry of a pair of states
 
-/// Where the cells of a ring are in a vector.
+/// The layout of the cells of a ring in a vector.
 struct Ring {
   Eigen::Index length, stride, cells, others;
   /// The i-th cell of the ring that `other` is on, of all states and lines.
@@ -37,7 +37,7 @@ bool is_same_from_each(const Eigen::MatrixXd& step, const Ring& ring, Eigen::Ind
   return true;
 }
 
-/// What a cell of each line does to those at a distance, distance by distance.
+/// The block of `step` for each distance between two cells of the ring.
 std::optional<std::vector<Eigen::MatrixXd>> by_distance(const Eigen::MatrixXd& step, const Ring& ring) {
   std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(ring.length), Eigen::MatrixXd(ring.others, ring.others));
   for (Eigen::Index column = 0; column < ring.others; ++column) {

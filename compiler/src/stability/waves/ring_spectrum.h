@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eigenvalues of what is the same from each cell of a ring to the next.
+// Eigenvalues of a matrix that is block circulant along a periodic axis.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +8,8 @@
 
 namespace dpde::stability {
 
-/// Of `step`, which has states one behind the other, each by cells with x first. Waves along `axis` stand alone there:
-/// each has a matrix with as many times fewer rows as the ring has cells. nullopt where cells of the ring differ.
+/// Eigenvalues of `step`, whose vectors hold the states one after the other, each with x fastest. Fourier modes along
+/// `axis` decouple: the matrix of each has rows / cells[axis] rows. nullopt if `step` is not circulant along `axis`.
 std::optional<Eigen::VectorXcd> eigenvalues_on_ring(const Eigen::MatrixXd& step, const std::array<int, 3>& cells,
                                                     std::size_t axis);
 

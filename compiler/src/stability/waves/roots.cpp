@@ -14,12 +14,12 @@ using Root = std::complex<double>;
 
 std::array<Root, most_roots> roots_of_quadratic(const Root& c0, const Root& c1) {
   const Root half = -0.5 * c1, root = std::sqrt(product(half, half) - c0);
-  // The larger one has no difference of what is nearly alike; it gives the other.
+  // The larger root has no cancellation; the other follows from the product c0.
   const Root larger = std::norm(half + root) >= std::norm(half - root) ? half + root : half - root;
   return {larger, larger == 0.0 ? 0.0 : c0 / larger, 0};
 }
 
-/// One step towards the root nearby, where it is a step.
+/// One Newton step towards the nearby root, taken only if it is small.
 Root refined(const Root& x, const Root& c0, const Root& c1, const Root& c2) {
   const Root value = product(product(x + c2, x) + c1, x) + c0, slope = product(3.0 * x + 2.0 * c2, x) + c1;
   const Root change = value / slope;

@@ -10,8 +10,9 @@ namespace dpde::stability {
 
 inline constexpr std::size_t most_roots = 3;
 
-/// Of x^n + c[n-1] x^(n-1) + ... + c[0], n up to most_roots; what lies behind n is 0. In closed form: they are asked
-/// for by the hundred thousand. Near to rounding, and where some are one to its root, of the largest of them.
+/// The roots of x^n + c[n-1] x^(n-1) + ... + c[0], n up to most_roots; further entries are 0. In closed form, as they
+/// are needed hundreds of thousands of times. Accurate to rounding relative to the largest root; multiple roots to a
+/// root of rounding.
 std::array<std::complex<double>, most_roots> roots_of(std::span<const std::complex<double>> c);
 
 }  // namespace dpde::stability

@@ -38,7 +38,7 @@ PolynomialMatrix product_of(const PolynomialMatrix& a, const PolynomialMatrix& b
   return result;
 }
 
-/// Of x^n + c[n-1] x^(n-1) + ... + c[0], by the method of Faddeev and Le Verrier.
+/// The characteristic polynomial x^n + c[n-1] x^(n-1) + ... + c[0], by the method of Faddeev and Le Verrier.
 std::vector<Polynomial> characteristic_of(const PolynomialMatrix& a) {
   const std::size_t size = a.size();
   std::vector<Polynomial> result(size);
@@ -128,13 +128,13 @@ StepOfRates::Image StepOfRates::image(const Eigen::MatrixXcd& z, const std::vect
 
 bool StepOfRates::makes(const Amplification& g, const Amplification& rates, const std::vector<Place>& places,
                         double step) const {
-  // Units of rounding for each state and power. A product of complex matrices rounds by one of each at most (N. J.
-  // Higham, Accuracy and Stability of Numerical Algorithms, 3.6), the stages of the step by as much; six are left for
-  // sums over the places of a difference, and for phases, by half a unit for each cell of their distance. Where more is
-  // lost, as in high derivatives along one axis, the answer is no, which costs time alone.
+  // Allowed rounding units for each state and power. A product of complex matrices costs at most one (N. J. Higham,
+  // Accuracy and Stability of Numerical Algorithms, 3.6), and the stages of the step another. Six remain for sums over
+  // a stencil and for phases, whose error is half a unit per cell of distance. If more is lost, as in high derivatives
+  // along one axis, the answer is no, which only costs time.
   constexpr double roundings = 8;
   constexpr Angles any_wave{1, 0.7, 0.4};
-  // What a step carries beside its states and their memory, as the first guess of a solve, has no rates.
+  // Rows in addition to states and their histories, as the initial guess of a solve, have no row in L.
   const bool has_all = places.size() == static_cast<std::size_t>(g.size()) &&
                        places.size() == matrix_.size() * static_cast<std::size_t>(rates.size()) &&
                        std::ranges::all_of(places, [&](const Place& p) { return p.memory < matrix_.size(); });

@@ -30,9 +30,9 @@ int cells_of(const std::vector<model::Axis>& axes, std::size_t axis, bool has_ne
   return std::min(axes[axis].cells, along);
 }
 
-using Names = std::map<std::string, std::string>;  // fields of a program, and what `whole` calls them
+using Names = std::map<std::string, std::string>;  // fields of a program, and their names in `whole`
 
-/// Fields in `body` that solves or means make, and that are known: of a solve all of them, or none.
+/// The fields in `body` that solves or means make and whose values are known; of a solve all fields, or none.
 void find_known(const std::vector<stencil::Statement>& body, const LinearStep& linear,
                 const std::map<std::string, FrozenValue>& whole, Names& found) {
   const auto add = [&](const stencil::Statement& statement) {
@@ -54,8 +54,8 @@ void find_known(const std::vector<stencil::Statement>& body, const LinearStep& l
   for_each_statement(body, add, Blocks::passes);
 }
 
-/// Without solves for these fields, their means, and what fills their halos: in repeats those of fields from outside,
-/// too.
+/// Removes the solves and means of these fields, and the statements that fill their halos; in repeats also those of
+/// fields from outside.
 void take_out(std::vector<stencil::Statement>& body, const Names& known) {
   const auto is_known = [&](const stencil::Statement& statement) {
     return match(
@@ -84,10 +84,10 @@ class SmallGrid {
     return static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
            static_cast<std::size_t>(grid_.cells[2]) * linear_.states().size();
   }
-  /// The tangent, without what is known of the point.
+  /// The tangent, without statements whose results are known at the point.
   const stencil::Program& program() const { return program_; }
   const stencil::CellIndex& cells() const { return grid_.cells; }
-  /// By machine code, where there is some.
+  /// By machine code if `compiled` is not null.
   Eigen::MatrixXd tangent(const CompiledTangent* compiled) const {
     if (compiled != nullptr) return compiled->matrix(inputs(), params_);
     const std::size_t cells = static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
@@ -117,7 +117,7 @@ class SmallGrid {
     for (const std::string& input : linear_.inputs()) {
       if (stencil::is_coordinate(input)) {
         const auto axis = static_cast<std::size_t>(input[0] - 'x');
-        // A network is no line: what it gives at places outside of the scene would count.
+        // A network is not linear in the coordinates: its values at points outside of the scene would count.
         const double h = weights_.empty() ? point_.params.at("h" + input) : 0;
         memory.set_coordinate(static_cast<int>(axis), Topology::bounded,
                               point_.place[axis] - 0.5 * grid_.cells[axis] * h, h);
@@ -132,7 +132,7 @@ class SmallGrid {
     return memory;
   }
 
-  /// What the tangent makes of its inputs alone is the same for all columns.
+  /// The statements that depend on perturbations; results of the inputs alone are the same for all columns.
   ApartModule module_of_columns() const {
     stencil::Module module = linear_.module();
     module.programs.front() = program_;
@@ -159,7 +159,7 @@ class SmallGrid {
     return result;
   }
 
-  /// In the halo, too: a wind as it is at the point is so at the walls.
+  /// Sets the field linear about the point, in the halo, too: a wind then has its value of the point at the walls.
   void set_line(stencil::State& memory, const std::string& field, const FrozenValue& value) const {
     stencil::CellIndex low{}, high = grid_.cells;
     for (std::size_t axis = 0; axis < low.size(); ++axis) {
@@ -185,7 +185,7 @@ class SmallGrid {
 }  // namespace
 
 Eigen::VectorXcd WallSpectrum::eigenvalues(const FrozenPoint& point, double step) const {
-  constexpr std::size_t many = 48;  // columns on two and three axes
+  constexpr std::size_t many = 48;  // columns, on two and three axes
   const SmallGrid grid(linear_, point, axes_, step, weights_);
   if (!was_tried_ && weights_.empty() && axes_.size() > 1 && grid.unknowns() >= many)
     compiled_ = CompiledTangent::make(linear_, grid.program());

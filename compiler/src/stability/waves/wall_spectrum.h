@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Growth between walls, and by networks, which waves do not see: the eigenvalues of a step's tangent on a small grid
-// with the scene's sides and spacings, everything else frozen at one point.
+// Growth between walls and by networks, which Fourier modes do not show: the eigenvalues of a step's tangent on a small
+// grid with the scene's boundary conditions and spacings. All else is frozen at one point.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@
 
 namespace dpde::stability {
 
-/// Eigenvalues on 24, 8 x 8 or 5 x 5 x 5 cells at most, fewer of many states; with networks on 24, 4 x 4 or 4 x 4 x 4.
-/// Empty where the tangent is not finite.
+/// Eigenvalues on at most 24, 8 x 8 or 5 x 5 x 5 cells, fewer with many states; with networks on 24, 4 x 4 or
+/// 4 x 4 x 4. Empty if the tangent is not finite.
 class WallSpectrum {
  public:
   WallSpectrum(const LinearStep& linear, std::vector<model::Axis> axes,
@@ -28,12 +28,12 @@ class WallSpectrum {
   const LinearStep& linear_;
   std::vector<model::Axis> axes_;
   std::map<std::string, stencil::Weights> weights_;
-  mutable std::unique_ptr<CompiledTangent> compiled_;  // made by the first who wants many columns; null else
+  mutable std::unique_ptr<CompiledTangent> compiled_;  // made at the first call with many columns; else null
   mutable bool was_tried_ = false;
 };
-/// The cells of that grid along each axis, of so many states.
+/// The cells of that grid along each axis, for this number of states.
 std::vector<int> cells_between_walls(const std::vector<model::Axis>& axes, std::size_t states);
-/// The number of cells of that grid where it has networks: fewer in two and three dimensions.
+/// The number of cells of that grid with networks: fewer in two and three dimensions.
 double cells_with_networks_along(const std::vector<model::Axis>& axes);
 
 }  // namespace dpde::stability

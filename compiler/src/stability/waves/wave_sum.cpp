@@ -15,9 +15,9 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double smallest_angle = 1e-9;  // of what is a wave
+constexpr double smallest_angle = 1e-9;  // of a wave; smaller angles are the mean
 
-/// A sum, and that of the sizes of its terms.
+/// A sum, and the sum of the magnitudes of its terms.
 struct Sum {
   Complex value = 0;
   double size = 0;
@@ -52,14 +52,14 @@ Complex value_of(const WaveFunction& function, const Sum& argument) {
   unreachable("wave function");
 }
 
-/// By its argument: phi_N' = phi_N - N*phi_P, inverse_N' = -N*inverse_P, with P = N+1; heaviside' = 0.
+/// The derivative by the argument: phi_N' = phi_N - N*phi_P, inverse_N' = -N*inverse_P, with P = N+1; heaviside' = 0.
 Complex slope_of(const WaveFunction& function, const Sum& argument) {
   const auto [kind, number] = function;
   const Complex next = static_cast<double>(number) * value_of({kind, number + 1}, argument);
   return kind == WaveFunction::Kind::phi ? value_of(function, argument) - next : -next;
 }
 
-/// Of the monomial that is this axis alone.
+/// The coefficient of the first power of this axis alone.
 double slope_along(const std::vector<NumberMonomial>& symbol, std::size_t axis) {
   std::array<int, 3> powers{};
   powers[axis] = 1;
@@ -68,8 +68,8 @@ double slope_along(const std::vector<NumberMonomial>& symbol, std::size_t axis) 
   return sum;
 }
 
-/// By i times the angle, of what is known: not of 1/dt with dt = 0. A slope that waves of two cells do not have is 1
-/// beside them on both sides.
+/// The derivative by i*angle, of known monomials: not of 1/dt with dt = 0. A slope that vanishes for waves of two cells
+/// has derivative 1 next to them on both sides.
 std::vector<NumberMonomial> derivative_of(const std::vector<NumberMonomial>& symbol, std::size_t axis) {
   std::vector<NumberMonomial> result;
   for (NumberMonomial monomial : symbol) {
@@ -128,7 +128,7 @@ bool WaveMultiplier::is_zero() const {
 
 bool WaveMultiplier::solves() const { return function.kind == WaveFunction::Kind::inverse && has_waves(argument); }
 
-/// What is solved for is not known where the equation has no constant: the right side elsewhere makes it.
+/// The solution is not known if the operator takes constants to 0: it then depends on the right-hand side elsewhere.
 double WaveMultiplier::of_constant() const {
   const bool is_open = function.kind == WaveFunction::Kind::inverse && value_at(argument, {}).size == 0;
   return is_open ? std::numeric_limits<double>::infinity() : at({}).real();

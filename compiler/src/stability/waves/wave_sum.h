@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a transform makes of perturbations: sums of displaced ones whose waves are multiplied; what a solve makes of
-// them: a sum whose waves are divided. It is a component of its own in other sums, as its numbers are different for
-// each wave.
+// Perturbations after a transform (linear forms whose waves are multiplied) or after a solve (a sum whose waves are
+// divided). A WaveSum is a component of its own in other forms, as its factor differs from wave to wave.
 #pragma once
 
 #include <array>
@@ -14,45 +13,45 @@
 
 namespace dpde::stability {
 
-/// coefficient times (i*angle)^power for each axis, angles in radians a cell; 0 for waves of two cells along those
-/// where it vanishes.
+/// coefficient * product over axes of (i*angle)^power, angles in radians per cell; 0 for waves of two cells along axes
+/// with `vanishes`.
 struct NumberMonomial {
   double coefficient = 0;
   std::array<int, 3> powers{};
   std::array<bool, 3> vanishes{};
 };
 
-/// A multiplier of stencil.h with numbers in it.
+/// A multiplier of stencil.h with its parameters replaced by numbers.
 struct WaveMultiplier {
   WaveFunction function = {};
   std::vector<NumberMonomial> argument, factor;
   bool within_two_thirds = false;
-  std::array<bool, 3> means = {};  // along these axes it takes the mean: no waves are left
+  std::array<bool, 3> means = {};  // along these axes it takes the mean: only constants remain
 
   std::complex<double> at(const std::array<double, 3>& angles) const;
   static WaveMultiplier one() { return {{}, {}, {{1, {}}}, false}; }
-  /// The same for all waves.
+  /// Whether the multiplier is the same for all waves.
   bool is_constant() const;
-  /// Or not known, as of 1/dt with dt = 0.
+  /// Whether it is 0 or not known, as 1/dt with dt = 0.
   bool is_zero() const;
-  /// Divides waves by what an operator makes of them: what it gives at a point depends on all places.
+  /// Whether it divides waves by an operator's symbol: its value at a point then depends on all points.
   bool solves() const;
-  /// Of what is the same everywhere, and for each axis of what grows by 1 a cell along it.
+  /// The factor of a constant field, and for each axis that of a field with slope 1 per cell along it.
   double of_constant() const;
   std::array<double, 3> of_slopes() const;
-  /// Of what grows by 1 a cell along the axis and is 0 at the point, times a wave: M(D)(x f) = x M(D) f + M'(D) f,
-  /// where M' is the sum of these. `argument`: what is taken for its own in its derivative.
+  /// M' for x (in cells along the axis, 0 at the point) times a wave f: M(D)(x f) = x M(D) f + M'(D) f. M' is the sum
+  /// of the returned multipliers. `argument`: used instead of the multiplier's own in its derivative.
   std::vector<WaveMultiplier> derivatives(std::size_t axis, const std::vector<NumberMonomial>& argument) const;
 };
 
-/// What a transform or a solve gives.
+/// The result of a transform or a solve.
 struct WaveSum {
   struct Term {
     LinearForm form;
     WaveMultiplier by;
   };
   std::vector<Term> terms;
-  LinearForm divisor = {};  // of component 0: by what this makes of a wave of amplitude 1; none where it is zero
+  LinearForm divisor = {};  // of component 0: divides by its value for a wave of amplitude 1; empty: no division
 
   bool is_finite() const;
 };

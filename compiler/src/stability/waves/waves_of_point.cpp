@@ -32,8 +32,8 @@ std::vector<Angles> longest_waves(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// All that a small periodic grid has, one of k and -k, and of one cell the mean; none of other grids, whose waves are
-/// so many that those between them say the same.
+/// All modes of a small periodic grid, one of each k and -k; of one cell the mean. Empty for other grids: their modes
+/// are so many that waves of all lengths give the same result.
 std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   constexpr double most_along = 32, most = 1024;
   double count = 1;
@@ -60,7 +60,7 @@ std::vector<Angles> waves_of_grid(const FrozenPoint& point, int rank) {
   return waves;
 }
 
-/// Or the mean of all cells, where there is one: what is solved for may not be known of it.
+/// The larger of `waves` and the value for the mean, if that is finite: a solve may leave the mean undetermined.
 Largest with_mean(const Largest& waves, const std::function<double(const Angles&)>& f) {
   const double of_mean = f({});
   return std::isfinite(of_mean) && of_mean > waves.value ? Largest{{}, of_mean} : waves;
@@ -84,7 +84,7 @@ Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, i
     }
     return false;
   };
-  // Waves of nearly two cells have slopes; that of two has none, and is only met by grids.
+  // Waves of nearly two cells have slopes. The wave of exactly two has none, and only grids contain it.
   const auto beside_shortest = [](Angles angles) {
     for (double& angle : angles) angle = std::clamp(angle, -longest_angle, longest_angle);
     return angles;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The waves that a step is looked at for about a frozen point of a scene: all of its grid where that is small, else all
-// lengths.
+// The waves that are checked about a frozen point of a scene: all modes of a small grid, else waves of all lengths.
 #pragma once
 
 #include <functional>
@@ -9,9 +8,9 @@
 
 namespace dpde::stability {
 
-/// With the mean where long waves do not stand for it. What is solved for may be faster the longer waves are
-/// (those of Rossby): without those that are longer than the grid then, and with the longest that it has, which may
-/// stand alone.
+/// The largest value of `f` over these waves, and the mean if long waves do not represent it. With solves, frequencies
+/// may rise with the wavelength (Rossby waves): waves longer than the grid are then left out, and the grid's longest
+/// waves are included, which may be isolated.
 Largest largest_over_waves(const LinearStep& linear, const FrozenPoint& point, int rank,
                            const std::function<double(const Angles&)>& f);
 
