@@ -18,7 +18,7 @@ std::size_t product_of(const std::vector<int>& cells) {
   return product;
 }
 
-/// Even, as axes around a pole have to be.
+/// About half, and even, as axes around a pole must be.
 int half_of(int cells) { return (cells + 3) / 4 * 2; }
 
 }  // namespace
@@ -52,7 +52,7 @@ CoarseGrid::Place CoarseGrid::own_place_of(std::size_t own_cell) const {
   return place;
 }
 
-/// Of an axis with `stride` values from one cell to the next; the axes behind it are the scene's.
+/// Restricts one axis, whose neighbouring cells are `stride` values apart; later axes still have the scene's cells.
 std::vector<double> CoarseGrid::restricted_along(std::size_t axis, std::span<const double> values, std::size_t stride,
                                                  bool is_on_faces) const {
   const auto n = static_cast<std::size_t>(cells_[axis]), own = static_cast<std::size_t>(own_[axis]);
@@ -65,7 +65,7 @@ std::vector<double> CoarseGrid::restricted_along(std::size_t axis, std::span<con
     }
   };
   if (is_on_faces) {
-    for (std::size_t cell = 0; cell < n; ++cell) {  // the place of its face is (cell + 1)/n of the axis
+    for (std::size_t cell = 0; cell < n; ++cell) {  // its face is at (cell + 1)/n of the axis
       const std::size_t place = (cell + 1) * own, above = place / n;
       const double share = static_cast<double>(place % n) / static_cast<double>(n);
       add(cell, above - 1, 1 - share);
@@ -73,7 +73,7 @@ std::vector<double> CoarseGrid::restricted_along(std::size_t axis, std::span<con
     }
     return result;
   }
-  for (std::size_t cell = 0; cell < n; ++cell) {  // in units of 1/n of the scene's cells it is `own` long
+  for (std::size_t cell = 0; cell < n; ++cell) {  // its length is `own`, in units of 1/n of a scene's cell
     const std::size_t low = cell * own, high = low + own;
     for (std::size_t i = low / n; i * n < high; ++i) {
       const std::size_t common = std::min(high, (i + 1) * n) - std::max(low, i * n);
@@ -113,7 +113,7 @@ double CoarseGrid::at(std::span<const double> values, const Place& own_place, co
     const double place = (static_cast<double>(own_place[a]) + upper) * width - upper;
     double below = std::floor(place);
     if (!is_periodic_[a]) below = std::clamp(below, 0.0, std::max(0.0, static_cast<double>(n) - 2));
-    const double share = n == 1 ? 0 : place - below;  // of the cell above: where that is a wall's, straight on
+    const double share = n == 1 ? 0 : place - below;  // weight of the upper cell; extrapolates at walls
     const auto low = static_cast<std::size_t>(below < 0 ? static_cast<double>(n) - 1 : below), high = (low + 1) % n;
     const std::size_t before = count;
     for (std::size_t p = 0; p < before; ++p) {

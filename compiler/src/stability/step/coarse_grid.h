@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A grid for what depends on all places at once. A verdict samples values and slopes of solutions and means, and these
-// are smoother than what they are made from: on large grids their values on fewer cells do.
+// A coarser grid for solutions and means, which depend on all points. A verdict samples their values and slopes. They
+// are smoother than the fields they come from, so on large grids values on fewer cells suffice.
 #pragma once
 
 #include <array>
@@ -13,35 +13,35 @@
 
 namespace dpde::stability {
 
-/// The scene's own grid up to 2^18 cells; beyond, the axes with most cells are halved until it has no more. Fields are
-/// arrays with one value a cell, x fastest, of the scene's cells or of these: values on faces are those on the upper
-/// face of each cell, on both grids.
+/// The scene's own grid up to 2^18 cells; above, the longest axes are halved until the grid has at most 2^18. Fields
+/// are arrays with one value per cell, x fastest, on the scene's grid ("own") or on this one. Values on faces are those
+/// on the upper face of each cell, on both grids.
 class CoarseGrid {
  public:
   using Place = std::array<std::size_t, 3>;
 
-  /// \param axes 1 to 3, as the session has them: of at least 1 cell each.
+  /// \param axes the session's 1 to 3 axes, of at least 1 cell each.
   explicit CoarseGrid(const std::vector<model::Axis>& axes);
-  /// The scene's, however many cells it has.
+  /// The scene's grid, for any number of cells.
   static CoarseGrid own(const std::vector<model::Axis>& axes);
 
   /// Whether it is the scene's grid.
   bool is_own() const { return cells_ == own_; }
-  /// One number an axis.
+  /// The number of cells along each axis.
   const std::vector<int>& cells() const { return cells_; }
   /// "512 x 512 cells".
   std::string text() const;
-  /// The means of the scene's cells in each of these, by the part of them that lies in it; along axes where the values
-  /// lie on faces, linear between the two that are nearest. One value of each of its cells to one of each of these.
+  /// From the scene's grid to this one: the mean of the scene's cells in each cell, weighted by overlap. Along axes
+  /// with values on faces: linear interpolation between the two nearest.
   std::vector<double> restricted(std::span<const double> values, const model::Placement& placement = {}) const;
-  /// Linear between the centres of cells, or faces, and beyond the last ones: one value of each of these cells to one
-  /// of each of the scene's.
+  /// From this grid to the scene's: linear interpolation between cell centres or faces, linear extrapolation beyond the
+  /// last ones.
   std::vector<double> prolonged(std::span<const double> values, const model::Placement& placement = {}) const;
-  /// The same in one of the scene's cells.
-  /// \param values one of each of these cells.
-  /// \param own_place the scene's cell, its number along each axis; 0 along axes there are not.
+  /// prolonged() for one of the scene's cells.
+  /// \param values one per cell of this grid.
+  /// \param own_place index of the scene's cell along each axis; 0 along absent axes.
   double at(std::span<const double> values, const Place& own_place, const model::Placement& placement = {}) const;
-  /// The scene's cell in the middle of one of these.
+  /// The scene's cell in the middle of a cell of this grid.
   std::size_t middle_of(std::size_t cell) const;
 
  private:

@@ -71,7 +71,7 @@ State initial_inputs(driver::Session& session, const LinearStep& linear) {
       memory.set(input, values);
     } else {
       std::vector<double> values = state < 0 ? session.workspace().dense(input) : session.initial(state);
-      values.resize(session.workspace().cell_count());  // of a control field the first interval
+      values.resize(session.workspace().cell_count());  // only the first interval of a control field
       memory.set(input, values);
     }
   }

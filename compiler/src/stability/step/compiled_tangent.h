@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step's tangent as machine code, for matrices of many columns: a column takes microseconds, where the interpreter
-// takes milliseconds. Compiling takes some tenths of a second.
+// A step's tangent as machine code, for matrices of many columns: a column takes microseconds instead of the
+// interpreter's milliseconds. Compiling takes some tenths of a second.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,34 +17,32 @@
 
 namespace dpde::stability {
 
-/// Memory for a tangent, with halos as wide as it reads; no field is in it.
+/// Memory for a tangent, with halos as wide as it reads, still without fields.
 stencil::State memory_for(const LinearStep& linear, const stencil::Grid& grid);
 /// The scene's own grid.
 stencil::Grid grid_of(const std::vector<model::Axis>& axes);
-/// Memory with all that is no perturbation, as the scene begins.
+/// Memory with all inputs other than perturbations, at the initial state.
 stencil::State initial_inputs(driver::Session& session, const LinearStep& linear);
-/// The same with states as one step of this length makes them; nullopt where one is not finite, or a solve in it finds
-/// no solution.
+/// The same with the states after one step of this length; nullopt if a state is not finite or a solve fails.
 std::optional<stencil::State> inputs_after(driver::Session& session, const LinearStep& linear, double step);
 
 class CompiledTangent {
  public:
-  /// null where a method with a tolerance, a transform or a network would run in it, or no code can be made.
+  /// null if it would run an iterative solver with a tolerance, a transform or a network, or if no code can be made.
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear);
-  /// With another body, which lacks what makes fields that `inputs` has.
+  /// With another body, without the statements whose results are already in `inputs`.
   static std::unique_ptr<CompiledTangent> make(const LinearStep& linear, const stencil::Program& program);
-  /// With the means that linear.module() is without, with solves, whatever their method is, and transforms: to see
-  /// what grows.
+  /// With the means that linear.module() lacks, solves of any method, and transforms: for runs.
   static std::unique_ptr<CompiledTangent> of_coupled(const LinearStep& linear);
 
-  /// States that anything depends on: columns of perturbations.
+  /// The states that the step depends on, in the order of columns.
   std::vector<std::string> states() const;
-  /// What a step makes of all perturbations, states one behind the other; 0 in rows and columns of states that nothing
-  /// depends on. `inputs` has every field that is no perturbation, halos included.
+  /// The matrix of the step, with states one after the other; rows and columns of states that nothing depends on are 0.
+  /// `inputs` has every field except perturbations, with halos.
   Eigen::MatrixXd matrix(const stencil::State& inputs, const stencil::Params& params) const;
   const LinearStep& linear() const { return linear_; }
   const dpde_program& step() const { return *code_->find(linear_.program().name); }
-  /// What a step makes of its inputs alone; nullptr: nothing that it uses later.
+  /// The part of a step that depends on inputs alone; nullptr if there is none.
   const dpde_program* fixed() const { return fixed_.empty() ? nullptr : code_->find(fixed_); }
 
  private:

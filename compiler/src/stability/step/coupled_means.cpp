@@ -26,7 +26,7 @@ using namespace stencil;
 namespace {
 
 constexpr double ln_hundred = 4.605170185988092, much = 4 * ln_hundred;  // ln of growth in a run
-constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;          // times steps
+constexpr double cells_of_run = 5e6, cells_with_solves = 1.5e6;          // cells times steps of a run
 constexpr double most_cells_folded = 1.5e5;  // 2 runs of 60 steps and their references are some 10 s of 2026
 constexpr double numbers_of_space = 2e7;
 constexpr int largest_space = 40;
@@ -47,7 +47,7 @@ bool is_weighted(const Module& module, const Program& program, const Reduce& red
   });
 }
 
-/// Solves have none: they are of kernels alone, see step_capabilities.h.
+/// Blocks of solves contain no reductions, only kernels: see step_capabilities.h.
 void take_out(Module& module, const Program& program, std::vector<Statement>& body,
               const std::function<bool(const Reduce&)>& is_out) {
   body = replace_kind<Reduce>(std::move(body), [&](const Reduce& reduce) -> std::vector<Statement> {
@@ -76,7 +76,7 @@ Module without_means(Module module, const std::set<std::string>& rates) {
 
 namespace {
 
-/// What means add at a point: the wave of all cells has it, and one that is a little shorter has not.
+/// The contribution of means at a point: the difference of G between the constant wave and a very long one.
 std::optional<Eigen::MatrixXcd> part_of_means(const LinearStep& linear, const FrozenPoint& point, int rank,
                                               double step) {
   constexpr double nearly_a_mean = 1e-5;  // radians a cell
@@ -178,7 +178,8 @@ bool CoupledRuns::is_stable(double step) const {
   return known != are_stable_.end() ? known->second : (are_stable_[step] = grows_nothing_in(step));
 }
 
-/// Most steps beyond a limit show it soon, and the equations need not be followed for long.
+/// A short run comes first: most steps above a limit show growth soon, and the growth of the equations is then needed
+/// for a short time only.
 bool CoupledRuns::grows_nothing_in(double step) const {
   const auto is_allowed = [&](const std::vector<double>& growths) {
     const int steps = std::min(steps_, TangentRuns::steps_between_growths * static_cast<int>(growths.size()));
@@ -200,8 +201,8 @@ int CoupledRuns::most_of_space(const Eigen::MatrixXd& start) const {
   return static_cast<int>(std::min<Eigen::Index>(largest_space, fit));
 }
 
-/// Where an eigenvalue is one of the step, what the step makes of its vector does not leave the space, and a space that
-/// is larger by some dimensions shows the same.
+/// A Ritz value counts as an eigenvalue of the step if its residual is small, or if spaces smaller by 1, 2 and 5
+/// dimensions have the same.
 std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& space, Eigen::Index most) const {
   constexpr double surely = 3;
   const Eigen::Index size = space.matrix.rows();
@@ -218,7 +219,7 @@ std::optional<CoupledRuns::OfSpace> CoupledRuns::growth_in(const KrylovSpace& sp
   result.told = surely * error_of_space(space.matrix, value, space.rest, rounding_of_space);
   bool is_settled = true;
   for (const Eigen::Index less : {1, 2, 5}) {
-    if (size < most) break;  // it holds all that steps make
+    if (size < most) break;  // the space is invariant
     is_settled = is_settled &&
                  std::abs(growth_of(space.matrix.topLeftCorner(size - less, size - less)) - result.growth) < settled;
   }
@@ -233,8 +234,8 @@ KrylovSpace CoupledRuns::space_of(const TangentRuns& runs, double step, const Ei
   return runs.on_krylov_space(params_of(step), start, most);
 }
 
-/// In the space of what has grown in a step the equations show what they do with it by right, or that nothing of it
-/// grows. Where there is no flow short steps stand for it, which have the vectors of the step, nearly.
+/// The physical growth on the Krylov space of the perturbation that grew in a step. Without a flow short steps are
+/// used, whose eigenvectors are nearly those of the step.
 std::optional<double> CoupledRuns::growth_by_right(double step, const Eigen::MatrixXd& perturbation) const {
   const int most = most_of_space(perturbation);
   const std::optional<OfSpace> found =
@@ -245,8 +246,8 @@ std::optional<double> CoupledRuns::growth_by_right(double step, const Eigen::Mat
   return std::max(rate_ * step, (found->growth - of_events) * parts);
 }
 
-/// Where the state is not steady the tangent of a step is exp of the integral of the rates L(t) along it, which is
-/// dt L(dt/2) up to the third power of dt, and not dt L(0).
+/// About an unsteady state the tangent of a step is the exponential of the integral of L(t) over the step. That is
+/// dt L(dt/2) + O(dt^3), not dt L(0).
 std::optional<double> CoupledRuns::growth_midway(double step, const Eigen::MatrixXd& vector) const {
   std::optional<State> inputs = inputs_after_(0.5 * (step - step / parts_));
   if (!inputs) return std::nullopt;
@@ -271,7 +272,7 @@ CoupledRuns::OfSpace CoupledRuns::eigenvalue_beyond_equations(double step, const
   return beyond(*by_right);
 }
 
-/// Beyond a limit growth is soon large. What still is as small has grown from nothing as a power of the step.
+/// Beyond a limit growth is soon large. If it is still small, it rises from 0 as a power of the step.
 double CoupledRuns::power_of_growth(double limit) const {
   constexpr double farther = 1.1, least_power = 1, most_power = 5;
   const double step = farther * limit;
@@ -323,9 +324,9 @@ CoupledRuns::Reference CoupledRuns::reference_by_flow(double length) const {
   return {between * flow_->step(), flow_->repeated(static_cast<int>(std::min(parts, most))).growths, parts > most};
 }
 
-/// Steps of a part, and still shorter ones where a half and a quarter of these grow otherwise: then it is not the
-/// equations that grow. One alone may agree by chance where all are far too long. Where none agree nothing is known to
-/// grow by right.
+/// Short steps, halved until a half and a quarter of them give the same growth: else the scheme grows, not the
+/// equations. Two comparisons, as one may agree by chance when all steps are far too long. If none agree, no physical
+/// growth is known.
 CoupledRuns::Reference CoupledRuns::reference_by_parts(double step, double length) const {
   constexpr int most_halvings = 4;
   constexpr double alike = 0.3, told = 2 * ln_hundred;
@@ -350,7 +351,7 @@ double CoupledRuns::growth_by_equations(double step, double length) const {
   constexpr double more = 1.5;
   const bool has_all = reference_.is_cut_off || reference_.length() >= length * (1 - 1e-9);
   if (!has_all) {
-    const double longer = std::max(length, more * reference_.length());  // the next to be asked is a little longer
+    const double longer = std::max(length, more * reference_.length());  // the next query is often a little longer
     reference_ = flow_ ? reference_by_flow(longer) : reference_by_parts(step, longer);
   }
   return reference_.up_to(length);
@@ -362,20 +363,20 @@ double CoupledRuns::growth_rate(double step) const {
 }
 
 double CoupledRuns::late_growth_rate(double step) const {
-  constexpr double told = 0.02;  // ln: less is what a mixture of waves makes
+  constexpr double told = 0.02;  // ln: a mixture of waves causes less
   const double length = steps_ * step;
   growth_by_equations(step, length);  // finds the reference
   const double later = reference_.at(length) - reference_.at(0.5 * length);
   return later > told ? later / (0.5 * length) : 0;
 }
 
-/// A wave of L cells differs from one cell to the next by sin(pi/L)^2 of the most that it could.
+/// For a wave of L cells the sum of squared differences of neighbours is sin(pi/L)^2 of its maximum, 4 |u|^2.
 double CoupledRuns::cells_of_waves(const TangentRuns::Repeated& run, double growth) const {
   const Eigen::MatrixXd& perturbation = run.last;
   double largest = 0;
   for (Eigen::Index state = 0; state < perturbation.cols(); ++state) {
     const double of_state = std::log(perturbation.col(state).norm() / run.kept.col(state).norm());
-    if (!(growth + of_state > growth / 2)) continue;  // it keeps what it began with, noise
+    if (!(growth + of_state > growth / 2)) continue;  // it is still the initial noise
     const double all = 4 * perturbation.col(state).squaredNorm();
     Eigen::Index stride = 1;
     for (std::size_t axis = 0; axis < are_rings_.size() && all > 0; ++axis) {
@@ -395,7 +396,7 @@ double CoupledRuns::cells_of_waves(const TangentRuns::Repeated& run, double grow
                      : std::numeric_limits<double>::infinity();
 }
 
-/// The second half of a run tells: what is mixed at first has sorted itself by then.
+/// By the second half of a run: by then the fastest growing wave dominates.
 std::optional<ShortWaves> CoupledRuns::short_waves(double shortest, double longest, double time) const {
   constexpr double cells_of_long_run = 1.6e7, most_of_long_run = 800;  // times steps
   constexpr double few = 5, as_fast = 0.7, told = 2;                   // cells of a wave; in half the step; ln

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Means and sums of perturbations that count by other fields, as that of u^2, whose tangent is the mean of 2 u u'. They
-// tie each cell to all others, each in another way, and no wave at a frozen point stands for them. So do plain means
-// that act in one way at some places and in another at others, as inside a mask. The analysis of waves leaves them out;
-// runs of the step's tangent about the initial state on the scene's own grid have them. So they
-// have what curved coordinates are, which no wave and no wall with frozen coefficients is: cells that become narrow
-// towards a pole, and what lies beyond it.
+// Means and sums of perturbations weighted by other fields, as the mean of u^2 with the tangent mean(2 u u'). They
+// couple each cell to all others with different weights, so no Fourier mode at a frozen point represents them. The same
+// holds for plain means that act differently at different points, as inside a mask. The analysis of waves leaves these
+// means out; runs of the step's tangent about the initial state on the scene's own grid contain them. Such runs also
+// contain the effects of curved coordinates, which frozen coefficients miss: cells that narrow towards a pole, and the
+// connection across it.
 #pragma once
 
 #include <functional>
@@ -24,73 +24,74 @@
 
 namespace dpde::stability {
 
-/// The module with 0 in the place of these means, in its first program. `rates`: fields of perturbations.
+/// The module with 0 instead of these means, in its first program. `rates`: fields of perturbations.
 stencil::Module without_coupled_means(stencil::Module module, const std::set<std::string>& rates);
 
-/// With 0 in the place of all means and sums of perturbations.
+/// The same with 0 instead of all means and sums of perturbations.
 stencil::Module without_means(stencil::Module module, const std::set<std::string>& rates);
 
-/// With all means left to runs where they add something else at other places, or at other times, and runs can have
-/// them. Then the mean of all cells is no wave: its factor at one point, as inside a mask, would be that of a grid that
-/// is all like it.
+/// The step with all means left to runs, if their effect differs between points or times and runs are possible. The
+/// mean over the grid is then no Fourier mode: its factor at one point, as inside a mask, would be that of a grid which
+/// is like that point everywhere.
 LinearStep with_means_of_runs(driver::Session& session, const LinearStep& linear, double step);
 
-/// The worst point, and the same at a few other times of the points: what moves, as a mask does, stands still in runs.
+/// The worst point, at its time and at a few other times of `points`: moving fields, as a mask, are frozen in a run.
 std::vector<FrozenPoint> moments_of(const FrozenPoint& worst, const std::vector<ScenePoint>& points);
 
-/// What grows is of the grid: fewer cells than differences follow, and no step is short enough.
+/// Waves of so few cells that the differences do not resolve them. They grow in steps of any length.
 struct ShortWaves {
-  double rate = 0;   // of growth, 1/time
-  double cells = 0;  // of a wave
+  double rate = 0;   // growth rate, 1/time
+  double cells = 0;  // wavelength in cells
 };
 
 class CoupledRuns {
  public:
-  /// Where the step has such means, the scene curved coordinates, or products fold back (folded_products.h). null where
-  /// there is none of these, or the step's tangent cannot be compiled. `euler`: a step of it of the same equations,
-  /// which tells what they do by themselves; where it is null, or makes no flow, short steps of the scheme do.
-  /// `own_step`: the scene's, or that of the parts of it.
+  /// For steps with such means, curved coordinates, or aliasing products (folded_products.h). null if there is none of
+  /// these, or the step's tangent cannot be compiled. `euler`: an Euler step of the same equations, for their own
+  /// growth; if it is null or gives no CoupledFlow, short steps of the scheme give that growth. `own_step`: the length
+  /// of the scene's step or substep.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events, double own_step, const LinearStep* euler = nullptr);
 
-  /// Where nothing but products that fold back asks for runs, and cells are so many that these take more than some
-  /// seconds: nothing shorter tells limits. What so few steps can show a run itself shows as soon.
+  /// Whether only aliasing products need runs, and the cells are so many that runs take more than some seconds. No
+  /// shorter check finds such limits, and the scene's own run shows this growth as early.
   static bool are_too_long(driver::Session& session, const LinearStep& linear);
 
-  /// Whether random disturbances grow no more than a hundredfold beyond what events do, and twice what the equations do
-  /// beside these in the same time; and no eigenvalue of the step that is found grows at all beyond that, which so few
-  /// steps may not show. What has grown in a longer step that was asked about is looked at, too: in noise a few steps
-  /// do not tell it near its limit.
+  /// Whether random disturbances grow by at most a factor of 100 beyond the allowed growth (that of events, and twice
+  /// that of the equations in the same time), and no eigenvalue found exceeds the allowed growth at all. Eigenvalues
+  /// show growth that a few steps do not. The vector that grew in a longer, unstable step is checked, too: near its
+  /// limit a few steps do not separate it from noise.
   bool is_stable(double step) const;
-  /// Where what has grown in an unstable step begins to grow beyond events and twice what the equations let grow, up to
-  /// `precision` of it: a guess of the limit, as others may grow in shorter steps. 0: none.
+  /// The step at which the growing vector of an unstable step begins to exceed the allowed growth, to the relative
+  /// `precision`. It is a guess of the limit, as other vectors may grow in shorter steps. 0: none.
   double begins_to_grow(double unstable, double precision) const;
-  /// ln |g| of what grows most.
+  /// ln |g| of the fastest growing disturbance.
   double growth(double step) const;
-  /// Of growth that rises as a power of the step, so that it is no limit up to which nothing is told of it; else 0.
+  /// The exponent if growth above `limit` rises as a power of the step, so that `limit` is only where growth becomes
+  /// visible; else 0.
   double power_of_growth(double limit) const;
-  /// As which power of the step growth beyond that of the equations rises about this one; 0 where it is not known.
+  /// The power of the step with which growth beyond that of the equations rises near this step; 0: not known.
   double order_of_growth(double step) const;
-  /// From where longer steps are looked at: so short that each rate is resolved; 0 where these are not known.
+  /// The step at which the search begins: it resolves every rate of the equations; 0 if these are not known.
   double surely_short() const { return flow_ ? 0.25 * flow_->step() : 0; }
-  /// 1/time: of what grows by more than a hundredfold in short steps; 0 where nothing does.
+  /// The growth rate, 1/time, if a disturbance grows more than a hundredfold in short steps; else 0.
   double growth_rate(double step) const;
-  /// 1/time: how what is left after half of a run grows in the other half, by short steps.
+  /// The growth rate, 1/time, over the second half of a run of short steps.
   double late_growth_rate(double step) const;
   double growth_by_events() const { return by_events_; }
-  /// Waves of a few cells that grow in steps of any length; nullopt where there are none. By steps from `shortest` to
-  /// `longest`, as long as it takes to see the most of a run that takes `time`.
+  /// Waves of a few cells that grow in steps of any length; nullopt if there are none. The steps are between `shortest`
+  /// and `longest`, so that an affordable number of them covers as much as possible of a run of length `time`.
   std::optional<ShortWaves> short_waves(double shortest, double longest, double time) const;
 
-  /// Whether weak growth is seen, by eigenvalues; else by what grows in some hundred steps alone.
+  /// Whether eigenvalues show weak growth; else only growth over some hundred steps is seen.
   bool tells_eigenvalues() const { return tells_eigenvalues_; }
 
  private:
-  /// What the equations make of disturbances.
+  /// The growth of disturbances by the equations.
   struct Reference {
-    double step = 0;              // between two values
-    std::vector<double> growths;  // ln of what they have grown by, events left out
-    bool is_cut_off = false;      // then what is left of it goes on as its last half
+    double step = 0;              // time between two values
+    std::vector<double> growths;  // ln of the growth so far, without events
+    bool is_cut_off = false;      // ended early: extrapolated by the growth of its last half
     double length() const { return step * static_cast<double>(growths.size()); }
     double at(double time) const;
     double up_to(double time) const;
@@ -104,7 +105,7 @@ class CoupledRuns {
         own_step_(own_step) {}
   static constexpr int fewest_of_space = 8;
   static constexpr double least_told = 1e-9;  // ln |g|
-  /// ln |g| of the largest eigenvalue that is found, and from where on that is surely one of the step.
+  /// ln |g| of the largest Ritz value, and the threshold above which it is surely an eigenvalue of the step.
   struct OfSpace {
     double growth = 0;
     double told = 0;
@@ -113,50 +114,50 @@ class CoupledRuns {
   bool grows_nothing_in(double step) const;
   stencil::Params params_of(double step) const;
   std::optional<OfSpace> growth_in(const KrylovSpace& space, Eigen::Index most) const;
-  /// Of what steps make of a perturbation; 0 x 0 where that tells nothing.
+  /// The Krylov space of a perturbation; 0 x 0 if it gives no result.
   KrylovSpace space_of(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const;
   std::optional<OfSpace> growth_in_space(const TangentRuns& runs, double step, const Eigen::MatrixXd& start) const {
     return growth_in(space_of(runs, step, start), most_of_space(start));
   }
-  /// ln of what the equations multiply by in a step, of what there is in the perturbation; nullopt: not known.
+  /// ln of the physical growth in a step, on the Krylov space of the perturbation; nullopt: not known.
   std::optional<double> growth_by_right(double step, const Eigen::MatrixXd& perturbation) const;
-  /// The same of a vector of the step, by its share of short steps: about the states of `runs`.
+  /// The same for an eigenvector of the step, by short steps about the states of `runs`.
   std::optional<double> growth_of_vector(const TangentRuns& runs, double step, const Eigen::MatrixXd& vector) const;
-  /// By short steps about the state in the middle of the step.
+  /// The same by short steps about the state in the middle of the step.
   std::optional<double> growth_midway(double step, const Eigen::MatrixXd& vector) const;
   int most_of_space(const Eigen::MatrixXd& start) const;
-  /// The same beyond what events do, and twice what the equations do; 0 where either is not known.
+  /// ln |g| of the largest eigenvalue minus the allowed growth (events, twice the equations); 0 if either is not known.
   OfSpace eigenvalue_beyond_equations(double step, const Eigen::MatrixXd& perturbation) const;
   std::vector<double> growths_of_run(double step, int steps) const { return repeated(step, steps).growths; }
-  /// \throws NoSolution where a solve fails in a step of the scene's length: so it does in the run, and that is no
-  /// growth. In others growth is infinite then.
+  /// \throws NoSolution if a solve fails in a step of the scene's length: it fails in the run, too, which is no
+  /// growth. In steps of other lengths a failed solve counts as infinite growth.
   TangentRuns::Repeated repeated(double step, int steps, double enough = std::numeric_limits<double>::infinity(),
                                  int kept_steps = 0) const;
-  /// Along the axis where they are shortest, of the states that grow from what is kept of the run on; by `growth` in
-  /// all.
+  /// The wavelength in cells, along the axis where it is shortest, of the states that grow from `run.kept` to
+  /// `run.last`; `growth` is the ln of the total growth.
   double cells_of_waves(const TangentRuns::Repeated& run, double growth) const;
   Reference reference(double step, double length) const;
   Reference reference_by_flow(double length) const;
   Reference reference_by_parts(double step, double length) const;
-  /// ln of what the equations multiply by in this time.
+  /// ln of the growth by the equations in this time.
   double growth_by_equations(double step, double length) const;
 
   TangentRuns runs_;
   std::function<std::optional<stencil::State>(double)> inputs_after_;  // a step of this length
   stencil::Params params_;
   int steps_;
-  double own_step_;                   // the scene's, or that of its parts
-  int parts_ = 4;                     // of a step: short ones
-  bool tells_eigenvalues_ = true;     // not where products fold back: as waves spread these are none of the run
+  double own_step_;                   // length of the scene's step or substep
+  int parts_ = 4;                     // a short step is the step divided by this
+  bool tells_eigenvalues_ = true;     // false with aliasing products: as waves spread, eigenvalues are not the run's
   std::vector<bool> are_rings_ = {};  // axes
   double by_events_ = 0;              // ln |g| in a step of length 0, where events end each step
-  std::unique_ptr<CoupledFlow> flow_ = nullptr;  // null: short steps stand for it
-  double rate_ = 0;                              // 1/time: what grows most in the flow
-  mutable std::map<double, bool> are_stable_;    // steps that were asked about: searches come back to them, a cache
-  mutable Eigen::MatrixXd grown_;                // in a step that was found to be too long; empty: none
-  /// Of the last step with an eigenvalue that is told.
+  std::unique_ptr<CoupledFlow> flow_ = nullptr;  // null: short steps are used instead
+  double rate_ = 0;                              // 1/time: the largest growth rate of the flow
+  mutable std::map<double, bool> are_stable_;    // results by step: a cache, as searches return to steps
+  mutable Eigen::MatrixXd grown_;                // the growing vector of an unstable step; empty: none
+  /// The last step with a sure eigenvalue, and its vector.
   struct Told {
-    double step = 0, by_right = 0;  // ln of what the equations multiply by in it
+    double step = 0, by_right = 0;  // by_right: ln of the physical growth in the step
     Eigen::MatrixXd vector;
   };
   mutable Told told_;

@@ -40,7 +40,7 @@ bool is_product(const model::Expr& e) {
   unreachable("operator");
 }
 
-/// What is solved for is smooth again, whatever the derivatives in its equation are.
+/// Solutions of solves do not count: they are smooth, whatever the derivatives in their equations are.
 bool has_series(const model::Scheme& scheme, const model::Expr& e) {
   if (std::holds_alternative<model::Solve>(e->kind)) return false;
   bool found = model::is_spectral(scheme, e);

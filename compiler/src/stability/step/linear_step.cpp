@@ -55,7 +55,7 @@ std::optional<LinearStep> LinearStep::make(const Module& given, const std::strin
     result.varied_.insert(link.primal);
     result.rates_.insert(link.derived);
   }
-  adjoint::Activity all;  // what the step changes is known at its start alone, whoever is perturbed
+  adjoint::Activity all;  // of all states: a field that the step changes is known only at its start
   for (const Swap& swap : program->swaps) all.fields.insert(swap.state);
   result.varied_.merge(adjoint::find_varied(module, *program, all).fields);
   std::set<std::string> known;

@@ -19,19 +19,18 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double most_unknowns = 256, most_with_solves = 128;  // which reach all cells: a run each
+constexpr double most_unknowns = 256, most_with_solves = 128;  // solves reach all cells: a run per cell
 constexpr int first_doublings = 9, all_doublings = 18;         // of steps: 512, and a quarter of a million
 constexpr int doublings_of_parts = 3;                          // of a step: eighths
 constexpr double tenfold = 10, hundredfold = 100;
 constexpr double slow = 1e-3;                // rates of decay, of the largest
 constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matrix
-constexpr double left_out = 1e-9;            // by differences of steps, of the largest rate
-constexpr double sum_tolerance = 1e-9;       // of a column that colours may have mixed up
-constexpr double largest_square = 1e120;     // squares of it are numbers still
-constexpr int more_at_walls = 2;             // that they may add to how far a step reaches
+constexpr double left_out = 1e-9;            // truncation error of differences, relative to the largest rate
+constexpr double sum_tolerance = 1e-9;       // of the check that colours did not mix columns
+constexpr double largest_square = 1e120;     // its square does not overflow
+constexpr int more_at_walls = 2;             // cells that walls may add to the stencil radius
 
-/// The norms of g^(2^k) for k up to `most`, or fewer where powers have settled; the last is infinite where they leave
-/// all bounds.
+/// The norms of g^(2^k) for k up to `most`, or fewer if the powers have converged; the last is infinite on overflow.
 std::vector<double> norms_of_powers(Eigen::MatrixXd g, int most) {
   std::vector<double> norms{g.norm()};
   for (int k = 0; k < most; ++k) {
@@ -48,7 +47,7 @@ std::vector<double> norms_of_powers(Eigen::MatrixXd g, int most) {
   return norms;
 }
 
-/// Of the first 2^k powers.
+/// The largest norm up to the power 2^k.
 double largest_of(const std::vector<double>& norms, int k) {
   const auto count = std::min(norms.size(), static_cast<std::size_t>(k) + 1);
   return *std::max_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(count));
@@ -58,7 +57,7 @@ bool reads_time(const LinearStep& linear) {
   return contains(stencil::interface_of(linear.module(), linear.program()).params, std::string("t"));
 }
 
-/// What they give at one time is not what they give at another.
+/// Whether the outputs of networks change with time.
 bool do_networks_vary(driver::Session& session, const LinearStep& linear) {
   const auto at = [&](double part) {
     return values_of_networks(session, linear.known_networks(), time_within(session, part));
@@ -105,7 +104,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   OwnGrid plain(session, *equations.without_events(), point);
   plain.measure_rates(step);
   result.rate_ = plain.rate_;
-  result.fastest_ = plain.fastest_;  // which of its eigenvalues are events' is not known
+  result.fastest_ = plain.fastest_;  // with events, eigenvalues of the equations cannot be identified
   result.by_events_ = std::max(0.0, std::log(eigenvalues(result.tangent(0)).cwiseAbs().maxCoeff()));
   return result;
 }
@@ -124,15 +123,15 @@ double OwnGrid::smooth_length(double step) const {
   return 0;
 }
 
-/// What is held takes its values in steps of any length: what it lets grow is none of the equations' growth, of which
-/// the rates would rise as 1/dt.
+/// Whether a step of length 0 grows. Prescribed values are set in steps of any length. Their growth is not that of the
+/// equations: the rate would rise as 1/dt.
 bool OwnGrid::grows_in_no_time() const {
   const Eigen::MatrixXd g = tangent(0);
   return g.allFinite() && surely_growing(g) > 0;
 }
 
-/// Where a step of length 0 changes nothing, those of dG/d(dt) there. Schemes with a memory have other factors beside
-/// those of the equations, which lie near 1 in a short step. The lengths weigh rounding against what is left out.
+/// If a step of length 0 is the identity, the rates are the eigenvalues of dG/d(dt) there. Multistep schemes also have
+/// parasitic factors; those of the equations lie near 1 in a short step. The lengths balance rounding and truncation.
 void OwnGrid::measure_rates(double step) {
   const double smooth = smooth_length(step);
   if (smooth == 0 && grows_in_no_time()) return;
@@ -165,14 +164,14 @@ void OwnGrid::measure_rates(double step) {
   if (largest.real() > uncertain) {
     rate_ = largest.real();
     if (smooth > 0) growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > -slow * fastest_; });
-  } else if (largest.real() > left_out * fastest_) {  // shorter steps leave what is the equations'
+  } else if (largest.real() > left_out * fastest_) {  // growth of the equations remains in shorter steps
     const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
     if (by_shorter > 0.7 * rate) rate_ = by_shorter;
   }
 }
 
-/// Of eigenvalues that rounding may have made, as those of what is carried to a wall: what long times show. What grows
-/// as exp(s t) has twice the logarithm in twice the time; what drifts has not.
+/// The growth rate by powers over long times, for eigenvalues that may be rounding (as of advection to a wall). Growth
+/// exp(s t) has twice the logarithm in twice the time; a drift has not.
 double OwnGrid::rate_of_powers(double step) const {
   constexpr double nothing = 1e-30, told = 1e-6;
   double time = 0.5 * step, growth = 0, before = 0;
@@ -188,14 +187,14 @@ double OwnGrid::rate_of_powers(double step) const {
   return growth > told && growth > 1.5 * before ? growth / time : 0;
 }
 
-/// Of the first powers in the same time, where a step is an eighth.
+/// The largest norm of the first powers over the same time with steps of an eighth.
 double OwnGrid::largest_of_parts(double step) const {
   constexpr int most = first_doublings + doublings_of_parts;
   const double part = std::exp2(-doublings_of_parts) * step;
   return largest_of(norms_of_powers(std::exp(-allowed(part)) * tangent(part), most), most);
 }
 
-/// Eigenvalues above 1 that rounding has not made.
+/// The number of eigenvalues that exceed 1 by more than rounding.
 Eigen::Index OwnGrid::surely_growing(const Eigen::MatrixXd& g) {
   return std::ranges::count_if(eigenvalues(g), [&](const std::complex<double> value) {
     const double growth = std::log(std::abs(value));

@@ -7,13 +7,13 @@ namespace dpde::stability {
 
 namespace {
 
-/// Between a step that is stable and one that is not; `low` 0: none is known.
+/// A stable step `low` (0: none is known) and an unstable one `high`.
 struct Bracket {
   double low, high;
   bool may_be_narrowed(const StepSearch& search) const {
     return low > 0 ? high - low > search.precision * high : 0.5 * high > search.shortest;
   }
-  /// False where it is not stable.
+  /// Narrows the bracket by a step. False if the step is unstable.
   bool ask(const StepSearch& search, double step) {
     const bool is_stable = search.is_stable(step);
     (is_stable ? low : high) = step;
@@ -23,7 +23,7 @@ struct Bracket {
 
 constexpr double part_of_precision = 1.0 / 8;
 
-/// Both sides of guesses, and farther from one that was wrong in strides that grow.
+/// Tries both sides of guesses, and from a wrong guess goes on in growing strides.
 void narrow_by_guesses(const StepSearch& search, Bracket& bracket) {
   constexpr int most_guesses = 4;
   constexpr double farther = 4;
@@ -71,7 +71,7 @@ double least_positive(const std::function<double(double)>& f, double most, doubl
     } else {
       low = next;
     }
-    // Beside the root of the line, on the side where the bracket is wider.
+    // Near the root of the secant, on the side where the bracket is wider.
     const double root = slope > 0 ? high - of_high / slope : 0, width = high - (low > 0 ? low : 0.5 * high);
     const double side = root - low > high - root ? -1 : 1;
     const bool is_lost = !(root > high - width) || !(root * (1 + beside * precision) > low) || looks_below > 1;

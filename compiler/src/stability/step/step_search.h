@@ -8,27 +8,27 @@ namespace dpde::stability {
 
 struct StepSearch {
   std::function<bool(double)> is_stable;
-  double precision = 0;  // of the limit, a part of it
-  double shortest = 0;   // no shorter step is asked about
-  /// Of a step that was just found not to be stable, where its growth begins; 0: not known. A guess: both sides of it
-  /// are asked about. May be empty.
+  double precision = 0;  // relative, of the limit
+  double shortest = 0;   // no shorter step is tried
+  /// For a step just found unstable: the step at which its growth begins; 0: not known. It is a guess, so steps on both
+  /// sides of it are tried. May be empty.
   std::function<double(double)> begins_to_grow = {};
 };
 
-/// Below a step that is not stable; 0 where none is found.
+/// The largest stable step below an unstable one; 0 if none is found.
 double largest_stable(const StepSearch& search, double unstable);
 
-/// From where on `f` is positive, between 0 and `most`, up to `precision` of it; 0 where it is not at `most`. About a
-/// limit growth is nearly a line above it, and below it may be nothing, or as noise: the line through two positive
-/// values leads to it, and halves do where it does not.
+/// The point between 0 and `most` above which `f` is positive, to the relative `precision`; 0 if f(most) is not. Above
+/// a limit growth is nearly linear in the step; below, it may be 0 or noise. So the search uses the secant through two
+/// positive values, and bisection if that fails.
 double least_positive(const std::function<double(double)>& f, double most, double precision);
 
-/// A step that is not stable, upwards from `shortest` by factors of 2 to below `most`: far beyond a limit steps may be
-/// stable again. 0 where all are, or `shortest` is 0.
+/// The first unstable step among `shortest` * 2^k below `most`; 0 if all are stable or `shortest` is 0. Upwards, as
+/// steps far beyond a limit may be stable again.
 double first_unstable(const std::function<bool(double)>& is_stable, double shortest, double most);
 
-/// The same near the largest stable one below `most`, where products fold back: that lowers a limit by about as much as
-/// there are cells along an axis.
+/// An unstable step near the limit below `most`, with aliasing products: these lower a limit by a factor of about the
+/// number of cells along an axis.
 double unstable_by_folding(const std::function<bool(double)>& is_stable, double most, int cells);
 
 }  // namespace dpde::stability

@@ -11,7 +11,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// Halo included.
+/// Copies all cells, with the halo.
 void copy_all_cells(const stencil::State& from, const std::string& name, Field& to) {
   stencil::CellIndex low{}, high = from.grid().cells;
   for (std::size_t axis = 0; axis < low.size(); ++axis) {
@@ -73,7 +73,7 @@ void TangentMemory::bind_fixed(const stencil::State& inputs) {
 
 void TangentMemory::begin(const stencil::Params& params) {
   for (int i = 0; i < executor_.program().field_count; ++i) executor_.bind(i, field(i).base());
-  if (params_) {  // else all is new
+  if (params_) {  // else all fields are still 0
     for (const int i : scratch_) field(i).fill(0);
   }
   if (params_ != params) {
@@ -99,7 +99,7 @@ bool TangentMemory::advance(int steps, const std::vector<std::pair<int, int>>& s
     }
   }
   return true;
-} catch (const Unsolved& error) {  // the run, which fails likewise, names the model's unknown and its place
+} catch (const Unsolved& error) {  // the scene's run fails, too, and reports the model's unknown and its position
   const std::string& reason = error.facts().reason;
   unsolved_ = reason.empty() ? error.what() : reason;
   return false;

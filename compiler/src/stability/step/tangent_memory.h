@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of a tangent with memory of its own: its inputs, what is made of these alone, and perturbations. It and
-// the solvers of the program serve one run after the other: steps of another length have the same operators in most
-// scenes.
+// The program of a tangent with its own memory: inputs, fields that depend on these alone, and perturbations. Memory
+// and solvers are reused from run to run: in most scenes steps of another length have the same operators.
 #pragma once
 
 #include <deque>
@@ -20,13 +19,14 @@ namespace dpde::stability {
 
 class TangentMemory {
  public:
-  /// `inputs` are copied; the tangent must stay.
+  /// `inputs` are copied; the tangent must outlive this object.
   TangentMemory(const CompiledTangent& tangent, const stencil::State& inputs);
 
-  /// Before each run: perturbations and all else that a step makes are 0, what is made of the inputs alone is there.
+  /// To be called before each run. Sets perturbations and all results of a step to 0, and computes fields that depend
+  /// on the inputs alone.
   void begin(const stencil::Params& params);
-  /// Of what is in the first field of each pair a step makes the second. False where a solve finds no solution, which
-  /// unsolved() tells; no run begins with this memory then.
+  /// A step maps the first field of each pair to the second. False if a solve fails: unsolved() then has the reason,
+  /// and this memory must not begin another run.
   bool advance(int steps, const std::vector<std::pair<int, int>>& states);
   const std::string& unsolved() const { return unsolved_; }
 
@@ -42,8 +42,8 @@ class TangentMemory {
   std::shared_ptr<SolverStore> solvers_;
   Executor executor_;
   std::optional<Executor> fixed_;
-  std::deque<Field> fields_, others_;  // of the executor's program, and those that only the fixed part has
-  std::vector<int> scratch_;           // fields that no part before a step makes
+  std::deque<Field> fields_, others_;  // of the executor's program; fields of the fixed part alone
+  std::vector<int> scratch_;           // fields that only a step computes
   std::optional<stencil::Params> params_;
   std::string unsolved_;
 };

@@ -20,14 +20,14 @@ TangentRuns::TangentRuns(std::shared_ptr<const CompiledTangent> tangent, State i
 TangentRuns::~TangentRuns() = default;
 TangentRuns::TangentRuns(TangentRuns&&) noexcept = default;
 
-/// What a solve without a solution has left begins no other run.
+/// Memory is not reused after a failed solve.
 TangentMemory& TangentRuns::memory(const Params& params) const {
   if (memory_ == nullptr || !memory_->unsolved().empty()) memory_ = std::make_unique<TangentMemory>(*tangent_, inputs_);
   memory_->begin(params);
   return *memory_;
 }
 
-/// Perturbations as columns of a matrix, cells by states that anything depends on.
+/// Perturbations as a matrix: rows are cells, columns are the states of the tangent.
 struct TangentRuns::Columns {
   Columns(TangentMemory& of_step, const LinearStep& linear, bool of_flow) : memory(of_step), is_flow(of_flow) {
     for (std::size_t s = 0; s < linear.states().size(); ++s) {
@@ -37,7 +37,7 @@ struct TangentRuns::Columns {
     }
   }
   Eigen::Index count() const { return std::ssize(states); }
-  /// False where a solve finds no solution.
+  /// False if a solve fails.
   bool advance(Eigen::MatrixXd& all, int steps) const {
     for (int i = 0; is_flow && i < steps; ++i) {
       if (!advance_flow(all)) return false;
@@ -47,7 +47,7 @@ struct TangentRuns::Columns {
 
   TangentMemory& memory;
   bool is_flow;
-  std::vector<std::pair<int, int>> states;  // where a perturbation is, and what a step makes of it
+  std::vector<std::pair<int, int>> states;  // fields of a perturbation before and after a step
 
  private:
   bool advance_steps(Eigen::MatrixXd& all, int steps) const {
@@ -106,7 +106,7 @@ TangentRuns::Repeated TangentRuns::repeated(const Params& params, int steps, dou
   return {std::move(growths), std::move(all), std::move(kept), columns.memory.unsolved()};
 }
 
-/// Classical Gram and Schmidt, twice: what rounding has left of the first splits eigenvalues that are one.
+/// Classical Gram-Schmidt, twice: after one pass rounding would split multiple eigenvalues.
 KrylovSpace TangentRuns::on_krylov_space(const Params& params, const Eigen::MatrixXd& perturbation, int most) const {
   constexpr double nothing = 1e-13;  // of an image: rounding
   const Columns columns(memory(params), tangent_->linear(), is_flow_);

@@ -14,9 +14,9 @@ using namespace stencil;
 
 namespace {
 
-using Names = std::map<std::string, std::string>;  // fields of the step, by what the result calls them
+using Names = std::map<std::string, std::string>;  // fields of the step, by their names in the result
 
-/// `unknowns`: of the model; null in programs.
+/// `unknowns`: the model's; null for programs.
 void collect(const std::vector<Statement>& body, const std::vector<const model::Solve*>* unknowns, Names& found) {
   const auto add = [&](const Statement& statement) {
     match(

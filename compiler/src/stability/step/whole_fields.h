@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step solves for, and what it reduces over space, at the initial state: a stream function depends on the
-// vorticity of all places, a mean on all values, so that no frozen point says what they are there.
+// Solutions of solves and reductions over space at the initial state. A stream function depends on the vorticity
+// everywhere, a mean on all values, so values at a frozen point do not determine them.
 #pragma once
 
 #include <map>
@@ -12,14 +12,13 @@
 
 namespace dpde::stability {
 
-/// Values in all cells of `grid`, by the name of the unknown in the model (steps of other schemes have it too) or, of
-/// programs, of means and where a Fourier series solves, by the field of the compiled step (lowering numbers these in
-/// the order in which equations have them, whatever the scheme is). That is run with dt = 0 at this time, where each of
-/// its stages is the initial state: nothing where a solve does not bear that. No solution that makes a constraint true:
-/// it is 0.
+/// Values in all cells of `grid`. Keys are names of the model's unknowns, which steps of other schemes share. For
+/// programs, means and spectral solves they are fields of the compiled step, which lowering numbers in the order of the
+/// equations for any scheme. The step is run with dt = 0 at time t, so each stage is the initial state; empty if a
+/// solve is not defined at dt = 0. Solutions that enforce a constraint are left out: they are 0.
 std::map<std::string, std::vector<double>> whole_fields(driver::Session& session, double t, const CoarseGrid& grid);
 
-/// Whether the step has any.
+/// Whether the step has such fields.
 bool has_whole_fields(const driver::Session& session);
 
 }  // namespace dpde::stability
