@@ -10,7 +10,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// By what the step changes in the means of cells.
+/// `values` plus the change that the step makes in the coarse grid's cell means.
 std::vector<double> corrected(std::vector<double> values, std::vector<double> means, const CoarseGrid& grid,
                               const model::Placement& placement) {
   const std::vector<double> before = grid.restricted(values, placement);
@@ -31,8 +31,8 @@ bool is_set_by_steps(const model::Problem& problem, const std::string& state) {
 
 ConsistentStart::ConsistentStart(driver::Session& session) : ConsistentStart(session, session.problem().t_begin) {}
 
-/// What is held depends on what events leave, which the first of the steps has not seen yet, and on other values that
-/// are held, as they were a stage before.
+/// Several passes: prescribed values depend on the results of events, which the first pass has not seen yet, and on
+/// other prescribed values of the stage before.
 ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(session) {
   const driver::Compiled& compiled = session.compiled();
   std::vector<std::pair<int, std::string>> set, held;
@@ -44,7 +44,7 @@ ConsistentStart::ConsistentStart(driver::Session& session, double t) : session_(
     given_.push_back({state, session.initial(state)});
   }
   if (!take(set, t)) return;
-  // One pass for what events leave, and one for each held value that another one reads.
+  // One pass for the results of events, and one for each prescribed value that another one reads.
   for (std::size_t pass = held.size() < set.size() ? 0 : 1; pass <= held.size() && take(held, t); ++pass) {
   }
 }
@@ -68,7 +68,7 @@ bool ConsistentStart::take(const std::vector<std::pair<int, std::string>>& set, 
     session_.rollout().initial(state).copy_in(behind);
     is_other = true;
   }
-  return is_other && grid.is_own();  // no other state reads what a constraint alone has made of these
+  return is_other && grid.is_own();  // on coarse grids only constraints act, whose results no other state reads
 }
 
 ConsistentStart::~ConsistentStart() {

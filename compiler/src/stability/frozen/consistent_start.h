@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// States as steps have them. What a scene begins with may contradict its masks, its constraints and what is done at the
-// end of each step: a first stage sees that, and no other ever does. Verdicts are of what the others see.
+// Initial states made consistent with the steps. A scene's initial state may contradict its masks, its constraints and
+// its events of each step. Only the first stage of a run sees that state; verdicts are about the states of all others.
 #pragma once
 
 #include <string>
@@ -11,18 +11,17 @@
 
 namespace dpde::stability {
 
-/// The states that steps set somewhere, whatever they were: that a mask holds, a constraint makes true, or an event of
-/// each step.
+/// Whether steps overwrite the state somewhere: by a mask, a constraint, or an event of each step.
 bool is_set_by_steps(const model::Problem& problem, const std::string& state);
 
-/// While it lives a run of the session begins as a step of no length leaves its initial states: those that are held
-/// inside masks have the value there, those of a constraint fulfil it, events of each step have happened. What is not
-/// finite so stays as it was. On large grids constraints correct means of cells, once: see coarse_grid.h. What masks
-/// hold and events leave is of each of the scene's cells.
+/// During its lifetime the session's initial states are those after a step of length 0: masked states have their
+/// prescribed values, constraints are fulfilled, and events of each step have happened. Values that are then not finite
+/// stay as they were. On large grids constraints are applied once, on a coarser grid (coarse_grid.h); masks and events
+/// are applied on the scene's grid.
 class ConsistentStart {
  public:
   explicit ConsistentStart(driver::Session& session);
-  /// Of a step at time t.
+  /// With a step at time t.
   ConsistentStart(driver::Session& session, double t);
   ~ConsistentStart();
   ConsistentStart(const ConsistentStart&) = delete;
@@ -33,7 +32,7 @@ class ConsistentStart {
     int state;
     std::vector<double> values;
   };
-  /// Whether any of them is another one then, and the same again may change it further.
+  /// Applies the step to the states of `set`. True if one changed and another pass may change it further.
   bool take(const std::vector<std::pair<int, std::string>>& set, double t);
 
   driver::Session& session_;

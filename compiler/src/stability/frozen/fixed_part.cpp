@@ -20,7 +20,7 @@ namespace {
 
 bool can_be_apart(const Statement& statement) { return is_one_of<Fill, Reduce, Transform, Run, Solve>(statement); }
 
-/// Which statements of a program make the same each time.
+/// The statements of a program whose results are the same in each run.
 class FixedPart {
  public:
   FixedPart(const Module& module, const Program& program, const std::set<std::string>& perturbations)
@@ -60,8 +60,8 @@ class FixedPart {
     return names;
   }
 
-  /// A statement stays with the others where what it reads is theirs, or where they read what it makes before it is
-  /// made, or is made again.
+  /// Removes one statement from the fixed part: it reads a result of the other statements, or they read its result
+  /// before it is computed, or they overwrite its result.
   bool drop_one() {
     for (std::size_t i = 0; i < effects_.size(); ++i) {
       if (!is_fixed_[i] || can_be_made_first(i)) continue;
@@ -79,7 +79,7 @@ class FixedPart {
       if (contains_any(other.writes, own.writes) || contains_any(other.fills, own.fills)) return false;
       if (i > number && contains_any(other.writes, own.fills)) return false;
       if (is_fixed_[i]) continue;
-      if (contains_any(other.params, own.sums)) return false;  // which are no fields that programs share
+      if (contains_any(other.params, own.sums)) return false;  // sums are no fields, so programs cannot share them
       if (i < number && (contains_any(other.reads, own.writes) || contains_any(other.reads, own.fills))) return false;
     }
     return true;
@@ -106,7 +106,7 @@ ApartModule with_fixed_part_apart(Module module, const std::set<std::string>& pe
   std::set<std::string> made, read;
   for (std::size_t i = 0; i < program.body.size(); ++i) {
     const Effects& of_statement = part.effects_of(i);
-    // A fill says how a field goes on, which who reads it has to know; it makes the same a second time.
+    // A fill defines a field's continuation in its halo, which its readers need. To repeat it has the same result.
     const bool is_among_others = !part.is_fixed(i) || !of_statement.fills.empty();
     if (is_among_others) others.push_back(program.body[i]);
     if (is_among_others) read.insert(of_statement.reads.begin(), of_statement.reads.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step's tangent is repeated with the same fields and another perturbation: what it makes of these fields alone, as
-// the stages of the states themselves, is the same each time.
+// Splits a step's tangent. It is repeated with the same fields and changing perturbations, so the results that depend
+// on these fields alone, as the stages of the states, are computed once.
 #pragma once
 
 #include <set>
@@ -11,11 +11,11 @@
 namespace dpde::stability {
 
 struct ApartModule {
-  stencil::Module module;  // its first program is the tangent without the fixed part, whose fields are inputs of it
+  stencil::Module module;  // its first program is the tangent without the fixed part, whose results are its inputs
   std::string fixed;       // the program of the fixed part; "": there is none
 };
 
-/// `perturbations`: fields that are others each time the first program of the module runs.
+/// `perturbations`: the fields that change between runs of the module's first program.
 ApartModule with_fixed_part_apart(stencil::Module module, const std::set<std::string>& perturbations);
 
 }  // namespace dpde::stability

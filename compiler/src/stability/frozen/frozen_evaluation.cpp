@@ -16,10 +16,11 @@ using namespace stencil;
 namespace {
 
 constexpr std::size_t most_terms = 50'000;
-constexpr std::size_t terms_beside_waves = 24;  // where more are one component: put into each other, they multiply
-constexpr double tie = 1e-11;  // relative: what rounding leaves, and less than what a maximum calls equal
+constexpr std::size_t terms_beside_waves =
+    24;                        // longer forms become one component, as their substitution multiplies terms
+constexpr double tie = 1e-11;  // relative: above rounding, below the tolerance of equality in a maximum
 
-/// Cells along one axis that an interpolation takes, with their weights.
+/// A cell along one axis that an interpolation reads, with its weight.
 struct Tap {
   int cell;
   double weight;
@@ -57,7 +58,7 @@ double NumbersOfStep::parameter(const std::string& name) const {
   return known == point_.params.end() ? unknown_value : known->second;
 }
 
-/// Nothing else in the program has the name of a counter.
+/// Names of counters are unique in the program.
 void NumbersOfStep::count(const std::string& counter, double number) {
   counters_[counter] = number;
   if (const Id param = kernels_.param(counter); param >= 0) params_[static_cast<std::size_t>(param)] = number;
@@ -137,7 +138,7 @@ double Evaluation::number_of_interp(const FrozenKernels::Interp& interp) {
 
 namespace {
 
-/// What depends on a number that is not known is not known either, conditions too.
+/// The result is unknown (NaN) if an operand is, for comparisons, too.
 double known_binary(BinaryOp op, double left, double right) {
   return std::isnan(left) || std::isnan(right) ? unknown_value : evaluate_binary(op, left, right);
 }
@@ -164,7 +165,7 @@ double Evaluation::number_of_binary(const FrozenKernels::Binary& b) {
   unreachable("binary operator");
 }
 
-/// A tie: both sides are the same but for rounding, and not 0: two rises of a straight line as an example.
+/// A tie: both sides are equal up to rounding, and not 0. An example are two differences along a straight line.
 Evaluation::Condition Evaluation::compared(Id node) {
   const auto* b = std::get_if<FrozenKernels::Binary>(&kernels_.node(node).kind);
   constexpr BinaryOp comparisons[] = {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
@@ -203,8 +204,8 @@ LinearForm Evaluation::form(Id id) {
   return sum_.take();
 }
 
-/// It is linear in perturbations: a sum goes by its parts, with the numbers before them as factors. So each term that a
-/// part has is added once, however deep it stands.
+/// A node is linear in perturbations, so a sum is added part by part, each with its factor. Each term of a part is thus
+/// added once, at any depth.
 void Evaluation::add_form(Id id, double factor) {
   const FrozenKernels::Node& node = kernels_.node(id);
   if (node.is_number) return;
@@ -228,14 +229,14 @@ void Evaluation::add_form_of(Id field, const Offset& offset, double factor) {
 }
 
 void Evaluation::add_form_of_binary(const FrozenKernels::Binary& b, double factor) {
-  // What has 0 before it has no terms at all, not such with 0.
+  // A factor 0 adds no terms, not terms with coefficient 0.
   const auto add_times = [&](Id perturbed, Id by) {
     if (kernels_.node(perturbed).is_number) return;
     const double times = number(by);
     if (times != 0) {
       add_form(perturbed, factor * times);
     } else {
-      number(perturbed);  // what it interpolates may be far all the same
+      number(perturbed);  // for its check whether an interpolation is too far
     }
   };
   switch (b.op) {
@@ -258,7 +259,7 @@ void Evaluation::add_form_of_binary(const FrozenKernels::Binary& b, double facto
   unreachable("binary operator");
 }
 
-/// At a kink the tangent is the mean of those of both sides: rounding would choose one of them.
+/// At a kink the tangent is the mean of both sides' tangents: otherwise rounding would choose a side.
 void Evaluation::add_form_of_select(const FrozenKernels::Select& s, double factor) {
   const auto [truth, is_tie] = compared(s.condition);
   if (std::isnan(truth)) {
@@ -291,9 +292,9 @@ std::vector<Value> Evaluation::stored_values(const FrozenKernels::Kernel& kernel
   return values;
 }
 
-/// What is not perturbed stays frozen in the step, too: stages of the state itself are made with dt = 0, at the point
-/// and at its neighbours for their slopes. Else growth by coefficients that change while the step is made would look
-/// like growth by the scheme. nullopt where they have no values with dt = 0.
+/// Unperturbed values stay frozen within the step: the stages of the states are computed with dt = 0, at the point and
+/// at its neighbours for the slopes. Otherwise growth by coefficients that change during the step would look like
+/// growth by the scheme. nullopt if they have no values with dt = 0.
 std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const FrozenKernels::Kernel& kernel) {
   const double step = numbers_.set_step(0);
   std::vector<FrozenValue> result;
@@ -309,7 +310,8 @@ std::optional<std::vector<FrozenValue>> Evaluation::frozen_values(const FrozenKe
   return is_known ? std::optional(std::move(result)) : std::nullopt;
 }
 
-/// Of a kernel that makes states, and no perturbations: the same for every step, so that it is run once a point.
+/// The results of a kernel that computes states and no perturbations. They do not depend on dt, so the kernel runs once
+/// per point.
 std::optional<std::vector<Value>> Evaluation::values_of_states(const FrozenKernels::Kernel& kernel) {
   if (!kernel.makes_states) return std::nullopt;
   const std::size_t run = runs_++;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of a step's tangent at a frozen point, with sums of displaced perturbations in place of numbers.
+// One execution of a step's tangent at a frozen point, with linear forms of perturbations in place of numbers.
 #pragma once
 
 #include <array>
@@ -18,16 +18,16 @@ namespace dpde::stability {
 
 inline constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
-/// The value at the point, its change from cell to cell, and how it is perturbed.
+/// The value at the point, its slope per cell, and its perturbation as a linear form.
 struct Value {
   double number = 0;
   LinearForm form = {};
-  std::array<double, 3> slope = {};  // of fields; no expression has one
-  /// By how much the coefficients of the form change from cell to cell, of fields that transforms read.
+  std::array<double, 3> slope = {};  // of fields; 0 for expressions
+  /// Slopes per cell of the form's coefficients, for fields that transforms read.
   std::array<LinearForm, 3> slopes_of_form = {};
 };
 
-/// Numbers as a step from the point has them.
+/// Parameters and counters during a step from the point.
 class NumbersOfStep {
  public:
   using Id = FrozenKernels::Id;
@@ -40,22 +40,22 @@ class NumbersOfStep {
   void forget(const std::string& counter) { counters_.erase(counter); }
   double spacing(std::size_t axis) const { return spacing_[axis]; }
   double step() const { return dt_; }
-  /// Returns what it was.
+  /// Sets dt and returns its former value.
   double set_step(double dt) { return std::exchange(dt_, dt); }
 
  private:
   const FrozenKernels& kernels_;
   const FrozenPoint& point_;
   double dt_;
-  Id dt_param_;                 // -1: nothing reads it
-  std::vector<double> params_;  // but for dt
+  Id dt_param_;                 // -1: dt is not read
+  std::vector<double> params_;  // all except dt
   std::array<double, 3> spacing_{};
   std::map<std::string, double> counters_;
 };
 
 class Evaluation {
  public:
-  /// `varied` and `rates` as there.
+  /// `varied` and `rates` as in FrozenKernels.
   Evaluation(const FrozenKernels& kernels, const std::set<std::string>& varied, const std::set<std::string>& rates,
              const FrozenPoint& point, double dt, FrozenStages& stages, bool of_constraints);
 
@@ -74,18 +74,18 @@ class Evaluation {
   void set(const std::string& name, Value value) { set(kernels_.field(name), std::move(value)); }
   double coordinate(int axis, const stencil::Offset& offset) const;
   double number_at(Id field, const stencil::Offset& offset);
-  /// Tells the places that it takes, with their weights, unless they are too far.
+  /// Calls `tell` with the offset and weight of each cell that the interpolation reads, unless it is too far.
   template <class Tell>
   void for_each_tap(const FrozenKernels::Interp& interp, const Tell& tell);
   Value value(Id node) { return {number(node), form(node)}; }
-  /// How it is perturbed.
+  /// The perturbation of a node.
   LinearForm form(Id node);
-  /// The same, times the factor, into `sum_`.
+  /// Adds factor * form(node) to `sum_`.
   void add_form(Id node, double factor);
   void add_form_of(Id field, const stencil::Offset& offset, double factor);
   void add_form_of_binary(const FrozenKernels::Binary& b, double factor);
   void add_form_of_select(const FrozenKernels::Select& s, double factor);
-  /// Without the perturbation.
+  /// The unperturbed value.
   double number(Id node);
   double number_of_interp(const FrozenKernels::Interp& interp);
   double number_of_binary(const FrozenKernels::Binary& b);
@@ -102,7 +102,7 @@ class Evaluation {
   void add_slopes_of_forms(const FrozenKernels::Kernel& kernel, std::vector<Value>& values);
   void run_kernel(const FrozenKernels::Kernel& kernel);
   void reduce(const stencil::Reduce& reduce);
-  /// Of parameters and numbers.
+  /// The value of an expression of parameters and literals.
   double number_of(const stencil::Expr& e) const;
   std::vector<NumberMonomial> numbers_of(const stencil::Expr& symbol) const;
   void transform(const stencil::Transform& transform);
@@ -110,7 +110,7 @@ class Evaluation {
   void add_waves_of(const stencil::Transform::Term& term, const WaveMultiplier& by, Value& result, WaveSum& waves,
                     std::array<WaveSum, 3>& slopes);
   void add_waves(LinearForm& to, WaveSum waves);
-  /// `unknown`: what the model calls it.
+  /// `unknown`: its name in the model.
   Value solved(const std::string& field, const std::string& unknown) const;
   void run_block(const stencil::Solve& solve);
   void solve(const stencil::Solve& solve);
@@ -123,10 +123,10 @@ class Evaluation {
   NumbersOfStep numbers_;
   FrozenStages& stages_;
   const bool of_constraints_;
-  std::size_t runs_ = 0;       // of kernels that make states
-  std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
+  std::size_t runs_ = 0;       // runs so far of kernels that compute states
+  std::array<int, 3> base_{};  // offset from the point of the cell at which a kernel is evaluated
   std::vector<Value> fields_, locals_;
-  FormSum sum_;               // of the form that is being made: its memory is kept
+  FormSum sum_;               // the form under construction; reuses its memory
   std::vector<bool> is_set_;  // fields
   std::vector<WaveSum> waves_;
   bool is_too_far_ = false;

@@ -14,8 +14,8 @@ namespace dpde::stability {
 
 namespace {
 
-/// Fields that have no perturbation, whoever reads them: what depends on states, and what no statement makes. While the
-/// operator of a solve is found its unknowns are perturbed, and with them all that its block makes.
+/// Fields without a perturbation: those that depend on states, and those that no statement computes. While the operator
+/// of a solve is determined, its unknowns and all results of its block are perturbed.
 class Unperturbed {
  public:
   Unperturbed(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates)
@@ -74,7 +74,7 @@ void FrozenKernels::add_waves_of(const stencil::Transform::Term& term, Id result
     waves[axis] = waves[axis] || by_result[axis] || by_factor[axis] || by_argument[axis];
 }
 
-/// Once: a response asks for them at each point and for each length of a step.
+/// Stores the polynomials once, as responses need them at each point and for each step length.
 void FrozenKernels::add_symbols_of(const stencil::Transform& transform) {
   stencil::for_each_symbol(transform, [&](const stencil::Expr& symbol) {
     if (symbols_.contains(&symbol.node())) return;
@@ -100,7 +100,7 @@ FrozenKernels::Id FrozenKernels::param(const std::string& name) const {
   return found == param_ids_.end() ? -1 : found->second;
 }
 
-/// Reads the expressions of one kernel. Those that stand in several places are one node.
+/// Reads the expressions of one kernel. A shared subexpression becomes one node.
 class FrozenKernels::Reader {
  public:
   Reader(FrozenKernels& kernels, const Unperturbed& unperturbed) : kernels_(kernels), unperturbed_(unperturbed) {}
@@ -189,7 +189,7 @@ class FrozenKernels::Reader {
   std::unordered_map<const stencil::Node*, Id> ids_;
 };
 
-/// Which fields depend on dt, and whether all that does is rational in it.
+/// Finds the fields that depend on dt, and whether all of them are rational in dt.
 class FrozenKernels::StepDependence {
  public:
   explicit StepDependence(const FrozenKernels& kernels)
@@ -204,7 +204,7 @@ class FrozenKernels::StepDependence {
   }
 
  private:
-  /// Whether a field is found to depend on it. Stages of states are taken with dt = 0.
+  /// True if another field is found to depend on dt. Stages of states do not: they are computed with dt = 0.
   bool look_at(const Kernel& kernel) {
     if (kernel.makes_states) return false;
     locals_.clear();
@@ -218,7 +218,7 @@ class FrozenKernels::StepDependence {
     return has_changed;
   }
 
-  /// Where it is no rational function.
+  /// Records a dependence that is not rational if one of the nodes depends on dt.
   bool depends_otherwise(const std::vector<Id>& on) {
     if (std::ranges::any_of(on, [&](Id id) { return depends(id); })) is_rational_ = false;
     return false;

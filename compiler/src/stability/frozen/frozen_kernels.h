@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of a step with numbers in the place of names: a step is run about many points, with many lengths, and its
-// names are looked up once.
+// The kernels of a step with integer ids instead of names: a step is evaluated at many points with many lengths, and
+// its names are looked up once.
 #pragma once
 
 #include <array>
@@ -55,19 +55,19 @@ class FrozenKernels {
   using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
   struct Node {
     Kind kind;
-    bool is_number = false;  // nothing in it is perturbed
+    bool is_number = false;  // it depends on no perturbation
   };
   struct Store {
     Id field;
     bool accumulate;
     Id value;
-    bool is_perturbation;  // its number is 0: that of a perturbation which is none
+    bool is_perturbation;  // its unperturbed value is 0
   };
   struct Kernel {
     int rank = 1;
-    std::vector<Id> lets;  // the local i is the let i
+    std::vector<Id> lets;  // let i defines local i
     std::vector<Store> stores;
-    bool makes_states = false;  // and nothing else: fields that depend on states
+    bool makes_states = false;  // it only computes fields that depend on states
   };
   struct Field {
     std::string name;
@@ -75,7 +75,7 @@ class FrozenKernels {
     std::array<bool, 3> waves = {};  // axes along which transforms of it have wave numbers
   };
 
-  /// Of the first program of the module. `varied`: fields that depend on the states; `rates`: their perturbations.
+  /// From the first program of the module. `varied`: fields that depend on the states; `rates`: their perturbations.
   FrozenKernels(const stencil::Module& module, const std::set<std::string>& varied, const std::set<std::string>& rates);
 
   const Node& node(Id id) const { return nodes_[static_cast<std::size_t>(id)]; }
@@ -83,14 +83,15 @@ class FrozenKernels {
   const std::vector<std::string>& params() const { return params_; }
   const Kernel& kernel(const std::string& name) const { return kernels_.at(name); }
   Id field(const std::string& name) const { return field_ids_.at(name); }
-  /// Whether what the program makes of perturbations is a rational function of dt, by its text: kernels alone make it,
-  /// and dt is in no condition and no function, not by way of a field either. Where all stages of states are known.
+  /// Whether the program's results for perturbations are rational functions of dt by their formulas: only kernels
+  /// compute them, and no condition or function depends on dt, directly or through a field. Assumes that all stages of
+  /// states are known.
   bool is_rational_in_step() const { return is_rational_in_step_; }
-  /// Of the argument or the factor of a transform of the program.
+  /// The polynomial of a transform's argument or factor.
   const std::vector<stencil::Monomial>& polynomial(const stencil::Expr& symbol) const {
     return symbols_.at(&symbol.node()).polynomial;
   }
-  /// -1: nothing reads it.
+  /// The id of a parameter; -1 if it is not read.
   Id param(const std::string& name) const;
 
  private:
@@ -99,7 +100,7 @@ class FrozenKernels {
   Id add_field(const std::string& name);
   Id add_param(const std::string& name);
   struct Symbol {
-    stencil::Expr symbol;  // which keeps the node
+    stencil::Expr symbol;  // keeps the node alive
     std::vector<stencil::Monomial> polynomial;
   };
   void add_symbols_of(const stencil::Transform& transform);

@@ -18,12 +18,12 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;     // at responses
+constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;     // evaluated responses
 constexpr std::size_t fewest_looks = 64, work_of_looks = 1'000'000;  // parts of expressions, some 50 ns each
-constexpr std::size_t heaviest = 4, most_points = 10;                // that are analysed
-constexpr std::size_t heaviest_of_ranked = 64;                       // of which most are looked at once
-constexpr std::size_t work_of_others = 6000;                         // products at each wave in these looks
-constexpr double alike = 1e-9;                                       // weights: of places that rounding tells apart
+constexpr std::size_t heaviest = 4, most_points = 10;                // analysed points
+constexpr std::size_t heaviest_of_ranked = 64;                       // most of these are checked once
+constexpr std::size_t work_of_others = 6000;                         // products at each wave in these checks
+constexpr double alike = 1e-9;                                       // relative difference of weights by rounding
 constexpr std::size_t most_points_with_solves = 4;                   // whose waves take ten times as long
 constexpr std::size_t fewest_points_with_means = 6;                  // of many stages, each of which has some
 constexpr std::size_t work_of_points = 40'000;                       // products at each wave
@@ -35,7 +35,7 @@ bool is_equal(const LinearisedStep& a, const LinearisedStep& b) {
       return l.key == r.key && l.coefficient == r.coefficient;
     });
   };
-  constexpr std::array<double, 3> one_wave{1, 0.7, 0.4};  // any that none of the multipliers is special for
+  constexpr std::array<double, 3> one_wave{1, 0.7, 0.4};  // a generic wave
   const auto is_same_wave = [&](const WaveSum::Term& left, const WaveSum::Term& right) {
     return is_same(left.form, right.form) && left.by.at(one_wave) == right.by.at(one_wave);
   };
@@ -45,7 +45,7 @@ bool is_equal(const LinearisedStep& a, const LinearisedStep& b) {
          });
 }
 
-/// Pulses are met by no moments.
+/// Whether the response depends on t itself. Tested with t unknown, as sampled times can miss a short pulse.
 bool depends_on_time(const driver::Session& session, const LinearStep& linear, FrozenPoint point) {
   const double step = session.problem().step;
   const bool is_known = linear.response(point, step).has_value();
@@ -60,7 +60,7 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, F
   return false;
 }
 
-/// At any of the places, by itself or by states and solutions that are others then.
+/// Whether the response changes with time at any point, by t itself or by states and solutions that change.
 bool depends_on_time(const driver::Session& session, const LinearStep& linear, const Sampler& sampler) {
   const std::vector<std::string> params = stencil::interface_of(linear.module(), linear.program()).params;
   return sampler.varies_in_time() ||
@@ -69,7 +69,7 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, c
           }));
 }
 
-/// The sum of the magnitudes of what a step changes: it grows with the largest rate.
+/// The sum of the magnitudes of G - 1: it grows with the largest rate.
 double weight_of(const std::optional<LinearisedStep>& response) {
   double sum = 0;
   for (std::size_t row = 0; response && row < response->rows.size(); ++row) {
@@ -86,7 +86,7 @@ double weight_of(const std::optional<LinearisedStep>& response) {
   return sum;
 }
 
-/// What a look at one wave takes, in products.
+/// The cost of one wave, in products.
 std::size_t work_of(const LinearisedStep& response) {
   std::size_t terms = 0;
   for (const LinearForm& row : response.rows) terms += row.terms().size();
@@ -100,8 +100,8 @@ bool may_take_long(const LinearStep& linear) {
   return linear.is_semi_lagrangian() || linear.solves() || linear.reduces();
 }
 
-/// Those that may be looked at: where the flow is followed, something is solved for, or many stages have means in them,
-/// each analysis takes long.
+/// The number of points to analyse. An analysis takes long for semi-Lagrangian steps, with solves, and if many stages
+/// contain means.
 std::size_t most_points_of(const LinearStep& linear, const ScenePoint& point, double step) {
   if (linear.solves()) return most_points_with_solves;
   if (linear.is_semi_lagrangian()) return most_points;
@@ -110,13 +110,12 @@ std::size_t most_points_of(const LinearStep& linear, const ScenePoint& point, do
   return std::max(fewest_points_with_means, work_of_points / work_of(*response));
 }
 
-/// Places are weighed by steps in which rates alone show, and by long ones: what is implicit is heavy in the first and
-/// not in the second. Neither is the scene's, in which the heaviest place may just be at a root of the scheme's
-/// polynomial.
+/// Step lengths for the weights of points: short ones, in which only rates count, and a long one, in which implicit
+/// terms weigh little. Not the scene's step, in which the heaviest point may be at a root of the scheme's polynomial.
 class Scales {
  public:
   Scales(const LinearStep& linear, const std::vector<ScenePoint>& points, double step) : linear_(linear) {
-    constexpr double least = 1e-4, middle = 1e-3, most = 1e-2, far = 1e6;  // of what a step changes, without unit
+    constexpr double least = 1e-4, middle = 1e-3, most = 1e-2, far = 1e6;  // of the change in a step, without unit
     constexpr int looks = 8;
     short_ = step;
     std::vector<Rest> rests;
@@ -127,7 +126,7 @@ class Scales {
       short_ *= std::isfinite(change) ? std::clamp(middle / change, 1 / far, far) : middle;
     }
     steps_ = {short_};
-    if (!linear.is_semi_lagrangian()) steps_.push_back(far * short_);  // which would be carried too far
+    if (!linear.is_semi_lagrangian()) steps_.push_back(far * short_);  // semi-Lagrangian steps would carry too far
   }
 
   const std::vector<double>& steps() const { return steps_; }
@@ -136,7 +135,7 @@ class Scales {
   }
 
  private:
-  /// A step of length 0 from a point: what it weighs, and stages of steps of any length.
+  /// A step of length 0 from a point: its weight, and the stages, which are those of any step length.
   struct Rest {
     FrozenStages stages;
     std::optional<double> weight;
@@ -163,9 +162,9 @@ class Scales {
   std::vector<double> steps_;
 };
 
-/// By the smaller of their ranks in the scales, heaviest first.
+/// The points by their best rank over all scales, heaviest first.
 std::vector<ScenePoint> by_weight(std::vector<ScenePoint> points, const Scales& scales) {
-  std::vector<std::pair<std::size_t, std::size_t>> ranks;  // and which point it is
+  std::vector<std::pair<std::size_t, std::size_t>> ranks;  // rank and index of a point
   for (std::size_t i = 0; i < points.size(); ++i) ranks.emplace_back(points.size(), i);
   std::vector<FrozenStages> stages(points.size());
   for (const double step : scales.steps()) {
@@ -183,7 +182,7 @@ std::vector<ScenePoint> by_weight(std::vector<ScenePoint> points, const Scales& 
   return sorted;
 }
 
-/// So many of them are chosen, from the heaviest to the lightest; the heaviest of the others are left.
+/// Chooses points spread from the heaviest to the lightest; `others` are the heaviest of the rest.
 RankedPoints ranked(std::vector<ScenePoint> points, const driver::Session& session, const LinearStep& linear) {
   const std::size_t most = most_points_of(linear, points.front(), session.problem().step);
   if (points.size() <= most) return {std::move(points), {}};
@@ -207,7 +206,7 @@ std::size_t size_of(const stencil::Expr& e) {
   return size;
 }
 
-/// What a look at a response takes, in parts of expressions.
+/// The cost of one response, in parts of expressions.
 std::size_t work_of(const LinearStep& linear) {
   std::size_t work = 1;
   for (const stencil::Kernel& kernel : linear.module().kernels) {
@@ -217,7 +216,7 @@ std::size_t work_of(const LinearStep& linear) {
   return work;
 }
 
-/// Of many cells and times those with the heaviest responses: formulas may be large in a spot, or for a moment.
+/// The points with the heaviest responses among many cells and times: formulas may be large in a spot or for a moment.
 std::vector<ScenePoint> heaviest_points(const driver::Session& session, const LinearStep& linear,
                                         const Sampler& sampler, bool varies_in_time) {
   const std::size_t cells = sampler.varies_in_space() ? session.workspace().cell_count() : 1;

@@ -16,28 +16,29 @@ struct ScenePoint {
   std::string place;  // "x = 0.1, y = 0.2"; "" where all points are alike
 };
 
-/// Where the fields that the tangent reads are smallest and largest, some places between, and where cells are smallest;
-/// at other times too where that matters. Each different one once, one where nothing varies. A few of them where an
-/// analysis of waves takes long.
+/// The points at which the fields that the tangent reads are smallest and largest, some between, and those with the
+/// smallest cells; also at other times if the step varies in time. Equal points are listed once; one point if nothing
+/// varies. Only a few of them if an analysis of waves takes long.
 std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
-/// With those that are left out: one look at each, at the limit of the chosen ones, tells whether it has a lower one.
+/// `others` are the points left out. One check of each at the limit of the chosen points shows whether it has a lower
+/// limit.
 struct RankedPoints {
   std::vector<ScenePoint> chosen, others;
 };
 RankedPoints ranked_points(driver::Session& session, const LinearStep& linear);
-/// All of them, for what takes no longer than a look.
+/// All points, for cheap checks.
 std::vector<ScenePoint> all_frozen_points(driver::Session& session, const LinearStep& linear);
 
-/// Where what is solved for is steepest along an axis: there the wind of a stream function is fastest.
+/// The points at which a solution of a solve is steepest along an axis: there the wind of a stream function is fastest.
 std::vector<ScenePoint> steepest_points(driver::Session& session, const LinearStep& linear);
 
-/// Fields of the point without which there is no response.
+/// The fields of the point that the response depends on.
 std::set<std::string> fields_of_response(const LinearStep& linear, const FrozenPoint& point, double step);
 
-/// Whether a step from all places, states and times has this response: the analysis of one holds for all.
+/// Whether the response is the same at all points, states and times: the analysis of one then holds for all.
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
 
-/// Whether a step late in the run is another than one that begins it.
+/// Whether a step late in the run differs from the first step.
 bool varies_in_time(driver::Session& session);
 
 }  // namespace dpde::stability

@@ -36,8 +36,8 @@ Value divided(const Value& right, const LinearForm& image) {
 
 }  // namespace
 
-/// Means and sums of perturbations are those of waves that do not vary along their axes. The derivative of max and min
-/// goes to one cell: that is not seen. What is not perturbed is as all cells have it, where that is known.
+/// Means and sums of perturbations act only on waves that are constant along their axes. The derivative of max and min
+/// acts on one cell and is left out. Unperturbed results are those of the whole grid, if known.
 void Evaluation::reduce(const Reduce& reduce) {
   const Value field = field_value(reduce.field);
   const bool is_of_all = reduce.over == std::array<bool, max_rank>{};
@@ -70,7 +70,7 @@ double Evaluation::number_of(const Expr& e) const {
       [&](const Select& s) { return number_of(number_of(s.condition) != 0 ? s.yes : s.no); });
 }
 
-/// In angles: the spacings go into the numbers.
+/// The symbol in angles: spacings are part of the coefficients.
 std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
   std::vector<NumberMonomial> numbers;
   for (const Monomial& monomial : kernels_.polynomial(symbol)) {
@@ -83,7 +83,7 @@ std::vector<NumberMonomial> Evaluation::numbers_of(const Expr& symbol) const {
   return numbers;
 }
 
-/// What is not perturbed is taken as a straight line about the point; a state with dt = 0, as those that kernels make.
+/// Unperturbed fields are taken as linear about the point, states with dt = 0 as in kernels.
 void Evaluation::transform(const Transform& transform) {
   const bool is_state = varied_.contains(transform.result);
   const double step = is_state ? numbers_.set_step(0) : numbers_.step();
@@ -156,7 +156,7 @@ void Evaluation::add_waves(LinearForm& to, WaveSum waves) {
   is_too_far_ = is_too_far_ || most_states + waves_.size() >= most_components;
 }
 
-/// At the initial state, as all stages are that here.
+/// The solution at the initial state, which all stages have here.
 Value Evaluation::solved(const std::string& field, const std::string& unknown) const {
   auto known = numbers_.point().whole.find(field);
   if (known == numbers_.point().whole.end()) known = numbers_.point().whole.find(unknown);
@@ -164,7 +164,7 @@ Value Evaluation::solved(const std::string& field, const std::string& unknown) c
                                                : Value{known->second.value, {}, known->second.slope};
 }
 
-/// Nothing in it is a stage of the states.
+/// Runs a block of a solve; it contains no stage of the states.
 void Evaluation::run_block(const Solve& solve) {
   for (const Statement& statement : solve.body) {
     match(
@@ -180,7 +180,7 @@ void Evaluation::run_block(const Solve& solve) {
   }
 }
 
-/// What is not perturbed is as it is known; rates are 0.
+/// Unperturbed solutions have their known values; perturbations are 0 there.
 void Evaluation::solve_coupled(const Solve& solve) {
   const std::size_t count = solve.unknowns.size();
   std::vector<std::vector<LinearForm>> matrix(count, std::vector<LinearForm>(count));
@@ -200,7 +200,7 @@ void Evaluation::solve_coupled(const Solve& solve) {
   }
 }
 
-/// Stages of states are taken at dt = 0, where each is its right side, if the block is one of a time scheme.
+/// Stages of states are computed at dt = 0. In a block of a time scheme each is then its right-hand side.
 void Evaluation::solve_by_newton(const Solve& solve) {
   const double step = numbers_.set_step(0);
   for (std::size_t i = 0; i < solve.unknowns.size(); ++i) {
@@ -215,8 +215,8 @@ void Evaluation::solve_by_newton(const Solve& solve) {
   }
 }
 
-/// Waves are divided by what the block makes of them. What is not perturbed is a straight line about the point: by that
-/// of the right side where the block reads no neighbours, else as it is known.
+/// Waves are divided by the symbol of the block. The unperturbed solution is linear about the point: computed from the
+/// right-hand side if the block reads no neighbours, else the known solution.
 void Evaluation::solve(const Solve& solve) {
   if (!solve.is_linear) return solve_by_newton(solve);
   if (solve.unknowns.size() > 1) return solve_coupled(solve);
@@ -240,7 +240,7 @@ void Evaluation::solve(const Solve& solve) {
   set(solve.images.front(), right);
 }
 
-/// Outside, what it carries keeps its value.
+/// Fields that the loop carries keep their values outside of it.
 void Evaluation::repeat(const Repeat& repeat) {
   std::map<std::string, Value> outside, results;
   for (const LoopCarried& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
@@ -256,7 +256,7 @@ void Evaluation::repeat(const Repeat& repeat) {
   for (auto& [result, value] : results) set(result, std::move(value));
 }
 
-/// Networks that are left read what is perturbed.
+/// Networks that remain here read perturbed fields.
 void Evaluation::run(const std::vector<Statement>& body) {
   for (const Statement& statement : body) {
     match(

@@ -24,7 +24,7 @@ bool reads_param(const Expr& e, const std::string& name) {
   return found;
 }
 
-/// Events ask how many steps are done, (t - t_begin)/dt: a number that steps of no length have not.
+/// Events compute the number of steps done, (t - t_begin)/dt, which is undefined at dt = 0.
 bool divides_by_step(const Expr& e) {
   bool found = false;
   visit(e, [&](const Expr& part) {
@@ -41,7 +41,7 @@ bool compares_times(const Expr& e) {
          reads_param(e, "dt") && !divides_by_step(e);
 }
 
-/// Of a time that no later step has.
+/// Whether it is a condition t < t_begin + ..., true only in the first steps.
 bool is_before(const Expr& e, double t_begin) {
   const auto* b = std::get_if<Binary>(&e->kind);
   if (b == nullptr || b->op != BinaryOp::less) return false;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step at one moment of a run, whatever its length: an analysis holds t, and takes dt as long as it likes.
+// A step at a fixed time t of a run: an analysis varies dt independently of t.
 #pragma once
 
 #include "stencil/stencil.h"
 
 namespace dpde::stability {
 
-/// What compares times does so with dt = 0: all stages of a step are at its own moment, t + dt/2 < 0.5 is t < 0.5.
-/// Schemes with a memory ask for their first steps by t < t_begin + dt/2: what is analysed lies behind these, however
-/// long a step is, and the question is gone.
+/// The module with dt = 0 in comparisons of times: t + dt/2 < 0.5 becomes t < 0.5, so all stages are at time t.
+/// Multistep schemes recognise their first steps by t < t_begin + dt/2. This condition becomes false: later steps are
+/// analysed, at any step length.
 stencil::Module at_one_moment(stencil::Module module, double t_begin);
 
 }  // namespace dpde::stability

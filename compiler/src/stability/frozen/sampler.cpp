@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t places_between = 6;
 constexpr std::size_t most_different = 24;
-constexpr double small_slope = 1e-3;  // of the value, a cell
+constexpr double small_slope = 1e-3;  // per cell, relative to the value
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 
 std::map<std::string, double> numbers_of(const driver::Session& session) {
@@ -30,8 +30,8 @@ std::map<std::string, double> numbers_of(const driver::Session& session) {
   return numbers;
 }
 
-/// The slope that differences with both neighbours leave. The smaller one: straight on from a jump a field would be
-/// what it nowhere is. Their mean: a wind is the slope of a stream function.
+/// The slope from the differences to both neighbours. smaller(), for fields: extrapolation at a jump would give values
+/// that the field has nowhere. mean(), for solutions: a wind is the slope of a stream function.
 double smaller(double up, double down) { return up * down <= 0 ? 0 : std::abs(up) < std::abs(down) ? up : down; }
 double mean(double up, double down) { return 0.5 * (up + down); }
 
@@ -70,8 +70,8 @@ Sampler::Sampler(driver::Session& session, const LinearStep& linear)
   find_dependences(linear);
 }
 
-/// Tells the name and the values of each field, what is solved for as well, as the run begins, and in its middle and at
-/// its end where they are others then.
+/// Calls `tell` with the name and values of each field and solution, at the start of the run, and in its middle and at
+/// its end if they differ then.
 template <class Tell>
 void Sampler::for_each_field(const Tell& tell) const {
   for (const auto& [name, values] : states_.fixed()) tell(name, values, false);
@@ -90,7 +90,7 @@ void Sampler::add_extremes(std::span<const double> values, bool is_whole, std::s
   }
 }
 
-/// One place does not tell: outside of a mask nothing depends on what it holds.
+/// Several points are tested: outside of a mask the response does not depend on the prescribed value.
 void Sampler::find_dependences(const LinearStep& linear) {
   const std::size_t count = session_.workspace().cell_count();
   std::vector<std::size_t> cells{count / 2};
@@ -111,7 +111,7 @@ void Sampler::find_dependences(const LinearStep& linear) {
     };
     if (std::ranges::none_of(different_, is_it)) different_.push_back(std::move(here));
   }
-  // Where the response is not known all would count.
+  // Points without a known response are left out: there every field would seem to matter.
   std::vector<bool> is_known;
   for (const ScenePoint& here : different_) is_known.push_back(linear.response(here.point, step).has_value());
   const bool is_any_known = std::ranges::find(is_known, true) != is_known.end();
@@ -240,7 +240,7 @@ ScenePoint Sampler::at(std::size_t cell, double t) const {
   return result;
 }
 
-/// Of a control field the interval of this time.
+/// The values at time t: for a control field those of its interval.
 std::span<const double> Sampler::now(const std::string& name, std::span<const double> values, double t) const {
   const std::size_t count = session_.workspace().cell_count();
   const auto every = intervals_.find(name);
@@ -250,7 +250,8 @@ std::span<const double> Sampler::now(const std::string& name, std::span<const do
   return values.subspan(interval * count, count);
 }
 
-/// Of a constant a clamp cuts off both sides; of any slope nothing.
+/// Whether the field's advection is clamped. A clamp cuts both signs of a perturbation of a constant field, and none of
+/// a field with a slope.
 bool Sampler::is_clamped(const std::string& name) const {
   const model::Advection advect = session_.problem().scheme.transport_of(name).advect;
   return follows_flow_ && session_.problem().find_state(name) != nullptr &&
@@ -269,7 +270,7 @@ FrozenValue Sampler::about_whole(std::span<const double> values, std::size_t cel
   return about_place([&](const Place& place) { return states_.grid_of_whole().at(values, place); }, cell, mean);
 }
 
-/// No slope at the ends of bounded axes, and where the flow is followed.
+/// The slope is 0 at the ends of bounded axes and in semi-Lagrangian steps.
 template <class Value>
 FrozenValue Sampler::about_place(const Value& value, std::size_t cell, double (*slope)(double up, double down)) const {
   const Place place = place_of(cell);
@@ -297,7 +298,7 @@ Sampler::Place Sampler::place_of(std::size_t cell) const {
   return place;
 }
 
-/// The ends of each axis, and its smallest cell; in the middle of the others.
+/// Adds the end cells and the smallest cell of each axis, in the middle of the other axes.
 void Sampler::add_along_axes(std::set<std::size_t>& cells) const {
   std::size_t middle = 0, stride = 1;
   for (const model::Axis& axis : session_.axes()) {

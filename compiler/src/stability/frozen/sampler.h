@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places and times of a scene, frozen: which of its fields the response depends on, and where these are extreme.
+// Samples points and times of a scene: the fields that the response depends on, and the points where they are extreme.
 #pragma once
 
 #include <array>
@@ -15,32 +15,33 @@
 
 namespace dpde::stability {
 
-/// Whether the response is another one where this is: NaN in it makes NaN of it.
+/// Whether the response depends on the quantity that `spoil` sets to NaN: the response is then NaN.
 bool depends_on(const LinearStep& linear, const FrozenPoint& point, double step,
                 const std::function<void(FrozenPoint&)>& spoil);
 
-/// A field that is not known.
+/// NaN, for a field that is not known.
 FrozenValue unknown_field();
 
-/// The i-th of cells that are spread evenly, also over each axis: steps of the golden ratio, which meet each cell once.
+/// The i-th cell of a sequence that is spread evenly, also over each axis, by steps of the golden ratio. It visits each
+/// cell once.
 std::size_t spread(std::size_t i, std::size_t cells);
 
 class Sampler {
  public:
   Sampler(driver::Session& session, const LinearStep& linear);
 
-  /// Where what the response depends on is smallest and largest, and some between.
+  /// The cells where fields of the response are smallest and largest, and some between.
   std::set<std::size_t> cells() const;
-  /// Where and when control fields that the response depends on are smallest and largest.
+  /// The points and times where control fields of the response are smallest and largest.
   std::vector<ScenePoint> extremes_of_controls() const;
-  /// Along each axis, of each field that is solved for.
+  /// For each solution of a solve, the cell where it is steepest along each axis.
   std::set<std::size_t> steepest_cells() const;
   bool varies_in_space() const;
   bool varies_in_time() const;
-  /// For the response.
+  /// Whether both points have the same response.
   bool is_alike(const FrozenPoint& a, const FrozenPoint& b) const;
   ScenePoint at(std::size_t cell, double t) const;
-  /// Places that differ in what may choose between formulas: a mask is 0 at some and 1 at others.
+  /// Points that differ in fields that may select between formulas, as a mask of 0 and 1.
   const std::vector<ScenePoint>& different_points() const { return different_; }
 
  private:

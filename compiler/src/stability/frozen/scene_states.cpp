@@ -16,9 +16,9 @@ namespace dpde::stability {
 namespace {
 
 constexpr double fewest_moments = 3, most_moments = 17;  // both ends and the middle are among them
-constexpr double values_kept = 4e6;                      // of all moments
+constexpr double values_kept = 4e6;                      // stored values of all moments
 
-/// Whether the scene's step may be another one at another time.
+/// Whether the scene's step may depend on time.
 bool may_vary_in_time(const driver::Session& session) {
   const driver::Compiled& compiled = session.compiled();
   const model::Problem& problem = session.problem();

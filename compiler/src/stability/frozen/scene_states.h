@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in the cells of a scene at times of its run: coefficients, states as the run begins, those that steps set
-// as they are then, what networks give, and what is solved for.
+// Field values of a scene at times of its run: coefficients, initial states, states that steps overwrite (at that
+// time), outputs of networks, and solutions of solves.
 #pragma once
 
 #include <map>
@@ -18,17 +18,17 @@ class SceneStates {
   using Fields = std::map<std::string, std::vector<double>>;
   struct Moment {
     double time;
-    Fields set, whole;  // states that steps set, with what networks give, and fields as of whole_fields.h
+    Fields set, whole;  // states that steps overwrite, with outputs of networks; fields of whole_fields.h
   };
 
   SceneStates(driver::Session& session, const LinearStep& linear);
 
-  /// That the step reads, and no step sets; of a control field one interval after the other.
+  /// Fields that the step reads and no step overwrites; a control field has its intervals one after the other.
   const Fields& fixed() const { return fixed_; }
-  /// One where all are alike, else from the first step to the last.
+  /// One moment if all are alike, else several from the first step to the last.
   const std::vector<Moment>& moments() const { return moments_; }
   const Moment& nearest(double t) const;
-  /// Of `whole`; all else is in all cells of the scene.
+  /// The grid of `whole`; all other fields are on the scene's grid.
   const CoarseGrid& grid_of_whole() const { return grid_of_whole_; }
 
  private:
@@ -37,7 +37,7 @@ class SceneStates {
   std::vector<Moment> moments_;
 };
 
-/// Behind the first step, where `part` of the run is over.
+/// The time after the first step at which the fraction `part` of the run is over.
 double time_within(const driver::Session& session, double part);
 
 }  // namespace dpde::stability

@@ -20,7 +20,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// While it lives dt is 0, whatever is thrown.
+/// Sets dt to 0 and restores it in the destructor, also after an exception.
 class WithoutStep {
  public:
   explicit WithoutStep(Workspace& workspace) : workspace_(workspace), dt_(workspace.params().at("dt")) {
@@ -37,7 +37,8 @@ class WithoutStep {
 
 using Fields = std::map<std::string, std::vector<double>>;
 
-/// What is not finite is left out, as of a right side that is divided by dt; all is where an operator is.
+/// Fields that are not finite are left out, as with a right-hand side divided by dt; all fields are left out if an
+/// operator is not finite.
 Fields after_step_in(Workspace& workspace, const dpde_program& step, const std::vector<std::string>& fields, double t,
                      const Workspace::Bound& bound) {
   Fields result;
@@ -62,12 +63,12 @@ Fields on_own_grid(driver::Session& session, const std::vector<std::string>& fie
                        bound);
 }
 
-/// With the session's numbers, and means of its fields.
+/// A workspace on `grid` with the session's parameters and cell means of its fields.
 Workspace coarse_workspace(driver::Session& session, const CoarseGrid& grid) {
   const model::Problem& problem = session.problem();
   Workspace result = driver::make_workspace(problem, *session.compiled().code, grid.cells());
   const auto& own_params = session.workspace().params();
-  for (const model::Parameter& param : problem.params) {  // spacings and the number of cells are the grid's
+  for (const model::Parameter& param : problem.params) {  // spacings and cell counts stay those of the grid
     if (const auto own = own_params.find(param.name); own != own_params.end())
       result.set_param(param.name, own->second);
   }
@@ -101,7 +102,7 @@ bool has_masks(const model::Problem& problem) {
          std::ranges::any_of(problem.states, [](const model::State& state) { return state.held.has_value(); });
 }
 
-/// Whether it reduces to what means of cells have as well.
+/// Whether all reductions give the same result on cell means.
 bool reduces_to_means(const std::vector<stencil::Statement>& body, int rank, bool is_staggered) {
   const auto is_other = [&](const stencil::Reduce& reduce) {
     const bool is_of_all = std::ranges::count(reduce.over, true) == rank;
@@ -114,7 +115,7 @@ bool reduces_to_means(const std::vector<stencil::Statement>& body, int rank, boo
 
 Fields after_step_of_no_length(driver::Session& session, const std::vector<std::string>& fields, double t,
                                const CoarseGrid& grid) {
-  constexpr std::size_t most_values = std::size_t{1} << 22;  // that are kept
+  constexpr std::size_t most_values = std::size_t{1} << 22;  // cached values
   const std::string key =
       fmt::format("{} at {} on {}\n{}", fmt::join(fields, " "), t, grid.text(), key_of_fields(session));
   driver::Session::Findings& known = session.findings();
