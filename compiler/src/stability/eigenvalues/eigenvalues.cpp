@@ -20,11 +20,11 @@ using Eigen::Index;
 
 constexpr int most_on_stack = 4;
 
-/// Memory for the largest of them is on the stack.
+/// Matrices up to most_on_stack rows, stored on the stack.
 using Small = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, most_on_stack, most_on_stack>;
 
 /// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
-/// What it gives times an eigenvector of the new `a` is one of the old.
+/// The result times an eigenvector of the new `a` is an eigenvector of the old one.
 template <class Matrix>
 Eigen::VectorXd balance(Matrix& a) {
   Eigen::VectorXd scales = Eigen::VectorXd::Ones(a.rows());
@@ -46,9 +46,9 @@ Eigen::VectorXd balance(Matrix& a) {
   return scales;
 }
 
-/// Householder reflections, column by column, which leave nothing below the first subdiagonal (G. H. Golub and
-/// C. F. Van Loan, Matrix Computations, 7.4.2). Plain loops: Eigen's reduction takes half a minute to compile. What `a`
-/// was is basis * a * basis^H, where one is asked for.
+/// Reduces `a` to Hessenberg form by Householder reflections (G. H. Golub and C. F. Van Loan, Matrix Computations,
+/// 7.4.2). Plain loops: Eigen's reduction takes half a minute to compile. If `basis` is not null, the former `a` is
+/// basis * a * basis^H.
 template <class Matrix>
 void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
   using Scalar = typename Matrix::Scalar;
@@ -86,7 +86,7 @@ void reduce_to_hessenberg(Matrix& a, Matrix* basis = nullptr) {
   }
 }
 
-/// Of Hessenberg matrices.
+/// Eigenvalues of a Hessenberg matrix by Eigen's Schur form.
 template <class Matrix>
 Eigen::VectorXcd diagonal_of_schur(Matrix a) {
   Eigen::ComplexSchur<Matrix> schur(a.rows());
@@ -111,8 +111,8 @@ Eigen::VectorXcd diagonal_of_schur(const Eigen::MatrixXd& a) {
   return values;
 }
 
-/// By Schur forms where shifts do not converge, as they may not where rounding is all that is left of many entries:
-/// Eigen has other shifts for these.
+/// By Eigen's Schur form, with other shifts, if the QR sweeps do not converge. That may happen if many entries are
+/// rounding errors.
 template <class Matrix>
 Eigen::VectorXcd of_hessenberg(Matrix a) {
   Eigen::VectorXcd values = hessenberg_eigenvalues(a);
@@ -125,7 +125,7 @@ Eigen::VectorXcd as_it_is(Matrix a) {
   return of_hessenberg(std::move(a));
 }
 
-/// Inverse iteration: by elimination with partial pivoting, where a pivot that is 0 becomes `least`.
+/// Inverse iteration by elimination with partial pivoting; a zero pivot is replaced by `least`.
 class Elimination {
  public:
   Elimination(Eigen::MatrixXcd a, double least) : a_(std::move(a)), pivots_(static_cast<std::size_t>(a_.rows())) {
@@ -145,9 +145,9 @@ class Elimination {
     }
   }
 
-  /// A vector of the matrix, or of its adjoint, that is 1 where it is largest.
+  /// An eigenvector of the matrix, or of its adjoint, with largest component 1.
   Eigen::VectorXcd vector(bool of_adjoint) const {
-    Eigen::VectorXcd x(a_.rows());  // nothing that is orthogonal to it by a symmetry
+    Eigen::VectorXcd x(a_.rows());  // a start that is not orthogonal to it by symmetry
     for (Index i = 0; i < x.size(); ++i) x[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i + 1));
     for (int turn = 0; turn < 3; ++turn) {
       of_adjoint ? solve_adjoint(x) : solve(x);
@@ -229,8 +229,8 @@ Eigen::MatrixXd beside_multiple(Eigen::MatrixXd matrix) {
   return matrix;
 }
 
-/// Where all but one are multiples of 1 to rounding, as the neighbours' weights of equal diffusion are: every basis is
-/// as good for these, and eigenvalues of the one are all that is asked for.
+/// If all matrices but one are multiples of the identity to rounding, as the neighbours' weights of equal diffusion:
+/// any basis suits these, so only the eigenvalues of the one are needed.
 std::optional<Eigen::MatrixXcd> diagonals_beside_multiples(const std::vector<Eigen::MatrixXd>& matrices,
                                                            double rounding) {
   const Index size = matrices.front().rows();
@@ -246,9 +246,9 @@ std::optional<Eigen::MatrixXcd> diagonals_beside_multiples(const std::vector<Eig
   return diagonals;
 }
 
-/// A sum that is like none of them: all but those that are a multiple of 1 to rounding count as much, whatever their
-/// sizes are. Weights are between a half and three halves, none twice, so that matrices that are one another's opposite
-/// do not cancel. Those that do by chance cost time alone: whether all are triangular is asked afterwards.
+/// A generic sum of the matrices. Each is scaled to equal size, except multiples of the identity. The weights are
+/// distinct, between 0.5 and 1.5, so that opposite matrices do not cancel. Cancellation by chance only costs time, as
+/// it is checked afterwards whether all matrices are triangular.
 Eigen::MatrixXcd generic_sum(const std::vector<Eigen::MatrixXd>& matrices, double rounding) {
   const Index size = matrices.front().rows();
   Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size, size);
@@ -265,10 +265,10 @@ Eigen::MatrixXcd generic_sum(const std::vector<Eigen::MatrixXd>& matrices, doubl
 }  // namespace
 
 std::optional<Eigen::MatrixXcd> common_diagonals(std::vector<Eigen::MatrixXd> matrices) {
-  // Units of rounding for each row. What is below a diagonal and left out moves a matrix by no more than that: this is
-  // the error of the QR method itself, whose reflections and rotations (a reduction of n steps and two or three for
-  // each eigenvalue, from both sides) round by a few units for each row (G. H. Golub and C. F. Van Loan, Matrix
-  // Computations, 7.4 and 7.5), with two units of the products here.
+  // Allowed rounding units per row for entries below a diagonal, which are dropped. This is the error of the QR method
+  // itself: its reflections and rotations (a reduction of n steps and two or three for each eigenvalue, from both
+  // sides) cost a few units per row (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.4 and 7.5), the products
+  // here two.
   constexpr double roundings = 16;
   const Index size = matrices.front().rows();
   Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(size, size);
@@ -310,7 +310,7 @@ double sensitivity(Eigen::MatrixXd a, Complex value) {
   return a.norm() * right.norm() * left.norm() / std::abs(left.dot(right));
 }
 
-/// Where two are one but for rounding, the phase of what is along is lost in it: to both sides.
+/// For nearly double eigenvalues the phase of `along` is lost in rounding, so both signs of the perturbation are tried.
 double error_of_space(Eigen::MatrixXd a, Complex value, double rest, double rounding) {
   const Elimination elimination = elimination_near(a.cast<Complex>(), value);
   const Eigen::VectorXcd right = elimination.vector(false).normalized(), left = elimination.vector(true).normalized();

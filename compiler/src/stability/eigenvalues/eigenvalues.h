@@ -9,29 +9,30 @@
 
 namespace dpde::stability {
 
-/// Rows and columns are first scaled to one size: states have units. Exact to rounding where two of a 2 x 2 matrix lie
-/// close together, as those of long waves do. Up to 4 x 4 nothing is allocated but the result: waves are looked at by
-/// the hundred thousand.
+/// Rows and columns are balanced first, as states have units. Two close eigenvalues of a 2 x 2 matrix, as those of long
+/// waves, are exact to rounding. Up to 4 x 4 only the result is allocated: hundreds of thousands of waves are
+/// evaluated.
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a);
 Eigen::VectorXcd eigenvalues(Eigen::MatrixXd a);
-/// Of a Krylov space's matrix, as it is: scales would be those of entries that rounding has left far from the diagonal,
-/// and spread their errors (D. S. Watkins, "A case where balancing is harmful", ETNA 23 (2006) 1).
+/// Eigenvalues of a Krylov space's matrix, without balancing: its scales would follow rounding errors far from the
+/// diagonal and spread them (D. S. Watkins, "A case where balancing is harmful", ETNA 23 (2006) 1).
 Eigen::VectorXcd eigenvalues_of_space(Eigen::MatrixXd hessenberg);
-/// A polynomial, given by powers, of each of these.
+/// The polynomial, with coefficients by increasing power, at each value.
 Eigen::VectorXcd polynomial_of(const std::vector<double>& polynomial, const Eigen::VectorXcd& values);
-/// Of that scaling: a(i, k) becomes a(i, k)*scales[k]/scales[i].
+/// The scales of balancing: a(i, k) becomes a(i, k)*scales[k]/scales[i].
 Eigen::VectorXd scales_of(Eigen::MatrixXd a);
-/// Of matrices that one change of basis makes triangular, as it does all that commute: their diagonals in it, a column
-/// each. Row by row they are eigenvalues, of sums of the matrices too. nullopt where more than rounding is left below.
+/// Diagonals of matrices that one change of basis makes upper triangular, as is possible if they commute; a column per
+/// matrix. A row has one eigenvalue of each; sums of these are eigenvalues of sums of the matrices. nullopt if more
+/// than rounding remains below the diagonals.
 std::optional<Eigen::MatrixXcd> common_diagonals(std::vector<Eigen::MatrixXd> matrices);
-/// The component that has the largest share in the eigenvector of the largest eigenvalue.
+/// The index of the largest component of the eigenvector of the largest eigenvalue.
 Eigen::Index largest_component(Eigen::MatrixXcd a);
-/// What a relative change of `a`, scaled as above, is multiplied by in this eigenvalue of it: |a| |x| |y| / |y.x|, with
-/// its right and left vectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
+/// The condition number of an eigenvalue of the balanced `a`, for relative changes of `a`: |a| |x| |y| / |y.x|, with
+/// its right and left eigenvectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
 double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
-/// How much larger the largest eigenvalue of a Krylov space's matrix may be than one of the operator: |x|/|y.x| times
-/// what the operator makes of its vector beside the space, `rest` times the last component (Y. Saad, Numerical Methods
-/// for Large Eigenvalue Problems, 2011, 6.2), or what rounding makes of it at worst. A double one moves by its root.
+/// A bound on the error of the largest Ritz value as an eigenvalue of the operator: |x|/|y.x| times the residual, which
+/// is `rest` times the last component of its vector (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011,
+/// 6.2), or times the worst rounding error. A double eigenvalue moves by the root of that.
 double error_of_space(Eigen::MatrixXd a, std::complex<double> value, double rest, double rounding);
 
 }  // namespace dpde::stability

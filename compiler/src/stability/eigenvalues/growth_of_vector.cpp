@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What grows in a step, in steps of other lengths. Noise of a few steps does not tell it there, the vector of the step
-// does: that of other steps is nearly the same.
+// Follows the growing vector of a step to steps of other lengths. A few steps of noise do not show its growth there;
+// the vector does, as it is nearly the same in other steps.
 #include <algorithm>
 #include <cmath>
 
@@ -24,8 +24,8 @@ std::optional<double> CoupledRuns::growth_of_vector(const TangentRuns& runs, dou
   return (std::log(std::abs(nearest->value)) - by_events_) * parts_;
 }
 
-/// The vector of a step is followed from there to the next one. What the equations let grow is taken to grow at one
-/// rate in all these steps: is_stable() asks again.
+/// The growing vector of a step starts the search in the next, shorter one. The growth rate of the equations is assumed
+/// equal in all these steps; is_stable() computes it anew.
 double CoupledRuns::begins_to_grow(double unstable, double precision) const {
   const int most = most_of_space(grown_);
   if (flow_ || !tells_eigenvalues_ || grown_.size() == 0 || most < fewest_of_space) return 0;

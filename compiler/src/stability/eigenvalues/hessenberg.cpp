@@ -17,13 +17,13 @@ using Eigen::Index;
 
 constexpr double unit = std::numeric_limits<double>::epsilon();
 constexpr int most_sweeps = 60;   // for each eigenvalue; two or three are usual
-constexpr int stuck_sweeps = 10;  // a cycle of shifts is left by another one
+constexpr int stuck_sweeps = 10;  // after these an exceptional shift breaks a cycle
 
 double size_of(double a) { return std::abs(a); }
 double size_of(const Complex& a) { return std::abs(a.real()) + std::abs(a.imag()); }
 
-/// The first row of the block that ends at `last`: above it what lies below the diagonal is lost in the rounding of
-/// what lies beside it, or is below `nothing`.
+/// The first row of the active block that ends at `last`: the subdiagonal entry before it is below the rounding of its
+/// neighbours, or below `nothing`.
 template <class Matrix>
 Index first_of_block(Matrix& h, Index last, double nothing) {
   for (Index i = last; i > 0; --i) {
@@ -35,19 +35,19 @@ Index first_of_block(Matrix& h, Index last, double nothing) {
   return 0;
 }
 
-/// The last 2 x 2 block, whose eigenvalues are two shifts: what it has on its diagonal, and the product beside it.
+/// The last 2 x 2 block, whose eigenvalues are the two shifts: its diagonal, and the product of its other entries.
 struct Shifts {
   double upper, lower, across;
 };
 
-/// Where a sweep begins, and the column that it turns first.
+/// The row at which a sweep begins, and the vector of its first reflection.
 struct Start {
   Index row;
   double x, y, z;
 };
 
-/// By differences, as rows that are nearly alike would leave rounding alone. Where two entries below the diagonal are
-/// small together, what a sweep from there would leave beside the first is lost in rounding.
+/// Uses differences to the diagonal to avoid cancellation. The sweep begins at two consecutive small subdiagonal
+/// entries if the entries that it then neglects are below rounding.
 Start start_of(const Eigen::MatrixXd& h, Index first, Index last, const Shifts& shifts) {
   for (Index k = last - 2;; --k) {
     const double at = h(k, k), upper = shifts.upper - at, lower = shifts.lower - at;
@@ -125,7 +125,7 @@ void sweep(Eigen::MatrixXcd& h, Index first, Index last, const Complex& shift) {
   }
 }
 
-/// Both of the 2 x 2 block that ends at `last`, the nearer one to its last entry behind.
+/// Both eigenvalues of the 2 x 2 block that ends at `last`; the one nearer to its last entry comes second.
 template <class Matrix>
 std::pair<Complex, Complex> of_pair(const Matrix& h, Index last) {
   const Complex mean = 0.5 * (h(last - 1, last - 1) + h(last, last)),
@@ -148,7 +148,7 @@ void shift_and_sweep(Eigen::MatrixXcd& h, Index first, Index last, bool is_stuck
   sweep(h, first, last, is_stuck ? h(last, last) + size_of(h(last, last - 1)) : of_pair(h, last).second);
 }
 
-/// Empty where they do not converge.
+/// Empty if the sweeps do not converge.
 template <class Matrix>
 Eigen::VectorXcd by_sweeps(Matrix h) {
   Eigen::VectorXcd values(h.rows());

@@ -10,7 +10,7 @@ namespace {
 
 using Solver = Eigen::EigenSolver<Eigen::MatrixXd>;
 
-/// Its longest entry in the basis is real.
+/// The phase is chosen so that the largest component in the basis is real.
 RitzPair pair_of(const KrylovSpace& space, const Solver& solved, Eigen::Index which, const Eigen::MatrixXd& like) {
   Eigen::VectorXcd vector = solved.eigenvectors().col(which);
   Eigen::Index largest = 0;

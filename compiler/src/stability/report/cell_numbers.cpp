@@ -16,12 +16,12 @@ namespace {
 
 constexpr double largest_smooth = 2;
 constexpr double rounding_of_sums = 1e-9;  // relative
-constexpr double upwinding = 0.05;         // of |a|*h: diffusion of the shortest wave that is the scheme's own
+constexpr double upwinding = 0.05;         // of |a|*h: numerical diffusion of the shortest wave
 
-/// Of what a row does to its own field along one axis.
+/// Speed and diffusion of a row for its own field along one axis.
 struct Transport {
   double speed = 0, diffusion = 0;
-  double at_grid_scale = 0;  // diffusion that the wave of two cells sees
+  double at_grid_scale = 0;  // diffusion of the wave of two cells
 };
 
 Transport transport_of(const LinearisedStep& response, std::size_t row, std::size_t axis, double spacing) {
@@ -40,7 +40,7 @@ Transport transport_of(const LinearisedStep& response, std::size_t row, std::siz
   return found;
 }
 
-/// Rows hold the weights of differences, and nothing of what transforms make: differences take their place.
+/// The problem with differences instead of spectral derivatives: rows contain weights of differences only.
 model::Problem without_waves(model::Problem problem) {
   model::Scheme& scheme = problem.scheme;
   if (model::is_spectral(scheme.transport)) scheme.transport = {};
@@ -60,7 +60,7 @@ model::Problem with_central_advection(model::Problem problem) {
   return without_waves(std::move(problem));
 }
 
-/// Whether these are others than the problem has.
+/// Whether the problem's own differences are others.
 bool has_other_differences(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   if (scheme.dealias || scheme.derivative_order == model::spectral || scheme.laplacian_order == model::spectral)
@@ -69,7 +69,7 @@ bool has_other_differences(const model::Problem& problem) {
   return model::any_formula(problem, [&](const model::Use& use) { return model::any_part(use.formula, is_advect); });
 }
 
-/// Whether the speed is another one where the field has another value.
+/// Whether the speed depends on the value of the field.
 bool carries_itself(const LinearStep& linear, FrozenPoint point, const std::string& field, std::size_t row,
                     std::size_t axis, double spacing, double speed) {
   const auto own = point.fields.find(field);
@@ -94,12 +94,12 @@ class LargestNumbers {
   }
 
  private:
-  /// Where it steepens itself, or meets a wall.
+  /// Whether the field can steepen itself, or meets a wall.
   bool may_become_steep(const CellNumber& found) const {
     return found.is_reynolds || session_.axes()[static_cast<std::size_t>(found.axis)].topology == Topology::bounded;
   }
 
-  /// What rings beside a layer is a part of the difference between neighbours: of none nothing is seen.
+  /// Whether neighbouring cells differ visibly: oscillations at a layer are a fraction of that difference.
   bool is_steep(const CellNumber& found) const {
     constexpr double seen = 1e-2;  // of the range of the field
     const int state = session_.engine().state_index(found.field);
@@ -137,9 +137,9 @@ class LargestNumbers {
         next.rings = is_central && t.diffusion > 0 && next.number > largest_smooth;
         next.place = at.place;
         CellNumber* const known = find(next.field, next.axis);
-        constexpr double more_than_rounding = 1 + 1e-9;  // of places that mirror each other the first is told
+        constexpr double more_than_rounding = 1 + 1e-9;  // of symmetric points the first is reported
         if (known != nullptr && !(next.number > more_than_rounding * known->number)) continue;
-        // another response: of what is kept alone
+        // needs another response, so it is computed only for numbers that are stored
         next.is_reynolds = carries_itself(central_, point, next.field, row, axis, h, t.speed);
         if (known == nullptr) {
           found_.push_back(next);
@@ -175,7 +175,7 @@ SourceRange transport_of(const model::Problem& problem, const std::string& field
   return range;
 }
 
-/// Whether the scheme adds less than no diffusion to a row along an axis.
+/// Whether the scheme adds negative diffusion to a row along an axis.
 bool looks_downwind(const LinearisedStep& own, const LinearisedStep& central, std::size_t row,
                     const std::vector<model::Axis>& axes) {
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {

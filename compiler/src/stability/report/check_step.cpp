@@ -14,7 +14,7 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double unseen_growth = 1e-4;  // ln of what grows over a run above the limit
+constexpr double unseen_growth = 1e-4;  // ln of the growth over a run above the limit that is not reported
 
 SourceRange equation_of(const model::Problem& problem, const std::string& field) {
   const model::State* state = problem.find_state(field);
@@ -44,14 +44,14 @@ void report_never(driver::Session& session, const StabilityReport& verdict, bool
               with_force(hint, verdict, ruins));
 }
 
-/// 1.23, and as much more of 1.0000012 as tells it from 1.
+/// The factor with two decimals, as 1.23; near 1 with as many as show the difference, as 1.0000012.
 std::string growth_text(double growth) {
   const double excess = std::abs(growth - 1);
   const int digits = excess > 0 && excess < 0.1 ? static_cast<int>(std::ceil(-std::log10(excess))) : 0;
   return fmt::format("{:.{}g}", growth, std::min(4 + digits, 17));
 }
 
-/// `lowest`: of all groups, where it has a limit.
+/// `lowest`: the verdict with the lowest limit of all groups.
 void report_above(driver::Session& session, const StabilityReport& verdict, const StabilityReport& lowest, bool ruins,
                   DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();

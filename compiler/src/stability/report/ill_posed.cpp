@@ -18,15 +18,15 @@ namespace {
 
 using std::numbers::pi;
 
-/// Cells are so much narrower than the scene's: there the terms of highest order are all that counts.
+/// Cells are narrower than the scene's by this factor: only the terms of highest order matter there.
 constexpr double far_shorter = 256;
-/// Of an eigenvalue that grows by right, Re/|s|; rounding and terms of lower order leave less.
+/// Least Re(s)/|s| of an eigenvalue s that surely grows; rounding and terms of lower order give less.
 constexpr double sure_part = 1e-3;
 constexpr double rounding = 1e-9;  // of the largest eigenvalue
-/// Between bounded growth, 0, and that of the first order.
+/// Threshold between bounded growth (order 0) and order 1.
 constexpr double least_order = 0.5;
 
-/// The wave numbers of one length, in radians a cell: along each axis, and along several.
+/// Wave vectors of one length, in radians per cell: along each axis, and along several.
 std::vector<Angles> directions(int rank, double angle) {
   std::vector<Angles> result;
   for (int code = 1; code < static_cast<int>(std::pow(3, rank)); ++code) {
@@ -36,8 +36,8 @@ std::vector<Angles> directions(int rank, double angle) {
   return result;
 }
 
-/// The largest rate that surely grows over all waves of that length; 0 where none does. What a step carries beside its
-/// states, as the first guess of a solve, has no equation and no rates.
+/// The largest sure growth rate of all waves of that length; 0 if none grows. Rows in addition to the states, as the
+/// initial guess of a solve, have no equation and no rates.
 Largest growth_of(const Symbol& symbol, int rank, double angle) {
   Largest largest;
   for (const Angles& wave : directions(rank, angle)) {

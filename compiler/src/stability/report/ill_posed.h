@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equations whose waves grow the faster the shorter they are, without a bound (J. Hadamard): the backward heat equation
-// by k^2, a wrong sign of lap(lap(u)) by k^4, equations that are elliptic in time by k. No step and no grid helps: on
-// finer cells there are shorter waves, which grow faster. Instabilities of a bounded rate are none of this.
+// Ill-posed equations: the growth rate of waves rises without bound with the wave number k (J. Hadamard). It rises as
+// k^2 for the backward heat equation, k^4 for lap(lap(u)) with a wrong sign, k for equations that are elliptic in time.
+// No step and no grid helps: finer cells have shorter waves, which grow faster. Instabilities with a bounded growth
+// rate are not ill-posed.
 #pragma once
 
 #include <optional>
@@ -13,18 +14,18 @@ namespace dpde::stability {
 
 struct IllPosed {
   int order = 0;      // growth rises as 1/h^order
-  double time = 0;    // in which the shortest wave of the scene's grid grows by a factor of e
-  std::string field;  // that grows most
-  std::string place;  // where coefficients are frozen; "" where all places are alike
+  double time = 0;    // e-folding time of the shortest wave of the scene's grid
+  std::string field;  // the field that grows most
+  std::string place;  // the point at which coefficients are frozen; "": all points are alike
 };
 
-/// By the eigenvalues of the equations without a grid at waves far shorter than its cells, frozen at each of the
-/// scene's points. nullopt where growth is bounded, or equations cannot be looked at so.
+/// Tests the eigenvalues of the equations' symbol, frozen at each of the scene's points, for waves far shorter than the
+/// cells. nullopt if growth is bounded, or there is no symbol.
 std::optional<IllPosed> ill_posed(driver::Session& session);
 
-/// "growth rises as 1/h^2 ...", for who reads a verdict or asks why a run blew up.
+/// "growth rises as 1/h^2 ...", for verdicts and advice after a blow-up.
 std::string ill_posed_text(const IllPosed& found);
-/// What is wrong in most such equations.
+/// The most frequent error in such equations.
 std::string ill_posed_help();
 
 }  // namespace dpde::stability

@@ -19,7 +19,7 @@ bool is_known(const Module& module, const NetworkCall& call) {
   return call.mode == NetworkCall::Mode::value && network != module.networks.end() && !network->is_host();
 }
 
-/// Solves keep theirs: nothing looks into a block that has any.
+/// Networks in blocks of solves stay: such blocks are not analysed.
 void take_out_networks(const Module& module, std::vector<Statement>& body, std::set<std::string>& results) {
   const auto add_results = [&](const NetworkCall& call) {
     if (!is_known(module, call)) return;
@@ -49,7 +49,7 @@ std::map<std::string, std::vector<double>> values_of_networks(driver::Session& s
   if (results.empty()) return {};
   const Module& module = session.compiled().stencil;
   std::vector<Statement> body = module.find_program(session.compiled().step_name())->body;
-  std::set<std::string> made;  // a step of another scheme has others, too, of stages that this one has not
+  std::set<std::string> made;  // a step of another scheme has more stages, with outputs that this one lacks
   take_out_networks(module, body, made);
   std::vector<std::string> fields;
   std::ranges::set_intersection(results, made, std::back_inserter(fields));

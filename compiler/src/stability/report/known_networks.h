@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks that read nothing that is perturbed: what they give is known where the run begins, as coefficients are.
+// Networks that read no perturbed field: their outputs are known at the start of the run, as coefficients are.
 #pragma once
 
 #include <map>
@@ -12,12 +12,12 @@
 
 namespace dpde::stability {
 
-/// Networks by value, with what their derivatives give left in: results are inputs of the program then, and are added
-/// to `results`. What a network of the host's gives is not known before it runs.
+/// The module without such networks; calls of their derivatives stay. Their outputs become inputs of the program and
+/// are added to `results`. Networks of the host stay, too: their outputs are not known before the run.
 stencil::Module without_known_networks(stencil::Module module, std::set<std::string>& results);
 
-/// These results of networks in all cells: of a step of no length at this time. Empty where there is none, or where a
-/// value is not finite.
+/// These outputs of networks in all cells, from a step of length 0 at time t. Empty if there is none, or if a value is
+/// not finite.
 std::map<std::string, std::vector<double>> values_of_networks(driver::Session& session,
                                                               const std::set<std::string>& results, double t);
 

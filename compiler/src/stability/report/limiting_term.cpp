@@ -32,15 +32,15 @@ std::optional<FrozenAnalysis> analysis_of(const model::Problem& problem, const L
   return FrozenAnalysis::make(linear, point, static_cast<int>(problem.axes.size()), step, &equations);
 }
 
-/// Infinite where there is none, 0 where every step is unstable.
+/// The limit as a number: infinite if there is none, 0 if every step is unstable.
 double number_of(const StepLimit& limit) {
   return limit.kind == StepLimit::Kind::limit  ? limit.step
          : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
                                                : 0;
 }
 
-/// Whether the wave that grew first beyond the limit still does, by far more than the equations may let it: of most
-/// terms this one look says that all depends on others.
+/// Whether the wave that limits the step still grows, far more than the equations allow. For most terms this one check
+/// shows that other terms set the limit.
 bool still_grows(const model::Problem& problem, const LinearStep& linear, const StabilityReport& verdict, double step) {
   const std::optional<LinearisedStep> response = linear.response(verdict.worst, step);
   if (!response) return false;
@@ -50,7 +50,8 @@ bool still_grows(const model::Problem& problem, const LinearStep& linear, const 
   return grown > surely + 4 * verdict.growth_rate * step + verdict.growth_by_events;
 }
 
-/// 0 where it is below `least`: most terms change nothing, which one look tells. It is compared with others only.
+/// The limit, or 0 if it is below `least`, which one check shows: most terms do not change the limit. Limits are only
+/// compared with one another.
 double limit_above(double least, const model::Problem& problem, const LinearStep& linear, const FrozenPoint& point,
                    double step) {
   constexpr double precision = 1e-2;
@@ -91,7 +92,7 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session) {
     other.scheme.time = model::time_method(name);
     try {
       if (const std::optional<double> limit = limit_by_other_scheme(session, other)) return OtherScheme{name, *limit};
-    } catch (const NoSolution&) {  // of a solve in its steps: it is none to name
+    } catch (const NoSolution&) {  // without this term a solve fails: the term is not reported
     }
   }
   return std::nullopt;

@@ -39,7 +39,7 @@ bool is_positive(const LinearisedStep& response) {
   return smallest >= negative * largest;
 }
 
-/// What the rates make of what they have made: each place that a row reads is what `inner` has there.
+/// The product of two linear steps: each offset that a row of `outer` reads is replaced by the row of `inner` there.
 LinearisedStep applied_to(const LinearisedStep& outer, const LinearisedStep& inner) {
   LinearisedStep result;
   FormSum sum;
@@ -53,15 +53,15 @@ LinearisedStep applied_to(const LinearisedStep& outer, const LinearisedStep& inn
   return result;
 }
 
-/// The weights of a step that is a polynomial of its rates (see step_of_rates.h): powers of these are had once for
-/// steps of all lengths.
+/// The weights of a step that is a polynomial of L (see step_of_rates.h). Powers of L are computed once for steps of
+/// all lengths.
 class WeightsByLength {
  public:
   WeightsByLength(const LinearisedStep& rates, const std::vector<double>& polynomial) {
     std::vector<LinearisedStep> powers(1);
     for (std::size_t row = 0; row < rates.rows.size(); ++row) powers[0].rows.emplace_back(static_cast<int>(row));
     while (powers.size() < polynomial.size()) powers.push_back(applied_to(rates, powers.back()));
-    std::vector<std::vector<std::int64_t>> places;  // that some power reads, of each row
+    std::vector<std::vector<std::int64_t>> places;  // offsets that some power reads, for each row
     for (std::size_t row = 0; row < rates.rows.size(); ++row) {
       std::vector<std::int64_t>& of_row = places.emplace_back();
       for (const LinearisedStep& power : powers)
@@ -100,7 +100,7 @@ class WeightsByLength {
   Eigen::MatrixXd by_powers_;  // a line each
 };
 
-/// Sums of waves, along one axis after the other: values of the waves become those of the cells of a ring.
+/// Inverse Fourier transform, axis by axis: from values of waves to values in the cells of a ring.
 void add_up_waves(std::vector<Complex>& values, int along, int rank) {
   std::size_t stride = 1;
   const auto count = static_cast<std::size_t>(along);
@@ -119,7 +119,7 @@ void add_up_waves(std::vector<Complex>& values, int along, int rank) {
   }
 }
 
-/// The same of a step that solves: its weights reach all cells, here of a small ring.
+/// The same for a step with solves: its weights extend to all cells, here of a small ring.
 bool is_positive(const Amplification& step, int rank) {
   constexpr int cells_along[] = {64, 16, 8};
   const int along = cells_along[rank - 1];
@@ -145,7 +145,7 @@ bool is_positive(const Amplification& step, int rank) {
   return smallest >= negative_of_sums * largest;
 }
 
-/// The largest rate of a step that solves, by a short one.
+/// The largest rate of a step with solves, from a short step.
 double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
   const double dt = shortest_try * step;
   const std::optional<LinearisedStep> rows = linear.response(point, dt);
@@ -158,7 +158,7 @@ double rate_of(const LinearStep& linear, const FrozenPoint& point, int rank, dou
   return largest_over_waves(rank, change).value / dt;
 }
 
-/// The largest of what a step adds to the states.
+/// The largest change of the states in a step.
 double change_of(const LinearisedStep& rows) {
   LinearisedStep change;
   for (std::size_t row = 0; row < rows.rows.size(); ++row)
@@ -166,7 +166,7 @@ double change_of(const LinearisedStep& rows) {
   return magnitude_of(change);
 }
 
-/// The largest step up to which `holds` does, for rates of at most `rate`.
+/// The largest step up to which `holds` is true, for rates of at most `rate`.
 double largest_step_where(double rate, double factor, const std::function<bool(double)>& holds) {
   if (rate == 0) return every_step;
   if (!holds(shortest_try / rate)) return 0;
@@ -189,7 +189,7 @@ double largest_step_where(double rate, double factor, const std::function<bool(d
 
 namespace {
 
-/// What the step of a problem does at its points, where that is a polynomial of its rates.
+/// The step of a problem at its points, if it is a polynomial of L.
 class StepsByLength {
  public:
   StepsByLength(const model::Problem& problem, const LinearStep& linear)
@@ -204,7 +204,7 @@ class StepsByLength {
     double rate;  // the largest
     WeightsByLength weights;
   };
-  /// `rows`: of a step of this length. nullopt where it is no such polynomial.
+  /// `rows`: the response of a step of this length; nullopt if it is no such polynomial.
   std::optional<Found> at(const FrozenPoint& point, const LinearisedStep& rows, double step) const {
     if (polynomial_.empty()) return std::nullopt;
     const std::optional<LinearisedStep> rates = equations_.rates_at(point);
@@ -222,21 +222,21 @@ class StepsByLength {
   int rank_;
 };
 
-/// A long step of a Runge-Kutta scheme changes by powers of the rate: a short one tells it.
+/// The largest rate, from a short step: the change in a long Runge-Kutta step contains higher powers of the rate.
 double rate_by_short_step(const LinearStep& linear, const FrozenPoint& point, const LinearisedStep& rows, double step) {
   const double by_step = change_of(rows) / step, short_step = by_step > 0 ? shortest_try / by_step : step;
   const std::optional<LinearisedStep> short_rows = linear.response(point, std::min(step, short_step));
   return short_rows ? change_of(*short_rows) / std::min(step, short_step) : 0;
 }
 
-/// Of the step of a problem, which is the session's or one of its equations.
+/// For the step of a problem, which is the session's or the same with another scheme.
 Positivity positivity_of(driver::Session& session, const model::Problem& problem, const LinearStep& linear,
                          double step) {
   Positivity found;
   const int rank = static_cast<int>(session.axes().size());
   const StepsByLength by_length(problem, linear);
   std::vector<FrozenPoint> points;
-  std::vector<std::optional<WeightsByLength>> weights;  // of the points that have them
+  std::vector<std::optional<WeightsByLength>> weights;  // of the points at which the step is a polynomial of L
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, linear)) {
     points.push_back(flat(at.point));
@@ -270,21 +270,20 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
       if (weights[number]) return weights[number]->are_positive(dt);
       const std::optional<LinearisedStep> rows = linear.response(point, dt, stages[number]);
       if (rows && linear.solves()) return is_positive(Amplification(*rows, rank), rank);
-      return rows ? is_positive(*rows) : linear.is_semi_lagrangian();  // where it goes too far to be followed
+      return rows ? is_positive(*rows) : linear.is_semi_lagrangian();  // no rows: the flow carries too far
     });
   };
   found.largest_step = largest_step_where(rate, linear.solves() ? step_factor_with_solves : step_factor, holds);
-  // Far above it polynomials of schemes, as that of rk4, may have weights above 0 again, which are those of no
-  // solution.
+  // Far above the limit the polynomial of a scheme, as of rk4, may have positive weights again, which mean nothing.
   found.is_kept = step <= found.largest_step * (1 + step_precision) && holds(step);
   return found;
 }
 
-/// Limited slopes add to the weight of the cell upstream at most L/2 of what upwind(1) gives it, L being the steepest
-/// slope that is taken (P. K. Sweby, SIAM J. Numer. Anal. 21 (1984)): a step of Euler's method keeps
+/// With limited slopes the weight of the upstream cell grows by at most L/2 times its weight in upwind(1), where L is
+/// the steepest slope of the limiter (P. K. Sweby, SIAM J. Numer. Anal. 21 (1984)). An Euler step is positive for
 ///   1 - dt/dt_1 - L/2*c*dt >= 0
-/// up to 1/(1/dt_1 + L/2*c), with the largest step dt_1 of upwind(1) and c dt the Courant number. ssp_rk3 is made of
-/// such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
+/// that is up to 1/(1/dt_1 + L/2*c), where dt_1 is the largest positive step of upwind(1) and c dt the Courant number.
+/// ssp_rk3 consists of such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
 Positivity positivity_with_limiter(driver::Session& session, double step, const StateGroup& group) {
   const model::Problem& problem = session.problem();
   Positivity found;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps with networks: all cells of a few are disturbed one by one, and the eigenvalues of what a step makes of that
-// are looked at, with everything frozen where what the step reads is largest and smallest. A network that changes
-// states by itself, whatever the step, may let grow what it does with a step of length 0; growth beyond that and twice
-// that of the equations belongs to the scheme. An estimate.
+// Estimates for steps with networks: the eigenvalues of the step's tangent on a small grid, found by disturbing its
+// cells one by one. All fields are frozen at points where those that the step reads are largest and smallest. A network
+// may change states even in a step of length 0; that growth is allowed. Growth beyond it and beyond twice that of the
+// equations is attributed to the scheme.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -17,15 +17,15 @@ namespace dpde::stability {
 
 namespace {
 
-constexpr double network_tolerance = 1e-2;  // ln |g|: an estimate tells no less
+constexpr double network_tolerance = 1e-2;  // ln |g|: the estimate does not resolve less
 constexpr double most_work = 3e6;           // products of a network in one matrix
 constexpr double network_precision = 1e-2;  // of the limit, relative
-constexpr double most_own_steps = 4096;     // in units of the scene's: no limit is looked for beyond
-constexpr std::size_t most_places = 24;     // and times that are looked at once
-constexpr std::size_t most_frozen = 6;      // of them whose limits are looked for
-constexpr double shortest_part = 1e-3;      // in the same units: below there is none
+constexpr double most_own_steps = 4096;     // in scene steps: no limit is searched for beyond
+constexpr std::size_t most_places = 24;     // points and times that are checked once
+constexpr std::size_t most_frozen = 6;      // of these, points whose limits are computed
+constexpr double shortest_part = 1e-3;      // in scene steps: no limit is searched for below
 
-/// For a step with networks, in which numbers stand alone, coordinates as well.
+/// Whether both points are equal for a step with networks, which reads values only; coordinates if `reads_places`.
 bool are_alike(const FrozenPoint& a, const FrozenPoint& b, bool reads_places) {
   const auto has_value = [&](const auto& field) { return field.second.value == b.fields.at(field.first).value; };
   return std::ranges::all_of(a.fields, has_value) && a.whole == b.whole && a.params == b.params &&
@@ -49,8 +49,8 @@ class Networks {
     return work > most_work ? "a network is in it that is too large for it" : "";
   }
 
-  /// Where each field that the step reads is smallest and largest, and where states are half between, as networks are
-  /// steep where others are flat; some places more, and later times where fields are others then.
+  /// The points where each field that the step reads is smallest and largest, and where states are half between
+  /// (networks may be steep there), some more points, and later times if fields change.
   std::vector<FrozenPoint> points() const {
     const Sampler sampler(session_, linear_);
     std::vector<std::size_t> cells = cells_between();
@@ -68,7 +68,7 @@ class Networks {
     return result;
   }
 
-  /// The first of them in two orders: by what a short step changes most, and by what it damps most.
+  /// The first points in two orders: by the largest change in a short step, and by its largest damping.
   std::vector<FrozenPoint> heaviest_points() const {
     std::vector<FrozenPoint> all = points();
     const double short_step = shortest_part * session_.problem().step;
@@ -92,13 +92,13 @@ class Networks {
     return result;
   }
 
-  /// ln |g| of what grows most; infinite where it is not finite.
+  /// The largest ln |g|; infinite if values are not finite.
   double growth(const FrozenPoint& point, double step) const {
     const Eigen::VectorXcd factors = factors_of(point, step);
     return factors.size() == 0 ? std::numeric_limits<double>::infinity() : std::log(factors.cwiseAbs().maxCoeff());
   }
 
-  /// What a step of length 0 lets grow, and the rate of the equations.
+  /// The growth in a step of length 0, and the growth rate of the equations.
   struct Allowed {
     double of_network = 0, rate = 0;
     double in(double step) const { return of_network + 2 * rate * step; }
@@ -132,7 +132,7 @@ class Networks {
   std::map<std::string, stencil::Weights> weights_;
 };
 
-/// The largest step up to which nothing grows beyond what is allowed; none where that is not below `most`.
+/// The largest step up to which growth is allowed; none if it is not below `most`.
 StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Networks::Allowed& allowed, double own,
                    double most) {
   const auto is_stable = [&](double step) {
@@ -188,7 +188,7 @@ bool networks_grow_nothing(driver::Session& session, const StateGroup& group) {
   const std::optional<LinearStep> linear = compiled_step(session, why, group);
   if (!linear || !linear->has_networks()) return false;
   const Networks networks(session, *linear);
-  if (!networks.why_not().empty()) return true;  // nobody would say more
+  if (!networks.why_not().empty()) return true;  // no verdict is possible
   for (const FrozenPoint& point : networks.points()) {
     const double step = session.problem().step, now = networks.growth(point, step);
     if (now > network_tolerance && now - networks.allowed_at(point).in(step) > network_tolerance) return false;

@@ -14,7 +14,7 @@ namespace dpde::stability {
 
 namespace {
 
-/// Whether a value is made of those of neighbours along an axis.
+/// Whether the expression reads neighbours along an axis.
 bool reads_along(const model::Expr& e, int axis) {
   return model::any_part(e, [&](const model::Expr& part) {
     const auto* d = std::get_if<model::Derivative>(&part->kind);
@@ -28,7 +28,7 @@ bool solves(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Solve>(part->kind); });
 }
 
-/// Whether it is a number that an implicit scheme knows how to spread.
+/// Whether the state is a scalar whose diffusion an implicit scheme can take.
 bool spreads(const model::State& state) {
   const bool is_number = state.name.find('.') == std::string::npos && state.velocity_of.empty();
   return is_number && std::ranges::any_of(model::terms_of(*state.rhs), [](const model::Term& term) {
@@ -36,7 +36,7 @@ bool spreads(const model::State& state) {
          });
 }
 
-/// What a group's rates are made of.
+/// Terms in the equations of a group.
 struct Rates {
   bool diffuse = false, are_filtered = false;  // along the axis around the pole alone
 

@@ -23,7 +23,7 @@ constexpr const char* last_line = "end of the verdict";
 }  // namespace
 
 std::string key_of_fields(driver::Session& session) {
-  std::uint64_t fields = 14695981039346656037ull;  // FNV-1a, of numbers in the place of bytes
+  std::uint64_t fields = 14695981039346656037ull;  // FNV-1a, on numbers instead of bytes
   const auto add = [&](const std::vector<double>& values) {
     for (const double value : values) {
       fields = (fields ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211ull;
@@ -49,7 +49,7 @@ std::string key_of(driver::Session& session) {
 
 namespace {
 
-/// Numbers as they are read back: those that are not finite too.
+/// Reads numbers back, also those that are not finite.
 class Reader {
  public:
   explicit Reader(const std::string& text) : in_(text) {}
@@ -184,7 +184,7 @@ std::optional<StabilityReport> verdict_from(const std::string& text) {
 
 namespace {
 
-/// What is found of a session, or was before. The key is made once for all of it: it has the text of the whole step.
+/// The cached or new results for a session. The key is made once, as it contains the text of the whole step.
 class Kept {
  public:
   Kept(driver::Session& session, const Look& look)
