@@ -176,6 +176,12 @@ TypedExpr along_axis(FormulaScope& here, const ast::Call& e, SourceRange range) 
 
 TypedExpr along_named_axis(FormulaScope& here, const ast::Call& e, SourceRange range) {
   const bool has_order = e.arguments.size() == 3;
+  if (e.arguments.size() < 2 || e.arguments.size() > 3) {
+    here.elaboration.sink.report("wrong-argument-count", e.callee_range,
+                                 {e.callee, "2 or 3 arguments", std::to_string(e.arguments.size())},
+                                 "write d(u, x) or d(u, x, 2)");
+    return {};
+  }
   if (!takes(here, e, has_order ? 3 : 2)) return {};
   const TypedExpr operand = numeric(here, e.arguments[0].value);
   const ast::Expr& place = e.arguments[1].value;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // mean(u), mean(u, y), max(u, over = (x, y)): reductions over all axes of the scene, or over those named.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -155,7 +157,14 @@ TypedExpr reduction(FormulaScope& here, const ast::Call& e, SourceRange range) {
 }
 
 TypedExpr extreme(FormulaScope& here, const ast::Call& e, SourceRange range) {
-  return reduction_called(e) ? reduction(here, e, range) : elementary(here, e, range);
+  if (reduction_called(e)) return reduction(here, e, range);
+  const bool is_over_axes = std::ranges::any_of(e.arguments, [](const ast::Argument& a) { return a.name == "over"; });
+  if (e.arguments.size() == 2 && !is_over_axes) return elementary(here, e, range);
+  here.elaboration.sink.report(
+      "wrong-argument-count", e.callee_range,
+      {e.callee, "2 numbers, or one field over space", counted(static_cast<int>(e.arguments.size()), "argument")},
+      fmt::format("write {0}({0}(a, b), c) for more numbers, {0}({0}(a, b), over = x) over an axis", e.callee));
+  return {};
 }
 
 TypedExpr integral(FormulaScope& here, const ast::Call& e, SourceRange range) {

@@ -165,6 +165,7 @@ TypedExpr random_waves(FormulaScope& here, const ast::Call& e, SourceRange range
   if (!given) return {};
   const Problem& problem = here.elaboration.problem;
   const bool in_time = e.callee == "random_signal";
+  if (!in_time && here.axis_count() == 0) return refuse(here, e.callee, e.callee_range);  // or no axis is known yet
   std::vector<Direction> directions;
   const FunctionScope* const function = std::exchange(here.function, nullptr);  // its x is not the coordinate
   const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});
