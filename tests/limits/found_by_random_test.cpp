@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits that were wrong in random scenes, a row for each kind: beside closed forms, and as runs have them.
+// Limits that were wrong in random scenes, a row for each kind, compared with closed forms and runs.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

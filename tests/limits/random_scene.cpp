@@ -195,7 +195,7 @@ void SceneBuilder::declare(Part& model) {
     add(model, item("solve @*phi - @*lap(phi) = u for phi", {number(0.5, 2), number(0.2, 2)}));
 }
 
-/// What a term is multiplied by: positive.
+/// A positive factor of a term.
 Part SceneBuilder::factor() {
   const int kind = random_.weighted({50, 14, is_linear_ ? 0 : 10, is_linear_ ? 0 : 14, has_coefficient_ ? 20 : 0});
   const std::string axis = any(axes_);

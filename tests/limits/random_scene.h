@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random scenes whose largest stable step is asked for: groups of equations with walls, events, memories, solves,
-// masks, networks and coordinates, on so few cells that all of a step's tangent can be found by runs.
+// Random scenes for tests of stability limits: groups of equations with walls, events, multistep schemes, solves,
+// masks, networks and coordinates. They have so few cells that the full tangent of a step can be found by runs.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace dpde::testing {
 
-/// With the scene `s`; the same for the same seed, everywhere.
+/// The text of a scene `s`; the same for the same seed on all machines.
 Part random_scene(std::uint64_t seed);
 
 }  // namespace dpde::testing

@@ -16,18 +16,18 @@ namespace {
 
 /// In units of the largest value of a field. Central differences err by its square, and by rounding over it.
 constexpr double disturbance = 1e-5, error_of_differences = 1e-10;
-/// Two eigenvalues that are one, as those of methods with a memory at their limit, move by the root of that.
+/// A double eigenvalue, as of multistep methods at their limit, has an error of the square root of that.
 constexpr double error_of_double = 1e-5;
 constexpr double small_growth = 1e-6;  // ln |g|: a run takes 100000 steps to see it
 constexpr double hundredfold = 100;
 constexpr int first_doublings = 9, doublings_of_parts = 3;
-constexpr double still = 1e-9;        // a step of no length, of those that are asked about
+constexpr double still = 1e-9;        // a step of nearly length 0, relative to the tried steps
 constexpr double small_field = 1e-3;  // it is 0 but for rounding: values of scenes are of order one
 constexpr double largest_power = 1e140;
 /// Behind the first steps of methods with a memory, and not where what is done every second or third step happens.
 constexpr int number_of_step = 4;
 
-/// Steps as they are asked for: neither a Courant number nor a tolerance splits them.
+/// Fixed steps: neither a Courant number nor an error tolerance splits them.
 RolloutSetup setup(driver::Session& session, double step) {
   RolloutSetup result = session.engine().setup();
   result.dt = step;
@@ -36,7 +36,7 @@ RolloutSetup setup(driver::Session& session, double step) {
   return result;
 }
 
-/// How far ln of its size is known.
+/// The error of ln |eigenvalue|.
 double error_of(const Eigen::MatrixXd& part, std::complex<double> value) {
   const double error = error_of_differences * stability::sensitivity(part, value) / std::abs(value);
   return std::isfinite(error) ? std::min(error, error_of_double) : error_of_double;
@@ -195,7 +195,7 @@ Eigen::MatrixXd StepsByRuns::tangent(double step, double time) const {
   return result;
 }
 
-/// A memory has eigenvalues of its own, which in short steps are far from 1: -1 of leapfrog, 0 of Adams and Bashforth.
+/// Multistep methods have parasitic eigenvalues, in short steps far from 1: -1 of leapfrog, 0 of Adams-Bashforth.
 bool StepsByRuns::may_be_of_equations(std::complex<double> eigenvalue) const {
   return !remembers_ || std::abs(eigenvalue - 1.0) < 0.5;
 }

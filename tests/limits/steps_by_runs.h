@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What steps of a scene do to disturbances, by runs of the compiled step alone: no tangent, no wave and nothing else of
-// the analysis of stability.
+// Growth of disturbances in steps of a scene, by runs of the compiled step alone. No code of the stability analysis is
+// used.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,32 +12,31 @@
 namespace dpde::testing {
 
 /// All columns of the derivative G of one step about a state, by central differences of runs of that step from states
-/// that differ in one value. A run of the difference of two runs that is made small again after each step is a product
-/// of such matrices: what it comes to, after however many steps, are their eigenvalues. By the definition of the manual
-/// (accuracy.md) a step of length dt is unstable where one of these holds, g being ln of the largest |eigenvalue|, e
-/// that of a step of no length and r the rate of growth of short steps:
+/// that differ in one value. Its eigenvalues give the growth of small disturbances after many steps. By the definition
+/// of the manual (accuracy.md) a step of length dt is unstable if one of these holds. g is ln of the largest
+/// |eigenvalue|, e that of a step of length 0, and r the growth rate of short steps:
 ///   - g(dt) > e + 2 max(0, r) dt;
 ///   - where r is positive, more eigenvalues grow than rates of short steps do not decay;
 ///   - one of the first 512 powers is a hundred times as large as steps of an eighth make it in the same time, both
 ///     beyond what is allowed to grow.
-/// States that act on one another are a group, and each group is judged by its own rates: by parts of G.
-/// Errors of differences and rounding are known, so that an answer may be that nobody can tell.
+/// States that depend on one another form a group. Each group is judged by its own rates, from a submatrix of G. Errors
+/// of differences and rounding are estimated, so an answer may be "unclear".
 class StepsByRuns {
  public:
-  /// `step`: of the size of steps that are asked about; rates are those of parts of it. `without_events`: of the same
-  /// scene; whatever events damp, its rates are those of the equations. Null: the scene has none.
+  /// `step`: the order of magnitude of the tried steps; rates come from fractions of it. `without_events`: the same
+  /// scene without events, which gives the rates of the equations; null: the scene has no events.
   StepsByRuns(driver::Session& session, double step, const StepsByRuns* without_events = nullptr);
 
   enum class Answer { stable, unclear, grows };
   /// At some times of the run.
   Answer answer(double step) const;
-  /// ln of the largest |eigenvalue| less what is allowed.
+  /// ln of the largest |eigenvalue| minus the allowed growth.
   double excess(double step) const;
   bool is_finite() const { return is_finite_; }
   /// "24 values, rate 0.1"
   std::string text() const;
 
-  /// Of a step about the state with which steps begin.
+  /// The matrix of a step about the state at which steps begin.
   Eigen::MatrixXd tangent(double step, double time) const;
 
  private:
@@ -48,7 +47,7 @@ class StepsByRuns {
     double low = 0, high = 0;
     double width() const { return high - low; }
   };
-  /// States that act on one another, and what is theirs.
+  /// States that depend on one another, and their rates.
   struct Group {
     std::vector<std::size_t> states;
     Range rate;            // 1/time
@@ -66,7 +65,7 @@ class StepsByRuns {
   void measure(Group& group, double step, double time) const;
   Range rate_at(Group& group, double step, double time) const;
   Answer answer(const Group& group, const Eigen::MatrixXd& tangent, double step, double time) const;
-  /// The largest of the first powers, over what is too large.
+  /// The largest norm of the first powers, divided by the allowed one.
   double on_the_way(const Group& group, const Eigen::MatrixXd& part, double step, double time) const;
 
   driver::Session& session_;

@@ -62,7 +62,7 @@ class ModelCheck {
     return false;
   }
 
-  /// Refused, if it is said at a place of the text and is not a bug.
+  /// The verdict on a refusal: it must have a source position and must not be an internal error.
   bool refuse(const DiagnosticSink& sink) {
     for (const Diagnostic& d : sink.all()) {
       if (d.kind->severity != Severity::error) continue;
@@ -181,7 +181,7 @@ class ModelCheck {
     return distance(got, wanted) == 0 || fail("scene text", std::string(text.text()));
   }
 
-  /// Few checkpoints and two threads: the same bits.
+  /// Few checkpoints and two threads give the same bits.
   bool memory_changes_nothing() {
     RunNumbers wanted, got;
     driver::SessionOptions little;
@@ -264,7 +264,7 @@ class ModelCheck {
     return result;
   }
 
-  /// What gradients are checked by before they are used has nothing against this one.
+  /// The gradient passes the certificate that is computed before a gradient is used.
   bool certify_before_use() {
     DiagnosticSink sink;
     analysis::certify_quickly(source_, jit_, analysis::Certifying::always, sink);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has to hold for any .dpde text: it is compiled or refused at a place, and what is compiled gives the same in the
-// interpreter, the JIT and emitted C++, with derivatives that are right.
+// Properties of any .dpde text: it compiles, or is refused with a source position. If it compiles, the interpreter, the
+// JIT and emitted C++ give the same results, with correct derivatives.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace dpde::testing {
 struct ModelVerdict {
   enum class Kind { passed, refused, unstable, failed };
   Kind kind = Kind::passed;
-  std::string check;  // what failed: "refusal", "interpreter", "dot product", "crash", ...; of what is refused the code
+  std::string check;  // the failed check: "refusal", "interpreter", "dot product", "crash", ...; if refused, the code
   std::string detail;
 };
 
@@ -19,10 +19,10 @@ struct ModelChecks {
   bool second = false;      // second derivatives too
   bool cpp = false;         // emitted C++ too
   bool symmetries = false;  // swapped axes, few checkpoints and two threads change nothing
-  double seconds = 600;     // then it is stopped, and has failed
+  double seconds = 600;     // time limit; to exceed it is a failure
 };
 
-/// Of task `t` of the text, in a process of its own: what crashes or hangs has failed.
+/// Checks task `t` of the text in a separate process: a crash or a hang is a failure.
 ModelVerdict check_model(const std::string& text, const ModelChecks& checks);
 
 }  // namespace dpde::testing

@@ -95,7 +95,7 @@ class ProgramCheck {
     return false;
   }
 
-  /// The same text, and the program does the same, bit by bit.
+  /// The text reads back to the same text, and the program gives the same bits.
   bool reads_back(const Module& module, const std::string& name, const std::string& check) {
     const std::string text = print(module);
     const SourceFile source("random.dpde", text);

@@ -25,7 +25,7 @@ void write_all(int to, const std::string& text) {
   }
 }
 
-/// False when the time is over before the other end is closed.
+/// False if the time is over before the other end is closed.
 bool read_until(int from, Clock::time_point end, std::string& text) {
   char buffer[4096];
   while (true) {

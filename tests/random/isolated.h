@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work in a process of its own: what crashes or never ends is an answer too.
+// Work in a separate process, so that crashes and hangs are results, too.
 #pragma once
 
 #include <functional>
@@ -9,11 +9,11 @@ namespace dpde::testing {
 
 struct Answer {
   enum class Kind { given, crashed, late } kind = Kind::given;
-  std::string text;  // of a crash: what the process ended with
+  std::string text;  // after a crash: how the process ended
 };
 
-/// What `work` returns; it is stopped after so many seconds. The caller must not have run threads: they are not there
-/// in the other process.
+/// The result of `work`, with a time limit in seconds. The caller must not have started threads: they do not exist in
+/// the other process.
 Answer isolated(const std::function<std::string()>& work, double seconds);
 
 }  // namespace dpde::testing

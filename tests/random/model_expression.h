@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random expressions of the model level. Each is asked for at a placement and takes what has values there, so that few
-// are refused; values stay of order one.
+// Random expressions of the model level. Each has a given placement and uses quantities with values there, so that few
+// are refused. Values stay of order one.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace dpde::testing {
 
-/// By axis: half a cell up from the centre.
+/// For each axis: whether the value lies half a cell above the centre.
 using Place = std::array<bool, 3>;
 inline constexpr Place centre{};
 
@@ -35,7 +35,7 @@ struct Axis {
   bool is_stretched = false;
 };
 
-/// What expressions may be made of.
+/// The names that expressions may use.
 struct Names {
   std::vector<Axis> axes;
   std::vector<Quantity> quantities;
@@ -53,14 +53,14 @@ class ModelExpressions {
   /// The same at all cells.
   Part uniform();
   Part scalar(const Place& place, int depth);
-  /// What a derivative or interpolation reads.
+  /// An operand of a derivative or interpolation.
   Part differentiable(const Place& place, int depth);
   Part vector(const Quantity& like, int depth);
-  /// Of coordinates and numbers alone.
+  /// An expression of coordinates and numbers only.
   Part formula();
-  /// A number, a vector or a tuple that carries something.
+  /// An advection velocity: a number, a vector or a tuple.
   Part velocity();
-  /// A right-hand side for a number at a place, `self` being what changes.
+  /// A right-hand side for the scalar `self` at a placement.
   Part term(const Part& self, const Place& place);
   Part vector_term(const Quantity& self);
   Part derivative(const Place& place, int depth);
@@ -85,7 +85,7 @@ class ModelExpressions {
 
   SplitMix& random_;
   const Names& names_;
-  int derived_ = 0;  // inside of what reads neighbours
+  int derived_ = 0;  // nesting depth in operators that read neighbours
 };
 
 }  // namespace dpde::testing

@@ -65,7 +65,7 @@ TEST(RandomModels, WhatIsWrongIsRefusedWithItsCode) {
   EXPECT_EQ(cut.check.substr(0, 2), "E0") << cut.check;
 }
 
-/// With a made-up fault, "a Laplacian and something that waits for the time", that is what is left.
+/// With an artificial fault, "a Laplacian and something that waits for the time", only its parts remain.
 TEST(ShrinkText, LeavesTheFaultAlone) {
   const auto has_fault = [](const std::string& text) {
     return text.find("lap(") != std::string::npos && text.find(" over time") != std::string::npos;

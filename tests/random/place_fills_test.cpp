@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any program computes the same, bit by bit, when its fills are taken out and placed again by how its fields go on.
+// Programs give the same bits if their fills are removed and placed again by the boundary rules of their fields.
 // DPDE_RANDOM_PROGRAMS: how many (100); DPDE_RANDOM_SEED: the first of their seeds (1).
 #include <gtest/gtest.h>
 

@@ -32,7 +32,7 @@ bool may_have_formula(const Kernel& kernel) {
   return may;
 }
 
-/// The kernel by itself, between periodic axes.
+/// A program with the kernel alone, on periodic axes.
 Module lone_program(const Kernel& kernel) {
   Program program{"p", std::vector<Topology>(static_cast<std::size_t>(kernel.rank), Topology::periodic), {}, {}, {}};
   Kernel begin{"begin", kernel.rank, {}, {}, {}, {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints given with a kernel: what is derived for it between periodic axes, written another way, or wrong.
+// Adjoints given with a kernel: the derived adjoint on periodic axes in another form, or a wrong one.
 #pragma once
 
 #include "stencil/stencil.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random expressions over what a kernel may read.
+// Random expressions of the fields, params and locals that a kernel may read.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ struct Readable {
   int reach = 0;           // largest offset along bounded axes
   bool is_around = false;  // whether periodic axes may be crossed
   bool interpolates = false;
-  bool is_active = true;  // may depend on what is differentiated by
-  int grown = 0;          // known on the interior grown by this, for reads behind inside[]
+  bool is_active = true;  // may depend on the variables of differentiation
+  int grown = 0;          // cells beyond the interior with known values, for reads guarded by inside[]
 };
 
 struct Scope {
@@ -31,9 +31,9 @@ class ExpressionGenerator {
  public:
   ExpressionGenerator(SplitMix& random, const Scope& scope) : random_(random), scope_(scope) {}
 
-  /// Any value; grows with the inputs no faster than a product of a few of them.
+  /// Any value; it grows no faster than a product of a few inputs.
   stencil::Expr value(int depth);
-  /// What a store gets: an update u + dt*(...), a linear stencil or a tame value.
+  /// The value of a store: an update u + dt*(...), a linear stencil or a bounded value.
   stencil::Expr stored();
   stencil::Interp place(const Readable& field);
   const Readable* interpolated_field();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random .dpde texts: a model, a scheme, a scene and a task that go together. What is refused for known reasons is
-// avoided, and values stay of order one for the few steps of the run: what goes wrong is the compiler's.
+// Random .dpde texts: a matching model, scheme, scene and task. Constructs that are refused for known reasons are
+// avoided, and values stay of order one for the few steps of the run. So each failure is a fault of the compiler.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace dpde::testing {
 
-/// With scene `s` and task `t`; the same for the same seed, everywhere.
+/// A text with scene `s` and task `t`; the same for the same seed on all machines.
 Part random_model(std::uint64_t seed);
 
 }  // namespace dpde::testing

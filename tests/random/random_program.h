@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random well-typed stencil programs. They keep every rule of stencil.h and of the verifier, and every function in its
-// domain, so that on inputs of order one all values are finite: what goes wrong is the compiler's.
+// Random well-typed stencil programs. They obey all rules of stencil.h and of the verifier and keep functions in their
+// domains, so that on inputs of order one all values are finite. So each failure is a fault of the compiler.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct RandomProgram {
   bool has_wrong_adjoint = false;  // among those given with kernels
 };
 
-/// The same for the same seed, everywhere.
+/// A program; the same for the same seed on all machines.
 RandomProgram random_program(std::uint64_t seed);
 
-/// Kernels and program as text, with what to differentiate by and the grid as comments.
+/// Kernels and program as text, with the variables of differentiation and the grid as comments.
 std::string describe(const RandomProgram& program);
 
 }  // namespace dpde::testing

@@ -9,11 +9,11 @@
 
 namespace dpde::testing {
 
-/// What a scheme says changes what the equations may say.
+/// Properties of a scheme that restrict the equations.
 struct Scheme {
   std::string time, advect, split;  // split: "" where the step is one
   bool along_flow = false;          // semi-Lagrangian or MacCormack
-  bool second_order = false;        // made for dt(dt(u))
+  bool second_order = false;        // a scheme for dt(dt(u))
   bool remembers = false;           // ab2, ab3, leapfrog
   bool solves = false;              // implicit: the first field diffuses
 };

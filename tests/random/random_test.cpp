@@ -23,7 +23,7 @@ namespace {
 constexpr int programs_in_a_file = 20;
 constexpr double longest = 600, longest_trial = 20;  // seconds of a check, and of one while a program is made smaller
 
-/// The same failure of the smallest program that has it.
+/// A small program with the same failure.
 std::string smallest(const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
   const auto again = [&](const RandomProgram& p) {
     if (verdict.check != "cpp") return check_apart(p, checks, longest_trial);
@@ -97,7 +97,7 @@ TEST(RandomPrograms, AgreeEverywhere) {
   EXPECT_LE(total.kinks, all / 100);
 }
 
-/// What the random programs of a night found, and would find again only by chance.
+/// Failures found once by random programs, which they would find again only by chance.
 TEST(RandomPrograms, FoundBefore) {
   const auto check = [](const std::string& text) {
     return check_program({1, parse_module(text), {{"u", "v"}, {"nu"}}, {1, {3, 1, 1}}}, {true, true, false});
@@ -143,7 +143,7 @@ TEST(RandomPrograms, CountPassesInBothDirections) {
   EXPECT_GE(down, 3);
 }
 
-/// A check that is slow, as of a large program: the search for a smaller one ends all the same.
+/// With a slow check, as of a large program, the search for a smaller program still ends in time.
 TEST(Shrink, EndsInTime) {
   const auto start = std::chrono::steady_clock::now();
   int asked = 0;

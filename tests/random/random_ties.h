@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choices between a value and that of a neighbour: limiters, upwind speeds, fluxes between two states. Where the
-// neighbour is a mirror image, as at a wall, or the cell itself, both are equal, and whatever makes the choice again
-// has to make the same one.
+// Selections between a value and that of a neighbour: limiters, upwind speeds, fluxes between two states. If the
+// neighbour is a mirror cell, as at a wall, or the cell itself, both values are equal. Each repetition of the selection
+// must then choose the same one.
 #pragma once
 
 #include "random/random_expression.h"

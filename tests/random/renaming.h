@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts in which all that a person named is called otherwise, by names that the compiler makes up itself: t1, u_next,
-// x_bar, m_step. Nothing but the names may change.
+// Texts with all user-chosen names replaced by names that the compiler itself generates: t1, u_next, x_bar, m_step.
+// Results must not change.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct Renaming {
   std::string operator()(const std::string& name) const;
 };
 
-/// Of a text without mistakes. Words that the language gives a meaning to stay, and so do names of components.
+/// Renames all names of a valid text. Words of the language and names of components stay.
 Renaming rename_all(const std::string& text, std::uint64_t seed);
 
 }  // namespace dpde::testing

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Metamorphic: whatever a person's names are, loss, gradient and Hessian product are the same to the last bit.
+// Metamorphic test: loss, gradient and Hessian product are the same to the last bit for any user-chosen names.
 // DPDE_RENAMED: how many random programs and models (30 and 6), DPDE_RANDOM_SEED: the first of their seeds (1).
 #include "random/renaming.h"
 
@@ -108,7 +108,7 @@ Numbers numbers_of(const std::string& text, const std::string& path, const std::
   return numbers;
 }
 
-/// Whether there were numbers to compare: what is refused is so under any names.
+/// Returns whether there were numbers to compare. A refused text must be refused under any names.
 bool expect_same(const std::string& text, const std::string& path, const std::string& selection, bool is_task,
                  bool is_small, const Renaming& renaming) {
   const Numbers wanted = numbers_of(text, path, selection, is_task, is_small);

@@ -42,7 +42,7 @@ std::vector<Expr*> expressions_of(Kernel& kernel) {
   return result;
 }
 
-/// What may stand for a node: its children, a number, the same read closer by.
+/// Replacements of a node: its children, a number, the same read with a smaller offset.
 std::vector<Expr> simpler(const Expr& e, const Kernel& kernel) {
   std::vector<Expr> result;
   if (!is_literal(e)) result.push_back(1.0);
@@ -199,7 +199,7 @@ Expr without_axis(const Expr& e, int axis) {
   return inner;
 }
 
-/// The last axis goes.
+/// Removes the last axis.
 bool lower_rank(const RandomProgram& p, const Try& accept) {
   if (p.grid.rank == 1) return false;
   RandomProgram candidate = p;
@@ -282,7 +282,7 @@ bool simplify_expressions(const RandomProgram& p, const Try& accept) {
   return false;
 }
 
-/// Kernels that nothing runs or that do nothing go by themselves.
+/// Removes kernels that are not run or have no effect.
 void tidy(RandomProgram& p) {
   std::vector<Statement>& body = program_of(p).body;
   std::erase_if(body, [&](const Statement& statement) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The smallest program that still fails: parts are dropped, one at a time, as long as the failure stays.
+// Finds a small program that still fails, by dropping parts one at a time as long as the failure stays.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 
 namespace dpde::testing {
 
-/// `fails` holds for `program` and for what is returned; it is asked about well-typed programs only, at most `most`
-/// times and not after so many seconds.
+/// `fails` is true for `program` and for the result. It is called with well-typed programs only, at most `most` times,
+/// and not after the time limit in seconds.
 RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most = 3000,
                      double seconds = 60);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of a random model whose first two axes have changed places: what it computes is mirrored, and no more.
+// The text of a random model with its first two axes swapped: its results must be transposed and otherwise equal.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace dpde::testing {
 
-/// nullopt where there are fewer than two axes, or where numbers are drawn cell by cell.
+/// nullopt if there are fewer than two axes, or if random numbers are drawn cell by cell.
 std::optional<std::string> with_swapped_axes(const std::string& text);
 
 }  // namespace dpde::testing

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts with holes that hold texts: what a random model is made of, so that parts of it can be left out or made simpler
-// without knowing the language.
+// Trees of texts: a text with holes that contain texts. Random models are such trees, so that parts can be removed or
+// simplified without a parser.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@ namespace dpde::testing {
 
 struct Part {
   enum class Kind {
-    fixed,       // stays as long as what holds it
+    fixed,       // stays as long as its parent
     item,        // may be left out
     expression,  // may be replaced by an expression inside of it, or by a number
     tuple,       // `parts` are components between commas; the last goes when the grid loses an axis
@@ -31,9 +31,9 @@ inline Part expression(std::string text, std::vector<Part> parts = {}) {
 
 std::string print(const Part& part);
 
-/// The smallest text for which `fails` still holds: parts go, one at a time or all that hold a name, then the last axis
-/// of the grid, then expressions become smaller. `fails` is asked at most `most` times, not after so many seconds, and
-/// says no to texts that make no sense.
+/// A small text for which `fails` is still true. Parts are removed one at a time or all that contain a name, then the
+/// last axis of the grid; then expressions are made smaller. `fails` is called at most `most` times, and not after the
+/// time limit in seconds. It must be false for invalid texts.
 Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, int most, double seconds = 60);
 
 }  // namespace dpde::testing

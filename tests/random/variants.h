@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program and its derivatives in one module, their inputs, and how far two outcomes differ.
+// A program and its derivatives in one module, their inputs, and the difference between two outcomes.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ double largest(const Outcome& outcome);
 /// The largest difference relative to the largest value (or 1); infinite where a value is missing or not a number.
 double distance(const Outcome& got, const Outcome& wanted);
 
-/// What code is generated from: after all passes, or as it is.
+/// The module from which code is generated, with or without all passes.
 stencil::Module lowered(stencil::Module module, bool with_passes);
 
 /// Whether `error`, of another order of the operations of `program`, may be rounding: below 1e-11, or ten times what

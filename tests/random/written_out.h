@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Repeats pass by pass, as a person would write them without `repeat`: what their meaning is compared with.
+// Unrolls repeats pass by pass, as a reference for the meaning of `repeat`.
 #pragma once
 
 #include "stencil/stencil.h"

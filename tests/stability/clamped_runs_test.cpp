@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are clamped, in curved coordinates: solid rotation in an annulus has no limit, whatever the walls are.
+// Clamped steps in curved coordinates: solid rotation in an annulus has no limit, for any boundary conditions.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fewer cells for what depends on all places: what means, values between them and verdicts are there, and which scenes
-// keep all of theirs.
+// Coarse grids for fields that depend on all points: restriction, interpolation and verdicts on them, and the scenes
+// that keep their own grid.
 #include "stability/step/coarse_grid.h"
 
 #include <fmt/format.h>
@@ -47,7 +47,7 @@ TEST(CoarseGrid, IsTheSceneSOwnUpToAQuarterOfAMillionCells) {
   }
 }
 
-/// Of 700 x 600 cells: means keep sums, and what is smooth comes back to the square of the cells' width.
+/// From 700 x 600 cells: restriction conserves sums; smooth fields return with an error of order 2 in the cell width.
 TEST(CoarseGrid, TakesMeansAndGoesBackBetweenThem) {
   for (const Topology topology : {Topology::bounded, Topology::periodic}) {
     const std::vector<int> cells{700, 600};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tangents as machine code have the columns of those that are interpreted.
+// Compiled tangents have the same columns as interpreted ones.
 #include "stability/step/compiled_tangent.h"
 
 #include <gtest/gtest.h>
@@ -79,8 +79,8 @@ TEST(CompiledTangent, HasTheColumnsOfTheInterpreter) {
       "  k = 0.1\n  boundary u: x = 0, z = zero_gradient\n  initial u = x + z\n  time 0 .. 1, step 1/100\n}\n");
 }
 
-/// Stages of the states are made once, before the steps: what follows reads them, halos and walls too. What a step of
-/// the tangent runs is then the stages of perturbations.
+/// Stages of the states are computed once, before the steps; later statements read them, with halos and walls. A step
+/// of the tangent then runs only the stages of perturbations.
 TEST(CompiledTangent, MakesStagesOfStatesOnce) {
   const std::string text =
       "model m { vector u on faces; field h\n  dt(u) = -grad(h + 0.5*dot(u, u))\n  dt(h) = -div(interpolate(h)*u) }\n"
@@ -106,7 +106,7 @@ TEST(CompiledTangent, MakesStagesOfStatesOnce) {
   }
 }
 
-/// A field that is made again stays with what reads it in between.
+/// A field that is computed twice is not moved away from the statements that read it in between.
 TEST(CompiledTangent, LeavesWhatIsMadeTwice) {
   const auto kernel = [](const std::string& name, const std::string& to, stencil::Expr value) {
     stencil::Kernel result{name, 1};
@@ -137,7 +137,7 @@ TEST(CompiledTangent, HasTheColumnsOfRepeats) {
       "  initial u = 1 + 0.2*sin(2*pi*x)*y\n  initial v = cos(y)\n  time 0 .. 1, step 1/200\n}\n");
 }
 
-/// u and v turn one another by 3 in a unit of time on four cells, all of which but their means stays.
+/// u and v rotate into one another with frequency 3 on four cells, in all but their means, which stay.
 class Spaces : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -189,7 +189,7 @@ TEST_F(Spaces, OfTheFlowNeitherGrowNorDecay) {
   EXPECT_NEAR(most(space(Eigen::MatrixXd::Ones(4, 2), 8)), 1, 2e-11);
 }
 
-/// A step of another length, and what was not finite, leave nothing behind.
+/// A step of another length, or values that were not finite, do not affect later runs.
 TEST_F(Spaces, LeaveNothingToTheNext) {
   const Eigen::MatrixXd start = Eigen::MatrixXd::Ones(4, 2);
   const KrylovSpace first = space(start, 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Models that act on one another, with parts of steps, means and walls: the limit beside runs of the step itself.
+// Coupled models with substeps, means and walls: the limit compared with runs of the step itself.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -2,9 +2,8 @@
 // Limits against all eigenvalues of a step. Its matrix is formed column by column on a few cells. By definition a step
 // of length dt is stable where
 //   g(dt) <= 2 max(0, r),   g = max ln |eigenvalue of G| ,
-// and r is what the equations do by right in the same time: 4 g(dt/4) about the state in the middle of the step. Where
-// the state is not steady the rates L(t) change along a step. G is exp of their integral, dt L(dt/2) up to the third
-// power of dt.
+// and r is the growth of the equations in the same time: 4 g(dt/4) about the state in the middle of the step. About an
+// unsteady state L(t) changes during a step. G is the exponential of its integral, dt L(dt/2) + O(dt^3).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +30,7 @@ class AllEigenvalues {
     tangent_ = CompiledTangent::of_coupled(linear_);
     params_ = frozen_points(session, linear_).front().point.params;
   }
-  /// ln |g| beyond twice what grows by right.
+  /// ln |g| beyond twice the physical growth.
   double beyond(double step) const {
     const double by_right = 4 * growth(*inputs_after(session_, linear_, 3.0 / 8 * step), step / 4);
     return growth(initial_inputs(session_, linear_), step) - 2 * std::max(0.0, by_right);
@@ -58,7 +57,7 @@ struct SmallScene {
 };
 
 constexpr const char* broad = "initial u = (20*cos(lat), 0); initial h = 5000 - 935*sin(lat)^2;";
-/// As that of the scene galewsky.
+/// As in the scene galewsky.
 constexpr const char* narrow =
     "initial u = (jet(lat), 0); initial h = 10158 - integral(slope(s), s, from = pi/7, to = max(pi/7, min(5*pi/14, "
     "lat)));";
@@ -126,7 +125,7 @@ std::vector<SmallScene> small_scenes() {
       {"a jet, more cells", jet_of(24, false), 1e-2, true}};
 }
 
-/// The search halves down to a thousandth, and tells growth from nothing half a thousandth later.
+/// The search bisects to a thousandth, and detects growth from half a thousandth above the limit.
 TEST(DenseLimits, AreThoseOfVerdicts) {
   constexpr double precision = 1.5e-3, rounding = 1e-6;  // the root of it, of double eigenvalues
   std::size_t count = 0;
@@ -143,7 +142,7 @@ TEST(DenseLimits, AreThoseOfVerdicts) {
   }
 }
 
-/// Such steps let grow whatever is carried, by little at a time: runs of a few hundred steps do not see it.
+/// Such steps make every advected disturbance grow, by little a step: runs of a few hundred steps do not show it.
 TEST(DenseLimits, AreNoneWhereAllStepsGrow) {
   const auto kind_of = [](const std::string& time, const std::string& rate, const std::string& scene) {
     return verdict_of(*open_scene(scene_of("field u; dt(u) = " + rate, "dx = central(2); time = " + time, scene)))

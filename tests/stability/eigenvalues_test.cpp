@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eigenvalues that are known in closed form: circulants, companions of polynomials, and similar matrices.
+// Eigenvalues known in closed form: of circulants, companion matrices, and similar matrices.
 #include "stability/eigenvalues/eigenvalues.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Index;
 
-/// The largest distance of an expected value from the one that is found next to it; each is found once.
+/// The largest distance between an expected value and the nearest computed one; each computed value is used once.
 double distance(std::vector<Complex> expected, const Eigen::VectorXcd& found) {
   EXPECT_EQ(static_cast<Index>(expected.size()), found.size());
   double largest = 0;
@@ -104,7 +104,7 @@ TEST(Eigenvalues, OfSimilarMatricesAreTheSame) {
   }
 }
 
-/// The second difference between walls that hold 0, and a rotation beside it.
+/// The second difference between walls with value 0, and a rotation as a separate block.
 TEST(Eigenvalues, OfRealMatricesArePairsOrReal) {
   for (const int size : {1, 2, 3, 8, 40}) {
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(size + 2, size + 2);
@@ -122,8 +122,8 @@ TEST(Eigenvalues, OfRealMatricesArePairsOrReal) {
   }
 }
 
-/// Shifts by what stands at the end turn a cycle by itself for ever; zeros, matrices of one entry repeated and Jordan's
-/// blocks have nothing to turn.
+/// With shifts by the last entries a cyclic permutation never converges. Zero matrices, constant matrices and Jordan
+/// blocks are the other special cases.
 TEST(Eigenvalues, OfMatricesThatShiftsDoNotTurn) {
   for (const int size : {3, 5, 6, 16, 33}) {
     Eigen::MatrixXd cycle = Eigen::MatrixXd::Zero(size, size), block = cycle;
@@ -150,7 +150,7 @@ TEST(Eigenvalues, OfMatricesThatShiftsDoNotTurn) {
   }
 }
 
-/// A short step is nearly 1: what it changes counts, not its size.
+/// A short step is nearly the identity: accuracy is relative to its change, not to its size.
 TEST(Eigenvalues, OfWhatIsNearlyOneAreOfTheChange) {
   for (const double change : {1e-2, 1e-5, 1e-9}) {
     const int size = 96;
@@ -171,7 +171,7 @@ TEST(Eigenvalues, OfWhatIsNearlyOneAreOfTheChange) {
   }
 }
 
-/// Steps with a memory are nearly nilpotent: what stands below a diagonal of zeros is as small as rounding makes it.
+/// Multistep methods have nearly nilpotent steps: entries below a diagonal of zeros are as small as rounding.
 TEST(Eigenvalues, OfNilpotentMatricesAreRootsOfRounding) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
@@ -198,7 +198,7 @@ TEST(Eigenvalues, OfWhatIsNotFiniteAreNoNumbers) {
   }
 }
 
-/// Random ones of many sizes: their powers have the traces that sums of powers of the values are.
+/// Random matrices of many sizes: the trace of a power is the sum of powers of the eigenvalues.
 TEST(Eigenvalues, HaveTheTracesOfPowers) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;

@@ -73,7 +73,7 @@ TEST(FoldedProducts, AreCutByDealiasing) {
   EXPECT_FALSE(blows_up(*vortices(32, dealiased, 0.6 * limit)));
 }
 
-/// Runs on very many cells take minutes: a verdict is of waves there, and says so. It names the cure all the same.
+/// On very many cells runs take minutes: the verdict then uses waves only and reports that. It still names the remedy.
 TEST(FoldedProducts, AreLeftOutOnLargeGridsUnlessAskedFor) {
   const auto verdict_on = [](int cells, bool at_all_cells) {
     const auto session = open_scene(
@@ -94,7 +94,7 @@ TEST(FoldedProducts, AreLeftOutOnLargeGridsUnlessAskedFor) {
   EXPECT_NEAR(large.limit.step / (std::sqrt(8) / (3 * 80'000)), 1, 1e-3);
 }
 
-/// Differences fold nothing, nor do products without derivatives.
+/// Differences cause no aliasing, nor do products without derivatives.
 TEST(FoldedProducts, AreOfFourierSeries) {
   EXPECT_FALSE(folds_products(vortices(16, "dx = central(4)", 0.02)->problem(), {}));
   const auto reaction = open_scene(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits beside growth that is the equations' own, and of steps whose coefficients change between intervals of time.
+// Limits with physical growth, and of steps whose coefficients change between intervals of time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,8 +24,8 @@ double root(const std::function<double(double)>& f, double low, double high) {
   return low;
 }
 
-/// What is solved for has a pole: a step multiplies by 1/(1 - z) and (1 + z/2)/(1 - z/2) where the equation does by
-/// exp(z). More than exp(2 z) is the step's.
+/// Implicit steps have poles: their factors are 1/(1 - z) and (1 + z/2)/(1 - z/2), that of the equation is exp(z).
+/// Growth above exp(2 z) is attributed to the step.
 TEST(Growing, ImplicitStepsNearTheirPolesAreTooLong) {
   const auto limit = [](const std::string& time) {
     return verdict_of(*open_scene("model m { field u; dt(u) = 0.1*lap(u) + 5*u }\nscheme c { time = " + time +
@@ -69,7 +69,7 @@ TEST(Growing, OfShortWavesIsTheEquationsWhereTheyAreFourierSeries) {
   EXPECT_NEAR(verdict.growth_rate, k * std::sqrt((5 - k * k) / (5 + k * k)), 1e-2);
 }
 
-/// Of all intervals, not the first alone: RK4 and F lap(u) with F up to 0.21.
+/// The limit is that of all intervals, not of the first alone: RK4 and F lap(u) with F up to 0.21.
 TEST(Growing, ControlFieldsAreLookedAtInAllIntervals) {
   const auto limit = [](const std::string& f) {
     return verdict_of(*open_scene("model m { field u; control field F; dt(u) = F*lap(u) }\nscheme c { time = rk4 }\n"
@@ -125,7 +125,7 @@ TEST(Growing, OfOneFieldExcusesNothingInAnother) {
   EXPECT_NEAR(std::log(trial.growth), std::log(verdict_of(*session).growth), 0.05 * std::log(trial.growth));
 }
 
-/// A pressure that is solved for anew in each step forgets all: a group whose waves are multiplied by 0.
+/// A pressure that is solved for anew in each step does not depend on its old value: a group with factor 0.
 TEST(Growing, NothingGrowsOfWhatForgetsAll) {
   const auto session = open_scene(
       "model m { vector u on faces; field p; dt(u) = -grad(p) + 0.01*lap(u); 0 = div(u) gives p }\n"
@@ -136,7 +136,7 @@ TEST(Growing, NothingGrowsOfWhatForgetsAll) {
 }
 
 /// Euler's method and a damped oscillation: |1 + (-c/2 + i w) dt|^2 = 1 - c dt + w^2 dt^2, up to dt = c/w^2 = 0.008.
-/// Heat beside it has another limit, 1/96 on 8 cells, and above both grows faster.
+/// Heat as a second group has another limit, 1/96 on 8 cells, and grows faster above both.
 TEST(Growing, TheLowestLimitOfAllFieldsIsTold) {
   for (const char* step : {"0.004", "0.0104", "0.0112", "0.02"}) {
     const StabilityReport verdict = verdict_of(*open_scene(
@@ -194,7 +194,7 @@ TEST(Growing, IsThatOfWavesThatARingHas) {
   EXPECT_NEAR(longer.step, exact, 0.02 * exact);
 }
 
-/// An event behind the last step ties no fields of the steps.
+/// An event after the last step does not couple fields in the steps.
 TEST(Growing, RareEventsTieNoFields) {
   const StabilityReport verdict = verdict_of(*open_scene(
       "model m { field u, a; dt(u) = -dx(u); dt(a) = 50*a }\nscheme e { time = euler }\nscene s : m with e {\n"

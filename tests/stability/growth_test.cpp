@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Growth of waves that reactions and diffusion have by themselves, against the largest eigenvalue of J - k^2 diag(D) of
-// the continuous equations (numerics.md, section 7): fine grids come within a tenth of a per cent.
+// Physical growth of waves by reactions and diffusion, compared with the largest eigenvalue of J - k^2 diag(D) of the
+// continuous equations (numerics.md, section 7): on fine grids within 0.1 %.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -35,7 +35,7 @@ struct ImplicitScene {
   bool is_ring;
 };
 
-/// Nothing is explicit, and what is solved for is diffusion.
+/// A fully implicit step of diffusion.
 bool is_of_diffusion_alone(const ImplicitScene& one) { return std::string(one.scheme.scheme) == "crank_nicolson"; }
 
 std::string equations_of(const ImplicitScene& one) {
@@ -133,8 +133,8 @@ TEST_P(ImplicitPrograms, RunAndAreStableAsTheirScene) {
 
 INSTANTIATE_TEST_SUITE_P(Table, ImplicitPrograms, ::testing::ValuesIn(implicit_scenes()), name_of_scene);
 
-/// What several fields are solved for at once is a coefficient of what follows: p is 1 or so, and u - 100*dt*p*u is
-/// stable up to dt = 0.02.
+/// A solution of a coupled solve is a coefficient later in the step: p is about 1, and u - 100*dt*p*u is stable up to
+/// dt = 0.02.
 TEST(CoupledSolves, AreKnownWhereTheyAreCoefficients) {
   const std::string kernels = R"(
 kernel make(u: field, out b: field, out c: field) {

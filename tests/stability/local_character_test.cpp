@@ -70,7 +70,7 @@ TEST(CellNumber, IsInfiniteWithoutDiffusionAndNoneWithoutTransport) {
   EXPECT_TRUE(cell_numbers(*line("lap(u) - u", "time = euler", 0.1)).empty());
 }
 
-/// The step at which the first weight is 0.
+/// The step at which a weight first becomes 0.
 TEST(Positivity, LimitsAreThoseOfClosedForms) {
   const double infinite = std::numeric_limits<double>::infinity();
   struct Case {
@@ -128,7 +128,7 @@ std::vector<Wave> waves(const std::string& rate, const std::string& scheme, doub
   return waves_of(*session, verdict_of(*session).worst, step);
 }
 
-/// Section 1: theta = pi/4, nu = 0.5. Others by g = 1 - nu*(1 - exp(-i theta)).
+/// Section 1: theta = pi/4, nu = 0.5. Other values from g = 1 - nu*(1 - exp(-i theta)).
 TEST(Waves, OfUpwindDifferencesAreThoseOfTheTable) {
   const std::vector<Wave> half = waves("-advect(1, u)", "time = euler; advect = upwind(1)", 0.5);
   ASSERT_EQ(half.size(), 4u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields that are held, inside masks that stand still or move, at what means of the whole grid make. A mean adds
-// nothing outside of the mask, so that the grid is not one that is all like the mask. Runs are the judge.
+// Fields prescribed by means of the whole grid, inside masks that are fixed or move. Outside of the mask the mean has
+// no effect, so the grid must not be treated as if the mask covered it. Limits are compared with runs.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -53,7 +53,7 @@ TEST(Means, OfSquaresTieCellsTogether) {
   }
 }
 
-/// The mean of q u, with q of the place: along 1 the rate is mean(q).
+/// The mean of q u, where q depends on the position: for constant u the rate is mean(q).
 TEST(Means, ThatCountByCoefficients) {
   for (const int cells : {20, 600}) {
     const StabilityReport verdict = verdict_of(*open_scene(fmt::format(
@@ -131,7 +131,7 @@ TEST(Means, LimitsDoNotDependOnTheStep) {
   }
 }
 
-/// Damped by 0.05 and turning by 8 sqrt(2): a step a hundredth above the limit grows by 4e-7.
+/// Damping 0.05 and frequency 8 sqrt(2): a step 1 % above the limit grows by 4e-7.
 TEST(Means, ThatAreHardlyDampedHaveTheirLimit) {
   const StabilityReport verdict =
       verdict_of_means("field u, v; dt(u) = 2*mean(q*v) + 1e-6*lap(u); dt(v) = -mean(q*u) - 0.1*v", "euler",
@@ -158,7 +158,7 @@ TEST(Means, NoiseInWhatIsRememberedDoesNotGrow) {
   EXPECT_LT(verdict.growth_rate, 8);
 }
 
-/// Fields that are held at a norm are no growth of steps.
+/// Fields that are kept at a constant norm do not count as growth of steps.
 TEST(Means, OfNormsAreNotRefused) {
   const StabilityReport verdict = verdict_of_scene(
       "dt(u) = 0.1*lap(u)", "euler",

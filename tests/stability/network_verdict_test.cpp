@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps with networks of one weight each: what they let grow is known in closed form.
+// Steps with networks of one weight each: their growth is known in closed form.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ StabilityReport verdict_on(const std::string& rate, const std::string& more, dou
   return verdict_of(*session);
 }
 
-/// From whatever step the search begins: 0.49 of the limit, a 60th, a 1000th, and four times it.
+/// The limit does not depend on the scene's step: 0.49 of the limit, a 60th, a 1000th, and four times it.
 TEST(NetworkVerdict, LimitsDoNotDependOnTheSceneStep) {
   for (const double step : {0.245, 0.5 / 60, 5e-4, 2.0}) {
     const StabilityReport verdict = verdict_on("lap(u) + N(u)", "", 0, step);
@@ -48,7 +48,7 @@ TEST(NetworkVerdict, KnowsWhatANetworkDoesInAnEquation) {
   EXPECT_FALSE(too_long.ruins_run()) << "an estimate refuses nothing";
 }
 
-/// A network that solves begin with does nothing to what a step does: the verdict is that without it.
+/// A network that gives the initial guess of a solve does not change the verdict.
 TEST(NetworkVerdict, WhatSolvesBeginWithIsNoPartOfAStep) {
   const auto verdict_from = [](const std::string& from) {
     const auto session = open_scene(
@@ -66,7 +66,7 @@ TEST(NetworkVerdict, WhatSolvesBeginWithIsNoPartOfAStep) {
   EXPECT_FALSE(with.is_of_networks);
 }
 
-/// What the network does to a state by itself is no growth of the scheme.
+/// Growth by the network alone is not attributed to the scheme.
 TEST(NetworkVerdict, ForgivesWhatACorrectionDoes) {
   const StabilityReport verdict = verdict_on("lap(u)", "  after step : u += N(u)\n", 0.5, 0.1);
   ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);

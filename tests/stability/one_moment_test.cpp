@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A limit belongs to the steps of a scheme, not to a scene's length: schemes with a memory begin by other steps, stages
-// lie at later times, and a scene may be shorter than one step at its limit. Against closed forms and runs.
+// The limit is that of a scheme's regular steps and does not depend on the run's length: multistep schemes begin with
+// other steps, stages are at later times, and a run may be shorter than one step at its limit. Compared with closed
+// forms and runs.
 #include "stability/frozen/one_moment.h"
 
 #include <fmt/format.h>

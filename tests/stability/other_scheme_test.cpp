@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time scheme that is named where every step is unstable: the one and the step that its own verdict would say,
-// walls and held values included.
+// The other time scheme that is suggested if every step is unstable: its largest step is that of its own verdict, also
+// with walls and prescribed values.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

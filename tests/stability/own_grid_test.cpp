@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits by all disturbances of a scene's own grid: against eigenvalues in closed form, dense matrices and runs; and
-// those by waves against them, for models that are drawn by lot.
+// Limits by all disturbances of a scene's own grid, compared with eigenvalues in closed form, dense matrices and runs;
+// for random models also with limits by waves.
 #include "stability/step/own_grid.h"
 
 #include <fmt/format.h>
@@ -78,7 +78,7 @@ TEST(OwnGrid, StretchedAxesHaveTheLimitsOfRuns) {
   }
 }
 
-/// Explicit advection beside implicit diffusion: the waves that limit an endless line are longer than this one.
+/// Explicit advection with implicit diffusion: the waves that limit an infinite line are longer than this grid.
 TEST(OwnGrid, ImplicitSchemesAreLimitedByWavesThatFit) {
   const auto scene = [](const std::string& time, double nu) {
     return open_scene(
@@ -132,7 +132,7 @@ TEST(OwnGrid, StepsAboveALimitGrow) {
   EXPECT_TRUE(verdict.ruins_run());
 }
 
-/// |g| = 1 + (omega dt)^4/8 with rk2, at every step. Means that drift stand beside it.
+/// |g| = 1 + (omega dt)^4/8 with rk2, at every step; with drifting means in addition.
 TEST(OwnGrid, WeakGrowthIsNoLimit) {
   for (const std::string walls : {"all = 0", "all = zero_gradient", "x.low = 0, x.high = zero_gradient"}) {
     const auto verdict = [&](double step) {
@@ -234,7 +234,7 @@ std::string drawn_scene(Lot& lot) {
       first, second, time, advect, lap, lot.of<int>({7, 8, 12, 15, 20}));
 }
 
-/// An independent look at the same step: it is run by the interpreter, cell by cell, and its powers are taken.
+/// An independent check of the same step: the interpreter gives its matrix, cell by cell, and powers of it are formed.
 TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
   Lot lot(20261126);
   int limits = 0;
@@ -261,7 +261,7 @@ TEST(OwnGrid, WavesOfSmallRingsSayTheSame) {
   EXPECT_GT(limits, 40);
 }
 
-/// What a wall may say where the flow goes out through it, and where it comes in.
+/// Boundary conditions at outflow and at inflow.
 std::string drawn_wall(Lot& lot, bool is_outflow) {
   const std::string mixed = fmt::format("mixed({:.2f}, 1, 0)", lot.between(0.1, 20));
   return is_outflow ? lot.of<std::string>({"0", "zero_gradient", mixed, "linear", "outflow"})

@@ -108,7 +108,7 @@ double growth(const Pair& p, double step, int count = angles) {
 /// Double roots, which leapfrog has at its limit, are found to the root of rounding.
 bool is_stable(const Pair& p, double step) { return growth(p, step) <= 1 + (p.time == "leapfrog" ? 1e-8 : 1e-12); }
 
-/// 0 where no small step is stable.
+/// The limit; 0 if no small step is stable.
 double scanned_limit(const Pair& p) {
   double low = 0.015, high = 4;
   if (!is_stable(p, low)) return 0;
@@ -116,7 +116,7 @@ double scanned_limit(const Pair& p) {
   return low;
 }
 
-/// In which errors grow by e^2.
+/// The number of steps in which errors grow by e^2.
 double steps_to_grow(double factor) { return 2 / std::log(factor); }
 
 /// A series has no wave of two cells to advect: on many cells the shortest one is near it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of shallow water on a sphere: what is predicted on the scene's own grid beside what runs of the step itself do.
+// Shallow water on a sphere: limits predicted on the scene's own grid, compared with runs of the step itself.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ void expect_limit_of_runs(const std::string& text) {
 
 constexpr const char *push = "9.8*h + 0.5*dot(u, u)", *gain = "-div(flux)";
 
-/// Waves that a filter slows down grow in the row beside the pole alone, where no frozen wave is.
+/// Waves that a filter slows down grow only in the row next to the pole, which frozen waves do not represent.
 TEST(Poles, TheLimitWithAFilterIsThatOfRuns) {
   const std::string solves =
       fmt::format("solve push + r^4*short_waves(push) = {} for push; solve gain + r^4*short_waves(gain) = {} for gain;",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the terms of coupled equations have of the limit: one look at the rates of all says of nearly every term that
-// the step grows without it, too, and what it says is what an analysis of the problem without the term says.
+// The share of each term of coupled equations in the limit. For nearly every term one check of all contributions shows
+// that the step also grows without it. The results agree with an analysis of the problem without the term.
 #include "stability/waves/rates_of_terms.h"
 
 #include <fmt/format.h>
@@ -90,7 +90,7 @@ TEST(RatesOfTerms, SayWhatAnalysesWithoutTheTermSay) {
   EXPECT_GT(decided, 50);
 }
 
-/// What limits one field alone is still found, and named.
+/// A term that limits one field alone is still found and reported.
 TEST(RatesOfTerms, NameTheTermThatLimits) {
   const std::string text =
       "model m { field a, b, c\n dt(a) = 3*lap(a) + 0.1*b\n dt(b) = 0.2*lap(b) - b + a*c\n dt(c) = 0.1*lap(c) - c*b }\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that do something whatever their length, means that stay, and moments between those that are looked at.
+// Steps that have an effect at any length, means that persist, and times between the sampled ones.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ TEST(AtRest, MacCormackBesideDiffusionIsLimitedByIt) {
   }
 }
 
-/// The mean of dt(dt(u)) = c^2 lap(u) goes on as it began: eigenvalues that are both one.
+/// The mean of dt(dt(u)) = c^2 lap(u) drifts linearly: a double eigenvalue 1.
 TEST(AtRest, MeansOfWavesOnSmallRingsLimitNothing) {
   for (const double c : {1.0, 1.34, 0.77, 2.9}) {
     for (const int cells : {5, 8, 12, 20, 24}) {
@@ -58,7 +58,7 @@ TEST(AtRest, MeansOfWavesOnSmallRingsLimitNothing) {
   }
 }
 
-/// Beside other terms steps along the flow are unstable in narrow windows: none of them lies below the limit.
+/// With other terms semi-Lagrangian steps are unstable in narrow intervals: none of them lies below the limit.
 TEST(AlongFlow, NoWindowOfUnstableStepsIsBelowTheLimit) {
   struct Case {
     const char *advect, *time;

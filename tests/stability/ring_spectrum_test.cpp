@@ -57,7 +57,7 @@ TEST(RingSpectrum, HasTheEigenvaluesOfTheWholeMatrix) {
   }
 }
 
-/// Entries of another unit are small by right.
+/// Entries may be small because of another unit.
 TEST(RingSpectrum, SeesACellThatIsNotAsTheOthers) {
   const std::array<int, 3> cells{4, 3, 1};
   Eigen::MatrixXd step = step_on_ring(cells, 0);

@@ -14,7 +14,7 @@
 namespace dpde::stability {
 namespace {
 
-/// Of a periodic scene s with h = 1 along all axes.
+/// The limit of a periodic scene s with h = 1 along all axes.
 struct Scene {
   driver::Compiled compiled;
   LinearStep linear;
@@ -172,7 +172,7 @@ TEST(StepLimit, GrowthOfTheEquationsIsAllowed) {
   EXPECT_NEAR(scene_of(text_of("dt(u) = 0.3*u", "time = euler")).analysis().growth_rate(), 0.3, 1e-9);
 }
 
-/// An oscillation that Euler's method lets grow: not one that the equations have.
+/// An oscillation that grows by Euler's method, not by the equations.
 TEST(StepLimit, OfAnOscillationByEuler) {
   const std::string text =
       "model m { field a, b; dt(a) = b - 0.1*a; dt(b) = -a - 0.1*b }\nscheme c { time = euler }\n"

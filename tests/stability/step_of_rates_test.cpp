@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are functions of their rates: what is found by eigenvalues of the rates is what the eigenvalues of each
-// step say, and no step has eigenvalues of its own. Matrices that commute are made triangular once for all waves.
+// Steps that are functions of L: factors from the eigenvalues of L equal the eigenvalues of each step, which are not
+// computed. Commuting matrices are made triangular once for all waves.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ Eigen::MatrixXd random_matrix(int size, std::mt19937_64& random) {
   return Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
 }
 
-/// In other units of each state, too.
+/// Also with other units for each state.
 TEST(CommonDiagonals, AreEigenvaluesOfSumsOfWhatCommutes) {
   std::mt19937_64 random(7);
   for (const int size : {3, 5, 16}) {
@@ -208,7 +208,7 @@ TEST(StepOfRates, IsAsByTheEigenvaluesOfTheStep) {
   }
 }
 
-/// The limit is that of an analysis that knows nothing of rates.
+/// The limit equals that of an analysis without L.
 TEST(StepOfRates, HasTheSameLimit) {
   for (const std::string time : {"rk4", "ab2", "ab3"}) {
     for (const bool differ : {false, true}) {

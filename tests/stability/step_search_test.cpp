@@ -40,7 +40,7 @@ TEST(LeastPositive, IsFoundInFewLooks) {
   EXPECT_EQ(least_positive([](double) { return std::nan(""); }, 1, precision), 0);
 }
 
-/// A guess changes how often is asked, and not what is found.
+/// A guess changes the number of tried steps, not the result.
 TEST(LargestStable, IsTheSameWhateverIsGuessed) {
   constexpr double limit = 0.7, precision = 1e-3;
   struct Guess {

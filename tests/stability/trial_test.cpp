@@ -50,7 +50,7 @@ TEST(WallLimit, IsFoundByRuns) {
   }
 }
 
-/// Leapfrog between an inflow and an outflow: the mode that the scheme has beside the equations' grows at every step.
+/// Leapfrog between an inflow and an outflow: the scheme's parasitic mode grows at every step.
 TEST(WallLimit, OfLeapfrogAtAnOutflowIsNone) {
   DiagnosticSink sink;
   const std::unique_ptr<driver::Session> session = open(

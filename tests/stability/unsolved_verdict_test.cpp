@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps whose solves find no solution: the verdict says that, and nothing of growth, and the run says where.
+// Steps whose solves fail: the verdict reports that and no growth, and the run reports the position.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

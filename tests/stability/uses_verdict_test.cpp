@@ -114,7 +114,7 @@ TEST(UsesVerdict, ValuesOnWallsAreThoseOfTheBoundary) {
   EXPECT_NEAR(limit_of("if(x > 0.99, 1000, sin(pi*x))"), limit, 1e-9 * limit);
 }
 
-/// What is held multiplies in each stage: it grows in steps of any length, and is no growth of the equations.
+/// A prescribed value multiplies in each stage: it grows in steps of any length, and not by the equations.
 TEST(UsesVerdict, HeldValuesThatGrowAreUnstableAtEveryStep) {
   const auto kind_of = [](const std::string& g, const std::string& held, const std::string& rate, int cells = 32) {
     const auto session = open_scene(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts as text and back: nothing is lost, and what is not whole is none.
+// Verdicts as text and back: nothing is lost, and an incomplete text is refused.
 #include "stability/report/verdict_cache.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace dpde::stability {
 namespace {
 
-/// No number in it is there twice: one that is read in the place of another is seen.
+/// All its numbers differ, so that a swap of two is detected.
 StabilityReport any_verdict() {
   StabilityReport v;
   v.limit = {StepLimit::Kind::limit, 0.1, 2.5, {1.5, -2, 1e-300}, 3};

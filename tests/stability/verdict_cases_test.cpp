@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts where growth is small, grids are small, or something else grows: each was told wrong before.
+// Verdicts with small growth, small grids, or other growing states: each was once wrong.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -130,7 +130,7 @@ TEST(VerdictCases, WhatGrowsSlowerThanTheSolutionIsNoFault) {
   EXPECT_GT(verdict.growth_rate, 0.5);
 }
 
-/// Rounding of single precision is as large as a disturbance that is small: it is no growth.
+/// Rounding of single precision is as large as a small disturbance: it does not count as growth.
 TEST(VerdictCases, RunsInSinglePrecision) {
   for (const int cells : {64, 256}) {
     const auto session = open_scene(

@@ -66,7 +66,7 @@ TEST(GrowsNothing, IsSaidOfStableStepsAlone) {
   EXPECT_FALSE(is_said("dt(u) = -advect(1, u)", "advect = central(2); time = leapfrog", outflow, 0.5));
 }
 
-/// What a condition hides is no reason to call a verdict exact.
+/// A dependence that is hidden by a condition does not make a verdict exact.
 TEST(StabilityReport, IsExactWhereAllPlacesAreAlike) {
   EXPECT_TRUE(verdict_on("dt(u) = lap(u)", run, "time = euler").is_exact);
   EXPECT_FALSE(verdict_on("dt(u) = if(x > 30, 0, 4*lap(u))", run, "time = euler", "1", 2).is_exact);
