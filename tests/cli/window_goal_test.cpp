@@ -177,7 +177,7 @@ TEST_F(WindowGoals, SayWhatDoesNotFit) {
       {"data r = trajectories(\"other.nc\", goal); minimise mean((u - r)^2) after 4 steps", "run 0, cell 3"},
       {"data r = trajectories(\"few.nc\", goal); minimise mean((u - r)^2) after 4 steps", "other runs or times"},
       {"data r = trajectories(\"f.nc\", u); minimise mean((u - r)^2) after 6 steps", "no multiple"},
-      {"data b = trajectories(\"f.nc\"); minimise mean(u^2) after 4 steps; minimise mean(u^2) over 6 steps", "beside"},
+      {"data b = trajectories(\"f.nc\"); minimise mean(u^2) after 4 steps; minimise mean(u^2) over 6 steps", "together with one over"},
       {"data b = trajectories(\"f.nc\"); minimise average(mean(u^2)) after 4 steps", "over 8 steps"},
       {"data b = trajectories(\"f.nc\"); data c = trajectories(\"one.nc\"); minimise mean(u^2) after 4 steps",
        "second file"},
