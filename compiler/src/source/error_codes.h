@@ -152,7 +152,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0441", "on-pole", Severity::error, "this is taken on a pole, where it is divided by a length of 0"},
     {"E0440", "in-curved-coordinates", Severity::error, "{} is not possible in {}"},
     {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) is no condition for {}"},
-    {"E0433", "condition-too-coarse", Severity::error, "{} has no image beyond this wall: {}"},
+    {"E0433", "condition-too-coarse", Severity::error, "{} determines no ghost value beyond this wall: {}"},
     {"E0501", "unknown-scheme-key", Severity::error, "{} is not a key of a scheme"},
     {"E0502", "bad-scheme-value", Severity::error, "{} cannot be {}"},
     {"E0504", "unknown-setting", Severity::error, "there is nothing called {} to set"},

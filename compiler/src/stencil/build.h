@@ -46,6 +46,7 @@ bool is_coordinate(const std::string& field);
 Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f);
 /// Calls `f` on each direct child.
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
+bool reads_param(const Expr& e, const std::string& name);
 /// Calls `f` on `e` and all its descendants, parents first.
 void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 

@@ -104,4 +104,13 @@ Kernel map_kernel(const Kernel& kernel, const std::function<Expr(const Expr&)>& 
   return mapped;
 }
 
+bool reads_param(const Expr& e, const std::string& name) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    found = found || (param != nullptr && param->name == name);
+  });
+  return found;
+}
+
 }  // namespace dpde::stencil

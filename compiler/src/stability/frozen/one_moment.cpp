@@ -15,15 +15,6 @@ using namespace stencil;
 
 namespace {
 
-bool reads_param(const Expr& e, const std::string& name) {
-  bool found = false;
-  visit(e, [&](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
-    found = found || (param != nullptr && param->name == name);
-  });
-  return found;
-}
-
 /// Events compute the number of steps done, (t - t_begin)/dt, which is undefined at dt = 0.
 bool divides_by_step(const Expr& e) {
   bool found = false;

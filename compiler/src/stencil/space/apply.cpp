@@ -48,22 +48,13 @@ Offset whole_cells(const std::array<int, max_rank>& place) {
   return cells;
 }
 
-bool mentions(const Expr& e, const std::string& name) {
-  bool found = false;
-  visit(e, [&](const Expr& part) {
-    const Param* p = std::get_if<Param>(&part->kind);
-    found = found || (p && p->name == name);
-  });
-  return found;
-}
-
 /// The scene parameter passed as argument `name`, if no other argument contains it; else "".
 std::string lone_param(const Environment& reading, const std::string& name) {
   const auto value = reading.values.find(name);
   const Param* p = value == reading.values.end() ? nullptr : std::get_if<Param>(&value->second->kind);
   if (!p) return "";
   for (const auto& [other, held] : reading.values) {
-    if (other != name && mentions(held, p->name)) return "";
+    if (other != name && reads_param(held, p->name)) return "";
   }
   return p->name;
 }
