@@ -30,7 +30,7 @@ const std::map<std::string, int> larger{
     {"compiler/src/codegen/program_table.cpp ProgramTables::Table", 22},
     {"compiler/src/driver/compile/pipeline.h CompileOptions", 17},
     {"compiler/src/driver/compile/pipeline.h Compiled", 16},
-    {"compiler/src/driver/scene/scene_table.cpp SceneTable::Storage", 21},
+    {"compiler/src/driver/scene/scene_table.cpp SceneTable::Storage", 19},
     {"compiler/src/files/trajectories.h Trajectories", 16},
     {"compiler/src/model/model.h Problem", 31},
     {"compiler/src/network/network.h Layer", 16},

@@ -82,8 +82,8 @@ std::unique_ptr<TaskGradient> TaskGradient::open(std::unique_ptr<driver::Session
 }
 
 double TaskGradient::memory_bytes(const SourceFile& source) const {
-  const auto plan = driver::plan_of_gradient(session_->compiled(), storage_of(*session_));
-  return plan ? driver::peak_of_gradient(session_->compiled(), *plan, source) : 0;
+  const auto plan = driver::plan_of_gradient_memory(session_->compiled(), storage_of(*session_), source);
+  return plan ? plan->peak : 0;
 }
 
 bool TaskGradient::run() {

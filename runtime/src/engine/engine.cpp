@@ -87,6 +87,7 @@ void Engine::make_workspace() {
   setup.layout = setup.ranks == nullptr ? make_layout(cells_, halo, real)
                                         : make_subgrid(cells_, setup.ranks->ranks(), setup.ranks->place(), halo, real);
   setup.team = Team(options_.threads);
+  setup.count = options_.count;
   setup.t_begin = scene_.t_begin;
   setup.step = scene_.step;
   for (int32_t p = 0; p < scene_.param_count; ++p)
@@ -253,8 +254,7 @@ Rollout& Engine::stepper() {
   return *stepper_;
 }
 
-Rollout& Engine::objective() {
-  if (losses_) return *losses_;
+RolloutSetup Engine::objective_setup() {
   if (scene_.task == nullptr)
     throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no loss", scene_.name));
   RolloutSetup full = setup();
@@ -265,6 +265,12 @@ Rollout& Engine::objective() {
   full.cut = options_.cut;
   full.seconds = options_.seconds;
   full.sought.assign(scene_.sought, scene_.sought + scene_.sought_count);
+  return full;
+}
+
+Rollout& Engine::objective() {
+  if (losses_) return *losses_;
+  RolloutSetup full = objective_setup();
   if (options_.find_tuning) full.tuning = options_.find_tuning(full);
   open(losses_, std::move(full));
   if (primary_ == nullptr) primary_ = &*losses_;

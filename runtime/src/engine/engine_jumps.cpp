@@ -187,20 +187,23 @@ void Engine::keep_watched(int step, double t, const Rollout& rollout, const std:
   workspace_->execute(*scene_.watched, t, bound);
 }
 
-/// The rollout of the watched step, if there is one. For runs until steady: one step from the steady state.
+/// For runs until steady: one step from the steady state.
+RolloutSetup Engine::watched_setup() {
+  RolloutSetup watched = setup();
+  watched.step = scene_.watched_step;
+  if (watched.trial != nullptr) watched.trial = scene_.watched_step;
+  if (watched.steady > 0) watched.steps = 1;
+  watched.steady = 0;
+  watched.block_steps = 1;
+  return watched;
+}
+
+/// The rollout of the watched step, if there is one.
 Rollout& Engine::watched_run() {
   Rollout& first = objective();
   begin(first);
   if (scene_.watched_step == nullptr) return first;
-  if (!watched_) {
-    RolloutSetup watched = setup();
-    watched.step = scene_.watched_step;
-    if (watched.trial != nullptr) watched.trial = scene_.watched_step;
-    if (watched.steady > 0) watched.steps = 1;
-    watched.steady = 0;
-    watched.block_steps = 1;
-    open(watched_, std::move(watched));
-  }
+  if (!watched_) open(watched_, watched_setup());
   begin(*watched_);
   for (int32_t i = 0; i < scene_.watched_count; ++i) {
     for (const char* mark : {scene_.watched_values[i].below, scene_.watched_values[i].above}) {

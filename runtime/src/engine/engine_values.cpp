@@ -135,7 +135,7 @@ bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
 }
 
 void* Engine::unused(std::size_t number) {
-  while (unused_.size() <= number) unused_.push_back(std::make_unique<Field>(workspace_->layout()));
+  while (unused_.size() <= number) unused_.push_back(workspace_->make_field());
   return unused_[number]->base();
 }
 
@@ -154,7 +154,7 @@ void Engine::run_formulas(const dpde_program& program, int32_t start) {
       has_states = true;
       const State& state = states_[static_cast<std::size_t>(s)];
       const bool is_wanted = !state.is_kept() && state.start == start;
-      if (is_wanted) bound[name] = initial(static_cast<std::size_t>(s)).base();
+      if (is_wanted) bound[name] = options_.count != nullptr ? nullptr : initial(static_cast<std::size_t>(s)).base();
       if (!is_wanted) leave_out(name);
     } else if (given != given_.end() && given->second.is_kept()) {
       leave_out(name);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dpde/runtime/allocation.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/links.h"
 #include "dpde/runtime/network.h"
@@ -29,14 +30,28 @@ Workspace::Workspace(Setup setup)
 }
 
 void Workspace::draw_noise(std::uint64_t interval) {
-  for (const Noise& noise : setup_.noises) fill_noise(layout(), field(noise.name).base(), noise.seed, interval);
+  for (const Noise& noise : setup_.noises) {
+    Field& values = field(noise.name);
+    if (setup_.count == nullptr) fill_noise(layout(), values.base(), noise.seed, interval);
+  }
+}
+
+/// In a plan a field without memory, which is counted as long as it exists.
+std::shared_ptr<Field> Workspace::make_field() {
+  if (setup_.count == nullptr) return std::make_shared<Field>(layout(), fields_made_++);
+  const auto bytes = static_cast<double>(bytes_of_field(layout()));
+  setup_.count->hold(MemoryCount::of_fields, bytes);
+  return {new Field(Field::without_memory(layout())), [count = setup_.count, bytes](Field* field) {
+            count->hold(MemoryCount::of_fields, -bytes);
+            delete field;
+          }};
 }
 
 Field& Workspace::field(std::string_view name) {
   const auto found = fields_.find(name);
   if (found != fields_.end()) return *found->second;
   const std::shared_ptr<Field> shared = lent(name);
-  return *fields_.emplace(name, shared ? shared : std::make_shared<Field>(layout(), fields_made_++)).first->second;
+  return *fields_.emplace(name, shared ? shared : make_field()).first->second;
 }
 
 std::vector<Workspace::Axis>::const_iterator Workspace::axis_of(std::string_view name) const {
@@ -49,9 +64,10 @@ std::shared_ptr<Field> Workspace::lent(std::string_view name) {
   std::weak_ptr<Field>& known = lent_[std::string(name)];
   std::shared_ptr<Field> field = known.lock();
   if (!field) {
-    field = std::make_shared<Field>(layout(), fields_made_++);
-    fill_coordinate(*field, static_cast<int>(axis - setup_.axes.begin()), axis->low, axis->spacing, axis->is_periodic);
+    field = make_field();
     known = field;
+    if (setup_.count != nullptr) return field;
+    fill_coordinate(*field, static_cast<int>(axis - setup_.axes.begin()), axis->low, axis->spacing, axis->is_periodic);
   }
   return field;
 }
@@ -188,7 +204,10 @@ bool has_to_be_there(const dpde_program& program, int field) {
 
 const Executor& Workspace::execute(const dpde_program& program, double t, const Bound& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
-  if (!executor) executor = std::make_unique<Executor>(program, layout(), team(), solvers_, setup_.ranks);
+  if (!executor) {
+    executor = std::make_unique<Executor>(program, layout(), team(), solvers_, setup_.ranks);
+    if (setup_.count != nullptr) setup_.count->hold(executor->memory());
+  }
   for (int f = 0; f < program.field_count; ++f) {
     const std::string_view name = program.fields[f];
     const auto given = bound.find(name);
@@ -203,6 +222,7 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
     executor->bind(
         f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(name).base());
   }
+  if (setup_.count != nullptr) return *executor;
   for (int p = 0; p < program.param_count; ++p) executor->set_param(p, param_at(program.params[p], t));
   for (int n = 0; n < program.network_count; ++n) {
     Weights& weights = weights_.find(std::string_view(program.networks[n]->name))->second;

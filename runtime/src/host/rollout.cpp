@@ -160,7 +160,7 @@ GradientPlan plan_gradient(RolloutSetup setup) {
           result.stored_states,        result.recomputed_steps,
           result.checkpoint_bytes,     result.tape_bytes,
           impl.memory.bytes(),         impl.back ? impl.back->adjoint.kept_fields() : 0,
-          impl.memory.owned()};
+          impl.memory.owned(),         impl.setup.fields};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {

@@ -127,14 +127,18 @@ Cost cost_of(const loop::Module& module, const std::string& program) {
   return found == module.programs.end() ? Cost{} : cost_of_operations(module, found->body);
 }
 
-dpde_layout layout_of(const Compiled& compiled) {
+std::array<std::int64_t, 3> halo_of(const Compiled& compiled) {
   std::array<std::int64_t, 3> halo{};
   for (const loop::Program& program : compiled.loop.programs) {
     for (int a = 0; a < loop::max_rank; ++a) halo[a] = std::max<std::int64_t>(halo[a], program.halo[a]);
   }
+  return halo;
+}
+
+dpde_layout layout_of(const Compiled& compiled) {
   std::vector<std::int64_t> cells;
   for (const model::Axis& axis : compiled.problem->axes) cells.push_back(axis.cells);
-  return make_layout(cells, halo, compiled.real() == Precision::f32 ? DPDE_F32 : DPDE_F64);
+  return make_layout(cells, halo_of(compiled), compiled.real() == Precision::f32 ? DPDE_F32 : DPDE_F64);
 }
 
 Memory memory_of(const Compiled& compiled) {

@@ -2,6 +2,7 @@
 // Cost of a program, counted before it runs, and the memory of this machine.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -23,6 +24,9 @@ struct Cost {
   }
 };
 Cost cost_of(const loop::Module& module, const std::string& program);
+
+/// The widest halo that a program of the module needs, one number an axis.
+std::array<std::int64_t, 3> halo_of(const Compiled& compiled);
 
 /// Memory layout of the scene's fields.
 dpde_layout layout_of(const Compiled& compiled);

@@ -6,174 +6,80 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <set>
-#include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "codegen/program_table.h"
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
-#include "dpde/runtime/executor.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/netcdf.h"
 #include "driver/compile/declared.h"
 #include "driver/memory/cost.h"
+#include "driver/memory/dry_engine.h"
 #include "driver/scene/data.h"
 
 namespace dpde::driver {
 
 namespace {
 
-/// Simulates which Workspace fields a session creates and drops, in order, and records the peak of the total memory.
-class Planner {
- public:
-  explicit Planner(const Compiled& compiled)
-      : compiled_(compiled),
-        problem_(*compiled.problem),
-        layout_(layout_of(compiled)),
-        tables_(compiled.loop, {}, nullptr) {
-    field_ = static_cast<double>(bytes_of_field(layout_));
-    array_ = static_cast<double>(8 * cell_count(layout_));
-    for (const model::Axis& axis : problem_.axes) hold(axis.name);
-    for (const std::uint64_t seed : problem_.noises()) hold(model::noise_name(seed));
-  }
+constexpr const char* arrays = "arrays";  // the owner of values on their way to or from fields
 
-  const MemoryPlan& plan() const { return plan_; }
-  double array() const { return array_; }
-  double field() const { return field_; }
-  void hold(const std::string& name, double count = 1) {
-    fields_.insert(name);
-    keep(of_fields, (count - 1) * field_);
-  }
-  /// Adds permanent bytes.
-  void keep(const std::string& owner, double bytes) {
-    kept_[owner] += bytes;
-    note();
-  }
-  void keep(const std::vector<OwnedMemory>& owned) {
-    for (const OwnedMemory& one : owned) {
-      if (!one.shared.empty() && !shared_.insert(one.shared).second) continue;
-      keep(one.owner, static_cast<double>(one.kept));
-      making_ = std::max(making_, static_cast<double>(one.making));
-    }
-  }
-  /// Adds the temporary memory of making solvers, which happens in the first run when all else is allocated.
-  void make() { note(making_, "the making of a solver"); }
-  /// Adds temporary bytes.
-  void note(double bytes = 0, const std::string& owner = "arrays") {
-    double sum = static_cast<double>(fields_.size()) * field_ + bytes;
-    for (const auto& [name, kept] : kept_) sum += kept;
-    if (sum <= plan_.peak) return;
-    plan_.peak = sum;
-    plan_.shares = kept_;
-    plan_.shares[of_fields] += static_cast<double>(fields_.size()) * field_;
-    plan_.shares[owner] += bytes;
-  }
+/// Bytes of an array with a number for each cell.
+double bytes_of_array(const Compiled& compiled) { return 8 * static_cast<double>(cell_count(layout_of(compiled))); }
 
-  /// Workspace::execute, with states bound elsewhere. The program's own working memory stays allocated.
-  void execute(const std::string& name, bool states_given = false) {
-    const dpde_program* program = tables_.find(name);
-    if (program == nullptr) return;
-    for (const char* field : std::span(program->fields, static_cast<std::size_t>(program->field_count))) {
-      if (!states_given || problem_.find_state(field) == nullptr) fields_.insert(field);
-    }
-    if (executed_.insert(name).second) keep(Executor(*program, layout_).memory());
-    note();
+/// Coefficients whose values are read from files, one file at a time.
+void count_files(DryEngine& engine, const Compiled& compiled) {
+  for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
+    if (coefficient.value.formula) continue;
+    const double count = coefficient.is_control() ? compiled.problem->intervals(coefficient.every) : 1;
+    engine.count().pass(arrays, count * bytes_of_array(compiled));
   }
-  /// Workspace::release.
-  void release(const std::string& name) {
-    const dpde_program* program = tables_.find(name);
-    if (program == nullptr) return;
-    for (int f = program->input_count; f < program->field_count; ++f) fields_.erase(program->fields[f]);
+  for (const model::State& state : compiled.problem->states) {
+    if (!state.initial.file.empty()) engine.count().pass(arrays, bytes_of_array(compiled));
   }
+}
 
-  /// Values read from files, one file at a time. States are copied to the rollout and not kept elsewhere.
-  void given() {
-    for (const model::Coefficient& coefficient : problem_.coefficients) {
-      const double count = coefficient.is_control() ? problem_.intervals(coefficient.every) : 1;
-      hold(coefficient.name, count);
-      if (!coefficient.value.formula) note(count * array_);
-    }
+/// The run before a gradient that looks for jumps (Engine::jump_in_run). The engine keeps its rollout and fields. Sides
+/// take a byte for each cell; marks are read in pairs.
+void count_watched_run(DryEngine& engine, const Compiled& compiled) {
+  if (engine->scene().watched == nullptr) return;
+  engine.execute(compiled.names.watched);
+  if (engine->scene().watched_step != nullptr) {
+    const GradientPlan watched = plan_gradient(engine->watched_setup());
+    engine.count().hold(MemoryCount::of_fields, static_cast<double>(watched.field_bytes));
+    engine.count().hold(watched.owned);
   }
-  /// Engine::update_formulas: states are computed in the rollout's memory.
-  void formulas() {
-    for (const model::State& state : problem_.states) note(state.initial.file.empty() ? 0 : array_);
-    for (const model::Coefficient& coefficient : problem_.coefficients) {
-      if (coefficient.is_control() && coefficient.value.formula) execute(compiled_.names.controls.at(coefficient.name));
-    }
-    execute(compiled_.names.coefficients);
-    execute(compiled_.names.initial, true);
-    release(compiled_.names.initial);
-  }
-  /// Workspace::release_coordinates after formulas have run: drops coordinates that no program of a rollout reads.
-  void release_coordinates() {
-    const auto& names = compiled_.names;
-    std::set<std::string> formulas = {names.coefficients, names.initial,     names.start, names.observe,
-                                      names.shown,        names.constraints, names.exact};
-    for (const auto& [control, formula] : names.controls) formulas.insert(formula);
-    std::set<std::string_view> read;
-    for (const std::string& name : tables_.names()) {
-      if (formulas.contains(name)) continue;
-      const dpde_program& program = *tables_.find(name);
-      for (const char* field : std::span(program.fields, static_cast<std::size_t>(program.input_count)))
-        read.insert(field);
-    }
-    for (const model::Axis& axis : problem_.axes) {
-      if (!read.contains(axis.name)) fields_.erase(axis.name);
-    }
-  }
-  /// Engine::jump_in_run, which keeps its rollout and fields. Sides take a byte for each cell; marks are read in pairs.
-  void watch() {
-    if (tables_.find(compiled_.names.watched) == nullptr) return;
-    execute(compiled_.names.watched, true);
-    const GradientPlan watched_run = plan_of_watched_run(compiled_);
-    keep(of_fields, static_cast<double>(watched_run.field_bytes));
-    keep(watched_run.owned);
-    const auto is_marked = [](const Watched& watched) { return !watched.below.empty(); };
-    const bool has_marks = std::ranges::any_of(compiled_.watched, is_marked);
-    double sides = 0;
-    for (const Watched& watched : compiled_.watched) sides += (watched.loss > 0 ? 2 : 1) * array_ / 8;
-    note(sides + array_ + (has_marks ? 2 * array_ : 0));
-  }
-  /// Values computed for the report at the end of a run.
-  void report() {
-    execute(compiled_.names.observe, true);
-    execute(compiled_.names.shown, true);
-    release(compiled_.names.shown);
-    execute(compiled_.names.constraints, true);
-    if (tables_.find(compiled_.names.exact) != nullptr) {
-      execute(compiled_.names.exact);
-      note(2 * array_);
-      release(compiled_.names.exact);
-    }
-    if (problem_.axes.size() == 1) note(array_);  // values of a curve
-  }
+  const auto is_marked = [](const Watched& watched) { return !watched.below.empty(); };
+  const bool has_marks = std::ranges::any_of(compiled.watched, is_marked);
+  const double array = bytes_of_array(compiled);
+  double sides = 0;
+  for (const Watched& watched : compiled.watched) sides += (watched.loss > 0 ? 2 : 1) * array / 8;
+  engine.count().pass(arrays, sides + array + (has_marks ? 2 * array : 0));
+}
 
- private:
-  static constexpr const char* of_fields = "fields";
-
-  const Compiled& compiled_;
-  const model::Problem& problem_;
-  const dpde_layout layout_;
-  const codegen::ProgramTables tables_;
-  double field_ = 0, array_ = 0;
-  std::set<std::string> fields_, executed_, shared_;
-  double making_ = 0;
-  std::map<std::string, double> kept_;  // by owner, without the named fields
-  MemoryPlan plan_;
-};
+/// Values computed for the report at the end of a run.
+void count_report(DryEngine& engine, const Compiled& compiled) {
+  engine.execute(compiled.names.observe);
+  engine.execute(compiled.names.shown);
+  engine.release(compiled.names.shown);
+  engine.execute(compiled.names.constraints);
+  if (engine.program(compiled.names.exact) != nullptr) {
+    engine.execute(compiled.names.exact);
+    engine.count().pass(arrays, 2 * bytes_of_array(compiled));
+    engine.release(compiled.names.exact);
+  }
+  if (compiled.problem->axes.size() == 1) engine.count().pass(arrays, bytes_of_array(compiled));  // values of a curve
+}
 
 /// load_datum: runs another scene, whose states become fields one by one, or reads a file.
-void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
-  double count = 1;
-  if (!datum.trajectories && datum.when.kind == model::When::Kind::at)
-    count = static_cast<double>(datum.when.times.size());
-  if (!datum.trajectories && datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end)
-    count = compiled.problem->steps + 1;
-  planner.hold(datum.name, count);
+void count_datum(DryEngine& engine, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
+  if (datum.trajectories) return engine->take_datum(datum.name, {});  // made up, as for a session without samples
+  std::size_t count = 1;
+  if (datum.when.kind == model::When::Kind::at) count = datum.when.times.size();
+  if (datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end)
+    count = static_cast<std::size_t>(compiled.problem->steps) + 1;
+  for (std::size_t k = 0; k < count; ++k) engine->workspace().field(datum.name, k);
   if (!datum.scene.empty()) {
     DiagnosticSink silent;
     CompileOptions options = options_of_maker(compiled, datum);
@@ -181,10 +87,10 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
     const std::optional<Compiled> maker = compile(source, options, silent);
     if (!maker || !maker->problem) return;
     // Each state is copied on the run's grid, then averaged to this grid.
-    const double copied = 8 * static_cast<double>(cell_count(layout_of(*maker)));
-    planner.note(peak_of_run(*maker) + copied + planner.array());
+    const double copied = bytes_of_array(*maker);
+    engine.count().pass("run of scene " + datum.scene, peak_of_run(*maker) + copied + bytes_of_array(compiled));
   } else if (!datum.file.empty()) {
-    planner.note(count * planner.array());
+    engine.count().pass(arrays, static_cast<double>(count) * bytes_of_array(compiled));
   }
 }
 
@@ -199,19 +105,20 @@ double numbers_of_axes(const model::Problem& problem) {
 }  // namespace
 
 MemoryPlan plan_of_run(const Compiled& compiled) {
-  Planner planner(compiled);
-  planner.given();
-  const GradientPlan rollout = plan_of_rollout(compiled);
+  DryEngine engine(compiled);
+  MemoryCount& count = engine.count();
+  const GradientPlan rollout = plan_gradient(engine->setup());
   // Untouched pages take no memory: stages are allocated by the first step.
-  const double states = static_cast<double>(compiled.problem->states.size()) * planner.field();
-  planner.keep("states and stages", states);
-  planner.formulas();
-  planner.release_coordinates();
-  planner.keep("states and stages", static_cast<double>(rollout.field_bytes) - states);
-  planner.keep(rollout.owned);
-  planner.make();
-  planner.report();
-  return planner.plan();
+  const double states =
+      static_cast<double>(compiled.problem->states.size()) * static_cast<double>(bytes_of_field(layout_of(compiled)));
+  count.hold("states and stages", states);
+  count_files(engine, compiled);
+  engine->update_formulas();
+  count.hold("states and stages", static_cast<double>(rollout.field_bytes) - states);
+  count.hold(rollout.owned);
+  count.pass_making();
+  count_report(engine, compiled);
+  return {count.peak(), count.shares()};
 }
 
 double peak_of_run(const Compiled& compiled) { return plan_of_run(compiled).peak; }
@@ -233,41 +140,49 @@ double bytes_of_outputs(const Compiled& compiled) {
   return std::max(8 * fields * cells, written) + 8 * numbers_of_axes(problem) + pictures;
 }
 
-MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
+namespace {
+
+/// Values of the unknown fields, and the gradients by them. Formulas of starts are computed field by field.
+void count_unknowns(DryEngine& engine, const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
-  Planner planner(compiled);
-  planner.given();
-  for (const model::Datum& datum : problem.task->data) plan_datum(planner, compiled, datum, source);
-  planner.keep("states, stages and adjoints", static_cast<double>(plan.field_bytes));
-  planner.keep("values stored for adjoints of networks and solves", static_cast<double>(plan.tape_bytes));
-  planner.keep(plan.owned);
-  planner.formulas();
   double unknowns = 0, largest = 0, computed = 0;
   for (const model::Unknown& unknown : problem.task->unknowns) {
     if (!unknown.is_field()) continue;
     const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
     const double count =
         coefficient != nullptr && coefficient->is_control() ? problem.intervals(coefficient->every) : 1;
-    unknowns += count * planner.array();
-    largest = std::max(largest, count * planner.array());
-    if (unknown.from.formula && count == 1) computed += planner.field();
+    unknowns += count * bytes_of_array(compiled);
+    largest = std::max(largest, count * bytes_of_array(compiled));
+    if (unknown.from.formula && count == 1) computed += static_cast<double>(bytes_of_field(layout_of(compiled)));
   }
-  planner.keep("unknowns", 2 * unknowns);  // the scene's values and the start
-  planner.execute(compiled.names.start, true);
-  planner.note(unknowns + computed);
-  planner.keep("unknowns", 2 * unknowns);  // two gradients: the second one is timed
-  planner.note(largest);
-  planner.make();
-  planner.watch();
-  for (const std::string& formula : compiled.formula_programs()) {
-    const auto derived = compiled.derived.find(formula);
-    if (derived != compiled.derived.end() && derived->second.adjoint) planner.execute(derived->second.adjoint->program);
-  }
-  return planner.plan();
+  engine.count().hold("unknowns", 2 * unknowns);  // the scene's values and the start
+  engine.execute(compiled.names.start);
+  engine.count().pass("unknowns", unknowns + computed);
+  engine.count().hold("unknowns", 2 * unknowns);  // two gradients: the second one is timed
+  engine.count().pass("unknowns", largest);
 }
 
-double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
-  return plan_of_gradient_memory(compiled, plan, source).peak;
+}  // namespace
+
+std::optional<MemoryPlan> plan_of_gradient_memory(const Compiled& compiled, const StorageOptions& options,
+                                                  const SourceFile& source) {
+  DryEngine engine(compiled, options);
+  if (!engine.has_gradient()) return std::nullopt;
+  MemoryCount& count = engine.count();
+  count_files(engine, compiled);
+  for (const model::Datum& datum : compiled.problem->task->data) count_datum(engine, compiled, datum, source);
+  const GradientPlan plan = plan_gradient(engine->objective_setup());
+  count.hold("states, stages and adjoints", static_cast<double>(plan.field_bytes));
+  count.hold("values stored for adjoints of networks and solves", static_cast<double>(plan.tape_bytes));
+  count.hold(plan.owned);
+  engine->update_formulas();
+  count_unknowns(engine, compiled);
+  count.pass_making();
+  count_watched_run(engine, compiled);
+  for (const dpde_program* adjoint : {engine->scene().coefficient_adjoint, engine->scene().initial_adjoint}) {
+    if (adjoint != nullptr) engine->workspace().execute(*adjoint);
+  }
+  return MemoryPlan{count.peak(), count.shares()};
 }
 
 namespace {
@@ -308,10 +223,8 @@ bool gradient_fits(const Compiled& compiled, const StorageOptions& options, cons
   const model::Problem& problem = *compiled.problem;
   const auto place = [&] { return place_of(source, problem.scene, problem.task->name); };
   try {
-    const std::optional<GradientPlan> plan = plan_of_gradient(compiled, options);
-    if (!plan) return true;
-    const MemoryPlan needed = plan_of_gradient_memory(compiled, *plan, source);
-    return fits("a gradient of task " + problem.task->name, needed, place, sink);
+    const std::optional<MemoryPlan> needed = plan_of_gradient_memory(compiled, options, source);
+    return !needed || fits("a gradient of task " + problem.task->name, *needed, place, sink);
   } catch (const Error& error) {
     sink.report("bad-option", place(), {error.what()}, "more for --memory, or fewer cells");
     return false;

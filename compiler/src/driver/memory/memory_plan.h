@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predicts the peak memory of a run or a gradient. Counts fields as a session creates and drops them, the runtime's
-// count for a rollout (driver/memory/storage.h), and the programs' memory other than fields, as they report it
-// (Executor::memory). Code, libraries and the compiler itself are not included.
+// Predicts the peak memory of a run or a gradient. The engine and its rollouts count what they would allocate
+// (driver/memory/dry_engine.h); arrays of a session are added here. Code, libraries and the compiler itself are not
+// included.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "driver/memory/storage.h"
@@ -23,9 +24,10 @@ double peak_of_run(const Compiled& compiled);
 /// Additional bytes of `dpde run --out`: all states of its outputs, stored until the file is written.
 double bytes_of_outputs(const Compiled& compiled);
 
-/// For `dpde gradient`, with the runs of scenes that make its data; `plan` is the result of plan_of_gradient().
-MemoryPlan plan_of_gradient_memory(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source);
-double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source);
+/// For `dpde gradient`, with the runs of scenes that make its data; nullopt if the step or a loss has no adjoint.
+/// @throws Error(input) if the budget is too small for any gradient.
+std::optional<MemoryPlan> plan_of_gradient_memory(const Compiled& compiled, const StorageOptions& options,
+                                                  const SourceFile& source);
 
 /// Whether a run fits into the available memory; reports an error if not. Asking for more would kill the process
 /// silently.

@@ -65,6 +65,14 @@ struct SceneTable::Storage {
   Storage(std::shared_ptr<const Compiled> from, const SceneTableOptions& wanted)
       : compiled(std::move(from)), options(wanted), run_steps(options.steps.value_or(compiled->problem->steps)) {}
   const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
+  const dpde_program* program_of(const std::string& name) const {
+    return programs != nullptr ? programs->find(name) : compiled->program(name);
+  }
+  const dpde_program* adjoint_of(const std::string& name) const {
+    const auto found = compiled->derived.find(name);
+    if (found == compiled->derived.end() || !found->second.adjoint) return nullptr;
+    return program_of(found->second.adjoint->program);
+  }
   const double* centres_of(const model::Axis& axis);
   dpde_instants instants(const model::When& when);
   void add_coefficient(const model::Coefficient& coefficient);
@@ -80,6 +88,7 @@ struct SceneTable::Storage {
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
+  const codegen::ProgramTables* programs = nullptr;  // null: those of the code
   SceneTableOptions options;
   int run_steps;
   std::deque<std::string> strings;
@@ -91,10 +100,13 @@ struct SceneTable::Storage {
   std::vector<dpde_coefficient> coefficients;
   std::vector<dpde_noise> noises;
   std::vector<const char*> sought;
-  std::deque<codegen::NetworkTable> network_tables;
-  std::vector<const dpde_network*> networks;
-  files::NetworkWeights given_weights;
-  std::vector<const double*> weights;  // one for each network
+  struct Networks {
+    std::deque<codegen::NetworkTable> tables;
+    std::vector<const dpde_network*> all;
+    files::NetworkWeights given;
+    std::vector<const double*> weights;  // one for each network; null: from its seed
+  };
+  Networks networks;
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
@@ -142,7 +154,7 @@ void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient)
     from = &unknown->from;
   }
   coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every,
-                          problem.intervals(coefficient.every), from->formula ? compiled->program(program) : nullptr});
+                          problem.intervals(coefficient.every), from->formula ? program_of(program) : nullptr});
 }
 
 void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
@@ -153,7 +165,7 @@ void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
       unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
   if (is_elsewhere && unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
   if (is_elsewhere && unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
-  if (start == DPDE_START_FORMULA && compiled->program(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
+  if (start == DPDE_START_FORMULA && program_of(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
   int32_t kind = DPDE_UNKNOWN_PARAM;
   switch (unknown.kind) {
     case model::Unknown::Kind::parameter: break;
@@ -189,8 +201,8 @@ dpde_second SceneTable::Storage::second_of(const std::string& program) const {
   const auto found = compiled->derived.find(program);
   if (found == compiled->derived.end()) return {};
   const Derived& derived = found->second;
-  return {derived.tangent ? compiled->program(derived.tangent->program) : nullptr,
-          derived.second ? compiled->program(derived.second->program) : nullptr};
+  return {derived.tangent ? program_of(derived.tangent->program) : nullptr,
+          derived.second ? program_of(derived.second->program) : nullptr};
 }
 
 void SceneTable::Storage::add_second(const model::Task& task) {
@@ -206,17 +218,16 @@ void SceneTable::Storage::add_second(const model::Task& task) {
     const Derived& loss = found->second;
     losses[i].full = second_of(name);
     if (!loss.gauss_newton || !loss.gauss_newton_adjoint) continue;
-    losses[i].gauss_newton = {compiled->program(loss.gauss_newton->program),
-                              compiled->program(loss.gauss_newton_adjoint->program)};
+    losses[i].gauss_newton = {program_of(loss.gauss_newton->program), program_of(loss.gauss_newton_adjoint->program)};
   }
 }
 
 void SceneTable::Storage::add_task(const model::Task& task) {
   scene.task = text(task.name);
-  if (!options.begins_as_scene) scene.start = compiled->program(compiled->names.start);
+  if (!options.begins_as_scene) scene.start = program_of(compiled->names.start);
   const auto is_read = [&](const std::string& name) {
     for (std::size_t i = 0; i < task.losses.size(); ++i) {
-      const dpde_program* loss = compiled->program(compiled->names.losses[i]);
+      const dpde_program* loss = program_of(compiled->names.losses[i]);
       const char* const* end = loss->fields + loss->field_count;
       if (std::find_if(loss->fields, end, [&](const char* field) { return name == field; }) != end) return true;
     }
@@ -231,8 +242,8 @@ void SceneTable::Storage::add_task(const model::Task& task) {
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::string& name = compiled->names.losses[i];
     const model::Loss& loss = task.losses[i];
-    losses.push_back({compiled->program(name),
-                      compiled->adjoint_of(name),
+    losses.push_back({program_of(name),
+                      adjoint_of(name),
                       loss.of_averages ? dpde_instants{} : instants(loss.when),
                       {},
                       {},
@@ -250,10 +261,10 @@ void SceneTable::Storage::add_task(const model::Task& task) {
 }
 
 void SceneTable::Storage::add_step() {
-  scene.program = compiled->program(compiled->step_name());
-  scene.adjoint = compiled->adjoint_of(compiled->step_name());
+  scene.program = program_of(compiled->step_name());
+  scene.adjoint = adjoint_of(compiled->step_name());
   for (const AdjointVariant& variant : compiled->variants) {
-    facts.adjoint_variants.push_back({compiled->program(variant.adjoint), compiled->program(variant.step)});
+    facts.adjoint_variants.push_back({program_of(variant.adjoint), program_of(variant.step)});
     require(facts.adjoint_variants.back().adjoint != nullptr, "a variant has its adjoint");
     require(variant.step.empty() || facts.adjoint_variants.back().step != nullptr, "a variant has its step");
   }
@@ -264,10 +275,10 @@ void SceneTable::Storage::add_step() {
 /// Substeps of steps.
 void SceneTable::Storage::add_parts() {
   const model::Problem& problem = *compiled->problem;
-  scene.rate = compiled->program(compiled->names.rate);
+  scene.rate = program_of(compiled->names.rate);
   scene.courant = problem.courant;
   scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
-  scene.trial = compiled->program(compiled->names.trial);
+  scene.trial = program_of(compiled->names.trial);
   if (problem.step_control) scene.control = {problem.scheme.time->order_of_estimate, problem.step_control->first};
 }
 
@@ -278,8 +289,8 @@ void SceneTable::Storage::add_facts() {
     facts.watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
                              one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),
                              one.is_switch ? 1 : 0, one.begins_with_one_sign ? 1 : 0, one.loss});
-  scene.watched = compiled->program(compiled->names.watched);
-  scene.watched_step = compiled->program(compiled->names.watched_step);
+  scene.watched = program_of(compiled->names.watched);
+  scene.watched_step = program_of(compiled->names.watched_step);
   scene.watched_count = static_cast<int32_t>(facts.watched.size());
   scene.watched_values = facts.watched.data();
   scene.put_in_count = static_cast<int32_t>(facts.put_in.size());
@@ -290,7 +301,7 @@ void SceneTable::Storage::add_facts() {
 }
 
 void SceneTable::Storage::add_outputs() {
-  scene.output_program = compiled->program(compiled->names.shown);
+  scene.output_program = program_of(compiled->names.shown);
   if (scene.output_program == nullptr) return;
   // The program stores one field for each, in order.
   auto kept = compiled->stencil.find_program(compiled->names.shown)->keeps.begin();
@@ -324,9 +335,9 @@ void SceneTable::Storage::fill() {
     states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
   for (const network::Network& network : problem.networks) {
-    networks.push_back(network_tables.emplace_back(network).get());
-    const auto given = given_weights.find(network.name);
-    weights.push_back(given == given_weights.end() ? nullptr : given->second.data());
+    networks.all.push_back(networks.tables.emplace_back(network).get());
+    const auto given = networks.given.find(network.name);
+    networks.weights.push_back(given == networks.given.end() ? nullptr : given->second.data());
   }
   for (const std::uint64_t seed : problem.noises()) noises.push_back({text(model::noise_name(seed)), seed});
   for (const model::Coefficient& c : problem.coefficients) {
@@ -336,11 +347,11 @@ void SceneTable::Storage::fill() {
   const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
   add_step();
   add_parts();
-  scene.initial = compiled->program(initial);
-  scene.initial_adjoint = compiled->adjoint_of(initial);
-  scene.coefficient_formulas = compiled->program(formulas);
-  scene.coefficient_adjoint = compiled->adjoint_of(formulas);
-  scene.observe = compiled->program(compiled->names.observe);
+  scene.initial = program_of(initial);
+  scene.initial_adjoint = adjoint_of(initial);
+  scene.coefficient_formulas = program_of(formulas);
+  scene.coefficient_adjoint = adjoint_of(formulas);
+  scene.observe = program_of(compiled->names.observe);
   if (problem.task) add_task(*problem.task);
   const auto set = [](int32_t& count, auto& pointer, const auto& items) {
     count = static_cast<int32_t>(items.size());
@@ -351,8 +362,8 @@ void SceneTable::Storage::fill() {
   set(scene.state_count, scene.states, states);
   set(scene.coefficient_count, scene.coefficients, coefficients);
   set(scene.noise_count, scene.noises, noises);
-  set(scene.network_count, scene.networks, networks);
-  scene.weights = weights.data();
+  set(scene.network_count, scene.networks, networks.all);
+  scene.weights = networks.weights.data();
   set(scene.sought_count, scene.sought, sought);
   set(scene.datum_count, scene.data, data);
   set(scene.loss_count, scene.losses, losses);
@@ -373,7 +384,17 @@ std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compile
   if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
   table->storage_ = std::make_unique<Storage>(std::move(compiled), options);
-  table->storage_->given_weights = std::move(*weights);
+  table->storage_->networks.given = std::move(*weights);
+  table->storage_->fill();
+  return table;
+}
+
+std::shared_ptr<const SceneTable> SceneTable::without_code(const Compiled& compiled,
+                                                           const codegen::ProgramTables& programs) {
+  std::shared_ptr<SceneTable> table(new SceneTable);
+  const std::shared_ptr<const Compiled> not_owned(std::shared_ptr<void>(), &compiled);
+  table->storage_ = std::make_unique<Storage>(not_owned, SceneTableOptions{.begins_as_scene = true});
+  table->storage_->programs = &programs;
   table->storage_->fill();
   return table;
 }

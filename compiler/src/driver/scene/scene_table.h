@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "codegen/program_table.h"
 #include "dpde/scene_abi.h"
 #include "driver/compile/pipeline.h"
 
@@ -37,6 +38,10 @@ class SceneTable {
   /// afterwards, i.e. hosts cannot run it.
   static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
                                                 const SceneTableOptions& options, DiagnosticSink& sink);
+  /// For plans: programs are those of `programs`, which have no code; networks have no weights from files. `compiled`
+  /// and `programs` must outlive the table.
+  static std::shared_ptr<const SceneTable> without_code(const Compiled& compiled,
+                                                        const codegen::ProgramTables& programs);
   ~SceneTable();
   const dpde_scene& scene() const;
 

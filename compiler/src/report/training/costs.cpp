@@ -92,15 +92,15 @@ Report gradient_memory_report(const driver::Compiled& compiled, const SourceFile
   Report report;
   Json& result = report.json;
   const driver::Memory memory = driver::memory_of(compiled);
-  const std::optional<GradientPlan> plan =
-      driver::plan_of_gradient(compiled, {limits.threads, limits.checkpoint_bytes, limits.checkpoint_folder});
+  const driver::StorageOptions storage{limits.threads, limits.checkpoint_bytes, limits.checkpoint_folder};
+  const std::optional<GradientPlan> plan = driver::plan_of_gradient(compiled, storage);
   result["gradient_memory_bytes_per_part"] = memory.part;
   const double stored = plan ? memory.gradient + static_cast<double>(plan->checkpoint_bytes + plan->tape_bytes) : 0;
   result["gradient_memory_bytes"] = plan ? Json(stored) : Json(nullptr);
   result["checkpoints"] = nullptr;
   result["gradient_peak_bytes"] = nullptr;
   if (!plan) return report;
-  const double peak = driver::peak_of_gradient(compiled, *plan, source);
+  const double peak = driver::plan_of_gradient_memory(compiled, storage, source)->peak;
   result["gradient_peak_bytes"] = peak;
   result["checkpoints"] = {{"stored", plan->stored_states},
                            {"recomputed_steps", plan->recomputed_steps},

@@ -40,6 +40,8 @@ struct EngineOptions : SimulationOptions {
   Communicator* ranks = nullptr;
   /// Gradients skip the test for jumps in the run (dpde_scene::watched); for checks with artificial states.
   bool trusts_signs = false;
+  /// Not null: the engine only counts its memory there. It has no rollouts: plan_gradient() counts those of its setups.
+  std::shared_ptr<MemoryCount> count = nullptr;
   /// Returns the stored tuning of a rollout (RolloutSetup::tuning); may be empty.
   std::function<std::string(const RolloutSetup&)> find_tuning;
 };
@@ -115,9 +117,13 @@ class Engine {
   // Rollouts
   /// The scene's step with all fields and parameters bound, without adjoint and losses.
   RolloutSetup setup();
+  /// The same with the task's losses and adjoints. @throws Error(input) for a loss at a time that its data lack.
+  RolloutSetup objective_setup();
+  /// The same for the run that looks for jumps before a gradient. The scene must have a step for it.
+  RolloutSetup watched_setup();
   /// The rollout without losses; made on first use.
   Rollout& stepper();
-  /// The rollout with the task's losses and adjoints. @throws Error(input) for a loss at a time that its data lack.
+  /// The rollout with the task's losses and adjoints.
   Rollout& objective();
   bool is_open() const { return primary_ != nullptr; }
   /// The rollout that holds the initial state.
@@ -223,7 +229,7 @@ class Engine {
   std::size_t unknown_count_ = 0;
   bool formulas_are_stale_ = true, held_are_stale_ = false;
   std::vector<double> first_numbers_;  // first guesses of the unknowns that are not fields, once a field is held
-  std::vector<std::unique_ptr<Field>> unused_;  // targets for formulas of fields with given values
+  std::vector<std::shared_ptr<Field>> unused_;  // targets for formulas of fields with given values
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_, watched_;
   StepRecord held_;
   struct Averaged {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -20,6 +21,8 @@ class Field {
   /// `number` staggers the base addresses of the fields of a simulation modulo 4 KiB: count them 0, 1, 2, ...
   /// @throws Error(machine) naming the bytes when there is no memory.
   explicit Field(const dpde_layout& layout, int number = 0);
+  /// base() is null: for plans, which only count fields.
+  static Field without_memory(const dpde_layout& layout) { return Field(layout, nullptr); }
 
   const dpde_layout& layout() const { return layout_; }
   /// Pointer to cell (0, 0, 0).
@@ -44,6 +47,8 @@ class Field {
   void copy_out(std::span<double> dense) const;
 
  private:
+  Field(const dpde_layout& layout, std::nullptr_t) : layout_(layout), base_(nullptr) {}
+
   dpde_layout layout_;
   Buffer memory_;
   void* base_;

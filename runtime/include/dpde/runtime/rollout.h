@@ -271,6 +271,7 @@ struct GradientPlan {
   int64_t field_bytes = 0;  // all states, adjoints, temporaries and checkpoints in memory
   int64_t kept_fields = 0;  // fields stored in place of states, over all steps; see RolloutSetup::adjoint_variants
   std::vector<OwnedMemory> owned;  // further memory: networks, transforms, solves, repeats
+  std::vector<BoundField> fields;  // those of the setup that the rollout holds, since it reads them
 };
 /// The plan that a rollout of `setup` would choose. Fields, parameters, weights and data need not be bound, and nothing
 /// of the size of a field is allocated.

@@ -13,6 +13,7 @@
 
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/memory_count.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/team.h"
 
@@ -44,7 +45,8 @@ class Workspace {
   struct Setup {
     dpde_layout layout{};
     Team team;
-    Communicator* ranks = nullptr;  // not null: the layout is of a subgrid
+    Communicator* ranks = nullptr;                 // not null: the layout is of a subgrid
+    std::shared_ptr<MemoryCount> count = nullptr;  // EngineOptions::count
     double t_begin = 0, step = 1;
     std::vector<Axis> axes;
     std::vector<Noise> noises;
@@ -71,6 +73,8 @@ class Workspace {
   Field& field(std::string_view name);
   /// State `number` of data or of a control field; number 0 is field(name).
   Field& field(std::string_view name, std::size_t number);
+  /// A field without a name.
+  std::shared_ptr<Field> make_field();
   /// Frees the fields that the program computes; they are made again on demand.
   void release(const dpde_program& program);
   void release(std::string_view name);
