@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -257,6 +259,34 @@ TEST(Eigenvalues, LargestComponentIsThatOfTheEigenvector) {
     EXPECT_EQ(largest_component(a), expected) << seed;
   }
   EXPECT_EQ(largest_component(Eigen::MatrixXcd::Zero(2, 2)), 0);
+}
+
+/// With rounding of 1e-14 the eigenvalues of a triangular Toeplitz matrix of 60 rows move by (1e-14)^(1/60).
+TEST(Eigenvalues, AboveOneForSureMayBeMultiple) {
+  const auto size = Index{60};
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
+  Eigen::MatrixXd nilpotent = Eigen::MatrixXd::Zero(size, size);
+  for (Index i = 1; i < size; ++i) nilpotent(i - 1, i) = 1;
+  Eigen::MatrixXd groups = identity;
+  groups.diagonal().head(7).setConstant(1.1);
+  groups.diagonal().tail(30).setConstant(0.9);
+  const Eigen::MatrixXd basis = identity + 0.5 * nilpotent;
+  const Eigen::MatrixXd similar = basis * groups * basis.inverse();
+  struct Row {
+    std::string name;
+    Eigen::MatrixXd matrix;
+    Index count;  // of eigenvalues that are surely above 1
+  };
+  const std::vector<Row> rows{{"above", 1.001 * identity, size},
+                              {"rounding", (1 + 1e-15) * identity, 0},
+                              {"groups", groups, 7},
+                              {"similar", similar, 7},
+                              {"one block", 1.1 * identity + nilpotent, 0},
+                              {"small block", 1.1 * identity + 1e-3 * nilpotent, size}};
+  for (const Row& row : rows) {
+    EXPECT_TRUE(row.count == 0 || are_surely_above_one(row.matrix, row.count, 1e-14)) << row.name;
+    EXPECT_FALSE(row.count < size && are_surely_above_one(row.matrix, row.count + 1, 1e-14)) << row.name;
+  }
 }
 
 }  // namespace

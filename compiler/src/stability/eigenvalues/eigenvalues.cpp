@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -308,6 +309,63 @@ double sensitivity(Eigen::MatrixXd a, Complex value) {
   const Elimination elimination = elimination_near(a.cast<Complex>(), value);
   const Eigen::VectorXcd right = elimination.vector(false), left = elimination.vector(true);
   return a.norm() * right.norm() * left.norm() / std::abs(left.dot(right));
+}
+
+namespace {
+
+/// |(z - a)^-1| of a Hessenberg matrix. With z - a = QR it is |R^-1|, by inverse iteration; rotations make R.
+double norm_of_resolvent(const Eigen::MatrixXd& hessenberg, Complex z) {
+  constexpr int turns = 4;
+  const Index size = hessenberg.rows();
+  Eigen::MatrixXcd r = -hessenberg.cast<Complex>();
+  r.diagonal().array() += z;
+  for (Index k = 0; k + 1 < size; ++k) {
+    const double length = std::hypot(std::abs(r(k, k)), std::abs(r(k + 1, k)));
+    if (length == 0) continue;
+    const Complex c = r(k, k) / length, s = r(k + 1, k) / length;
+    for (Index j = k; j < size; ++j) {
+      const Complex upper = r(k, j), lower = r(k + 1, j);
+      r(k, j) = product(std::conj(c), upper) + product(std::conj(s), lower);
+      r(k + 1, j) = product(c, lower) - product(s, upper);
+    }
+  }
+  Eigen::VectorXcd x(size);
+  for (Index i = 0; i < size; ++i) x[i] = 1 + 0.5 * std::sin(static_cast<double>(i * i + 1));
+  double squared = 0;
+  for (int turn = 0; turn < turns; ++turn) {
+    x /= x.norm();
+    for (Index k = 0; k < size; ++k)
+      x[k] = (x[k] - r.col(k).head(k).dot(x.head(k))) / std::conj(r(k, k));  // of the adjoint
+    for (Index k = size; k-- > 0;) {
+      x[k] /= r(k, k);
+      x.head(k) -= x[k] * r.col(k).head(k);
+    }
+    squared = x.norm();
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+/// On a circle the resolvent is largest next to eigenvalues. A circle passes between two of different modulus.
+bool are_surely_above_one(Eigen::MatrixXd a, Index count, double rounding) {
+  balance(a);
+  const double error = rounding * a.norm();
+  reduce_to_hessenberg(a);
+  Eigen::VectorXcd values = of_hessenberg(a);
+  std::ranges::sort(values, std::greater{}, [](Complex value) { return std::abs(value); });
+  for (Index last = count - 1; last < values.size() && std::abs(values[last]) > 1; ++last) {
+    const double outside = std::abs(values[last]),
+                 inside = last + 1 < values.size() ? std::max(1.0, std::abs(values[last + 1])) : 1;
+    const double radius = std::sqrt(outside * inside);
+    if (!(outside - radius > error)) continue;
+    const auto is_apart = [&](Complex value) {
+      const double angle = std::abs(std::arg(value));  // `a` is real: both halves of the circle are alike
+      return error * norm_of_resolvent(a, std::polar(radius, angle)) < 1;
+    };
+    if (std::ranges::all_of(values, is_apart)) return true;
+  }
+  return false;
 }
 
 /// For nearly double eigenvalues the phase of `along` is lost in rounding, so both signs of the perturbation are tried.

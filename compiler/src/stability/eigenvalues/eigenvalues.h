@@ -30,6 +30,11 @@ Eigen::Index largest_component(Eigen::MatrixXcd a);
 /// The condition number of an eigenvalue of the balanced `a`, for relative changes of `a`: |a| |x| |y| / |y.x|, with
 /// its right and left eigenvectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
 double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
+/// Whether all matrices next to `a` have at least `count` >= 1 eigenvalues of modulus above 1; next to it: balanced,
+/// they differ by up to `rounding` |a|. Eigenvalues may be multiple: only groups are told apart. The number outside a
+/// circle is the same in all these matrices if rounding |a| |(z - a)^-1| < 1 for all z on it (L. N. Trefethen and M.
+/// Embree, Spectra and Pseudospectra, 2005, chapter 2).
+bool are_surely_above_one(Eigen::MatrixXd a, Eigen::Index count, double rounding);
 /// A bound on the error of the largest Ritz value as an eigenvalue of the operator: |x|/|y.x| times the residual, which
 /// is `rest` times the last component of its vector (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011,
 /// 6.2), or times the worst rounding error. A double eigenvalue moves by the root of that.

@@ -127,7 +127,7 @@ double OwnGrid::smooth_length(double step) const {
 /// equations: the rate would rise as 1/dt.
 bool OwnGrid::grows_in_no_time() const {
   const Eigen::MatrixXd g = tangent(0);
-  return g.allFinite() && surely_growing(g) > 0;
+  return g.allFinite() && are_surely_above_one(g, 1, rounding_of_steps);
 }
 
 /// If a step of length 0 is the identity, the rates are the eigenvalues of dG/d(dt) there. Multistep schemes also have
@@ -163,7 +163,7 @@ void OwnGrid::measure_rates(double step) {
                        rounding_of_steps / length * sensitivity(std::move(matrix), std::exp(largest * length));
   if (largest.real() > uncertain) {
     rate_ = largest.real();
-    if (smooth > 0) growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > -slow * fastest_; });
+    growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > -slow * fastest_; });
   } else if (largest.real() > left_out * fastest_) {  // growth of the equations remains in shorter steps
     const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
     if (by_shorter > 0.7 * rate) rate_ = by_shorter;
@@ -194,18 +194,10 @@ double OwnGrid::largest_of_parts(double step) const {
   return largest_of(norms_of_powers(std::exp(-allowed(part)) * tangent(part), most), most);
 }
 
-/// The number of eigenvalues that exceed 1 by more than rounding.
-Eigen::Index OwnGrid::surely_growing(const Eigen::MatrixXd& g) {
-  return std::ranges::count_if(eigenvalues(g), [&](const std::complex<double> value) {
-    const double growth = std::log(std::abs(value));
-    return growth > 0 && growth > rounding_of_steps * sensitivity(g, value);
-  });
-}
-
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return false;
-  if (growing_ > 0 && surely_growing(g) > growing_) return false;
+  if (growing_ > 0 && are_surely_above_one(g, growing_ + 1, rounding_of_steps)) return false;
   const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!std::isfinite(first) || !(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
@@ -215,12 +207,8 @@ bool OwnGrid::is_stable(double step) const {
 double OwnGrid::sure_growth(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return std::numeric_limits<double>::infinity();
-  const Eigen::VectorXcd values = eigenvalues(g);
-  Eigen::Index largest = 0;
-  values.cwiseAbs().maxCoeff(&largest);
-  const double growth = std::log(std::abs(values[largest]));
-  if (growth <= allowed(step)) return 0;
-  return growth > allowed(step) + rounding_of_steps * sensitivity(g, values[largest]) ? growth : 0;
+  const double growth = std::log(eigenvalues(g).cwiseAbs().maxCoeff());
+  return are_surely_above_one(std::exp(-allowed(step)) * g, 1, rounding_of_steps) ? growth : 0;
 }
 
 double OwnGrid::growth(double step) const {

@@ -52,7 +52,6 @@ class OwnGrid {
   double allowed(double step) const { return 2 * rate_ * step + by_events_; }
   double rate_of_powers(double step) const;
   bool grows_in_no_time() const;
-  static Eigen::Index surely_growing(const Eigen::MatrixXd& g);
   /// A length so short that a step of it changes little; 0 if there is none, as with multistep schemes.
   double smooth_length(double step) const;
   double largest_of_parts(double step) const;
