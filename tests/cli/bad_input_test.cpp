@@ -170,7 +170,7 @@ TEST_F(BadInput, DataThatDoNotFit) {
   write("u.npy", npy("(16,)", values));
   EXPECT_EQ(code(), "");
   EXPECT_EQ(code(" --set real=f32"), "E0915");
-  EXPECT_NE(dpde("check rod.dpde rod --set real=f32").err.find("holds 1e+39 at index 3, which f32 cannot hold"),
+  EXPECT_NE(dpde("check rod.dpde --all rod --set real=f32").err.find("holds 1e+39 at index 3, which f32 cannot hold"),
             std::string::npos);
   write("u.npy", npy("(16,)", values).substr(0, 150));
   EXPECT_EQ(code(), "E0907");

@@ -147,7 +147,7 @@ TEST_F(Causes, HintsOfJumpsNameWhatHasAnInverse) {
     write("s.dpde",
           ring("field u; " + declared + " w; dt(u) = div(" + flux + ")", "time = rk4",
                "initial u = sin(2*pi*x)\n  w = " + std::string(declared == "mask" ? "x < 0.5" : "if(x < 0.5, 1, 9)")));
-    return dpde("check s.dpde").err;
+    return dpde("check s.dpde --all").err;
   };
   const std::string of_all = "grad(u)/interpolate(1/k) in place of k*grad(u)";
   for (const char* flux : {"(1 + 9*w)*grad(u)", "w*grad(u)"})

@@ -29,7 +29,7 @@ TEST_F(Character, CellReynoldsNumbersAboveTwoAreAWarningOfCentralDifferences) {
   EXPECT_EQ(found["cell_numbers"][0]["rings"], true);
   EXPECT_EQ(found["monotone"]["kept"], false);
   EXPECT_EQ(found["monotone"]["max_step"], 0);
-  const Outcome series = dpde("check s.dpde --set advect=spectral --set dx=spectral");
+  const Outcome series = dpde("check s.dpde --all --set advect=spectral --set dx=spectral");
   EXPECT_NE(series.err.find("above 2 Fourier series of advection oscillate"), std::string::npos) << series.err;
   EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind1").codes().empty());
   EXPECT_TRUE(dpde("check s.dpde --json --set advect=upwind3").codes().empty());
@@ -78,8 +78,9 @@ TEST_F(Character, WhatEventsLetGrowIsTold) {
         "  grid x = 0 .. 1, cells 16, periodic\n"
         "  initial u = sin(2*pi*x)\n  after step: u += c/16^2*lap(u)\n  time 0 .. 1, step 0.01\n}\n");
   EXPECT_NEAR(dpde("check s.dpde --json").json()["stability"]["growth_by_events"].get<double>(), std::log(2.2), 1e-6);
-  EXPECT_NE(dpde("check s.dpde").out.find("what ends each step multiplies waves by up to 2.2"), std::string::npos);
-  const Outcome calm = dpde("check s.dpde --set c=0.3");
+  EXPECT_NE(dpde("check s.dpde --all").out.find("what ends each step multiplies waves by up to 2.2"),
+            std::string::npos);
+  const Outcome calm = dpde("check s.dpde --all --set c=0.3");
   EXPECT_EQ(calm.out.find("what ends each step"), std::string::npos) << calm.out;
 }
 
@@ -88,7 +89,7 @@ TEST_F(Character, EventsOfSomeStepsAreLeftOutAndThatIsTold) {
   write("s.dpde",
         "model m { field u; dt(u) = 0.1*lap(u) }\nscene s : m { grid x = 0 .. 1, cells 16, periodic; initial u = 1\n"
         "  time 0 .. 1, step 1/4000; every 0.01: u = -3*u }\n");
-  const Outcome check = dpde("check s.dpde");
+  const Outcome check = dpde("check s.dpde --all");
   EXPECT_NE(check.out.find("  events that only some steps have are not in it\n"), std::string::npos) << check.out;
   EXPECT_NE(check.out.find("conserved but for events: integral(u)"), std::string::npos) << check.out;
   EXPECT_EQ(dpde("check s.dpde --json").json()["conserved_between_events"], true);
@@ -100,7 +101,7 @@ TEST_F(Character, GrowthBesideACarriedGuessIsTold) {
         "model m { field u; param k = 3, r = 3; solve lap(psi) - k*psi = -u for psi\n  dt(u) = psi + r*u }\n"
         "scheme w { time = rk4; solve = cg }\nscene s : m with w { grid x = 0 .. 1, cells 8; boundary psi: all = 0\n"
         "  boundary u: all = zero_gradient; initial u = 1; time 0 .. 0.1, step 1/400 }\n");
-  const Outcome check = dpde("check s.dpde");
+  const Outcome check = dpde("check s.dpde --all");
   EXPECT_EQ(check.status, 0) << check.err;
   EXPECT_NE(check.out.find("the equations themselves let waves grow"), std::string::npos) << check.out;
 }
@@ -111,7 +112,7 @@ TEST_F(Character, ScenesWithoutAGridAreOneCell) {
         "model m { field a, b; param k = 9.5; dt(a) = -k*a; dt(b) = a }\nscene s : m {\n  initial a = 1\n  initial b = "
         "1\n"
         "  time 0 .. 2, step 0.01\n}\n");
-  const Outcome check = dpde("check s.dpde");
+  const Outcome check = dpde("check s.dpde --all");
   EXPECT_NE(check.out.find("beyond it a disturbance grows first, by -k*a"), std::string::npos) << check.out;
   EXPECT_NEAR(dpde("check s.dpde --json").json()["stability"]["max_step"].get<double>(), 2.785294 / 9.5, 1e-4);
   const Outcome run = dpde("run s.dpde --out out");
@@ -187,7 +188,7 @@ TEST_F(Character, SaysThatAToleranceChoosesTheSteps) {
   EXPECT_EQ(checked("")["steps"], "equal");
   EXPECT_EQ(checked(", tolerance 1e-6")["steps"], "tolerance");
   EXPECT_EQ(checked(", tolerance 1e-6")["time"], 5);
-  EXPECT_NE(dpde("check s.dpde").out.find("5 in time for equal steps (here the tolerance chooses them"),
+  EXPECT_NE(dpde("check s.dpde --all").out.find("5 in time for equal steps (here the tolerance chooses them"),
             std::string::npos);
 }
 

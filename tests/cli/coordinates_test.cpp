@@ -30,7 +30,7 @@ scene s : heat with s {
 
 TEST_F(CurvedCoordinates, CheckNamesThePole) {
   write("globe.dpde", globe_text);
-  const Outcome outcome = dpde("check globe.dpde s");
+  const Outcome outcome = dpde("check globe.dpde --all s");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   for (const char* said : {"sphere coordinates", "order: 2 in space", "the narrow cells around the pole at lat.",
                            "fewer cells along lon", "an estimate", "conserved: integral(u), total"})
@@ -111,7 +111,7 @@ TEST_F(CurvedCoordinates, ALimitOfWavesHasTheirRemedy) {
   EXPECT_NE(text.find("around the pole at lat."), std::string::npos) << text;
   EXPECT_NE(text.find("dsl-examples/sphere/filtered.dpde"), std::string::npos) << text;
   EXPECT_EQ(text.find("ars222"), std::string::npos) << text;
-  const std::string filtered = dpde("check wind.dpde smooth").out;
+  const std::string filtered = dpde("check wind.dpde --all smooth").out;
   EXPECT_NE(filtered.find("stable up to"), std::string::npos) << filtered;
   EXPECT_EQ(filtered.find("filtered.dpde"), std::string::npos) << filtered;
   EXPECT_EQ(filtered.find("ars222"), std::string::npos) << filtered;

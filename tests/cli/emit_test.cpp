@@ -285,7 +285,7 @@ TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
     EXPECT_EQ(emit.status, 0) << emit.err;
     EXPECT_NE(content(path("step.dpde")).find(head + words + "\n"), std::string::npos) << words << "\n"
                                                                                        << content(path("step.dpde"));
-    EXPECT_EQ(dpde("check step.dpde").status, 0) << words;
+    EXPECT_EQ(dpde("check step.dpde --all").status, 0) << words;
   }
 }
 
@@ -295,7 +295,7 @@ TEST_F(EmitCommand, DerivativesReadBack) {
     const Outcome emit = dpde("emit rod.dpde find --stage " + stage + " -o d.dpde");
     ASSERT_EQ(emit.status, 0) << emit.err;
     EXPECT_EQ(dpde("emit d.dpde --stage stencil").out, content(path("d.dpde")));
-    EXPECT_EQ(dpde("check d.dpde").status, 0);
+    EXPECT_EQ(dpde("check d.dpde --all").status, 0);
     EXPECT_EQ(dpde("emit d.dpde rod_step_" + stage + " --stage " + stage).status, 0);
   }
 }

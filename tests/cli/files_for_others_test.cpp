@@ -54,7 +54,7 @@ TEST_F(FilesForOthers, UnitsThatTheModelTells) {
   EXPECT_EQ(file.text("x", "units"), "m");
   EXPECT_EQ(file.text("time", "units"), "day");
   EXPECT_NE(dpde("run rod.dpde").out.find("heat = 1 K*m\n"), std::string::npos);
-  EXPECT_NE(dpde("check rod.dpde").out.find("T: state in K\n"), std::string::npos);
+  EXPECT_NE(dpde("check rod.dpde --all").out.find("T: state in K\n"), std::string::npos);
   EXPECT_NE(dpde("emit rod.dpde --stage model").out.find("# units: T in K, heat in K*m, k in m^2/day"),
             std::string::npos);
 }

@@ -179,7 +179,7 @@ TEST_F(MappedBeside, MistakesAreSaidWhereTheyStand) {
                                                           "  test e = ") +
                                                   each.test + " on trajectories(\"faces.nc\") for 16 steps beside " +
                                                   each.beside + "\n"));
-    const Outcome outcome = dpde("check t.dpde t");
+    const Outcome outcome = dpde("check t.dpde --all t");
     EXPECT_EQ(outcome.status, 2) << outcome.out;
     EXPECT_NE(outcome.err.find(each.message), std::string::npos) << outcome.err;
     EXPECT_TRUE(outcome.err.find("t.dpde:18:") != std::string::npos ||
@@ -206,7 +206,7 @@ TEST_F(MappedBeside, ChecksWhatBeginsWithASolve) {
                                   "  statistic s = mean(curl(u)^2) on trajectories(\"many.nc\") for 16 steps beside "
                                   "many_nodes where omega = curl(u)\n"));
   ASSERT_EQ(dpde("run t.dpde d --out .").status, 0);
-  EXPECT_EQ(dpde("check t.dpde t").status, 0);
+  EXPECT_EQ(dpde("check t.dpde --all t").status, 0);
 }
 
 }  // namespace

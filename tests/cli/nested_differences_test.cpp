@@ -17,7 +17,7 @@ TEST_F(NestedDifferences, AreJudgedByTheirEquations) {
   const auto stability = outcome.json()["stability"];
   EXPECT_NEAR(stability["growth_rate"].get<double>(), 59.7438, 1e-3) << outcome.out;
   EXPECT_EQ(stability["ill_posed"]["order"], 2) << outcome.out;
-  const Outcome narrow = dpde("check t.dpde s");
+  const Outcome narrow = dpde("check t.dpde --all s");
   EXPECT_NE(narrow.err.find("t.dpde:1:20: warning[W0505]: a step reads 11 cells in a row along x, which has 10"),
             std::string::npos)
       << narrow.err;

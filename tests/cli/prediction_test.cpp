@@ -39,8 +39,8 @@ TEST_F(PredictionCommand, PredictsTheStatesOfAGradient) {
     EXPECT_EQ(predicted, stored(file)) << file;
     EXPECT_EQ(outcome.json()["gradient_memory_bytes_per_part"], 0);
   }
-  EXPECT_NE(dpde("check all.dpde t").out.find("for a gradient that stores every step"), std::string::npos);
-  EXPECT_NE(dpde("check none.dpde t").out.find("for a gradient that stores none"), std::string::npos);
+  EXPECT_NE(dpde("check all.dpde --all t").out.find("for a gradient that stores every step"), std::string::npos);
+  EXPECT_NE(dpde("check none.dpde --all t").out.find("for a gradient that stores none"), std::string::npos);
 }
 
 /// The plan of check is that of the run, with and without blocks of steps, for memory budgets and in a file.
@@ -84,7 +84,7 @@ TEST_F(PredictionCommand, PredictsWhatBlockedGradientsStore) {
     EXPECT_GE(check.json()["gradient_memory_bytes"], check.json()["checkpoints"]["bytes"]);
   }
   write("blocks.dpde", cases.front().text);
-  EXPECT_NE(dpde("check blocks.dpde t").out.find("steps at once"), std::string::npos);
+  EXPECT_NE(dpde("check blocks.dpde --all t").out.find("steps at once"), std::string::npos);
   EXPECT_NE(dpde("check blocks.dpde t --memory 1K --json").status, 0) << "no room for a gradient";
   EXPECT_NE(dpde("check blocks.dpde t --memory much --json").status, 0);
 }
@@ -110,7 +110,7 @@ TEST_F(PredictionCommand, PredictsWhatIsKeptOfNetworks) {
     kept.insert(said["tape_bytes"].get<double>());
   }
   EXPECT_GE(kept.size(), 3u) << "of other budgets other amounts";
-  EXPECT_NE(dpde("check net.dpde t").out.find(" of what networks and solves find"), std::string::npos);
+  EXPECT_NE(dpde("check net.dpde --all t").out.find(" of what networks and solves find"), std::string::npos);
 }
 
 /// 16384 cells, speed 1, steps of 1/2048 at a Courant number of 0.5: 16 substeps each.
@@ -122,7 +122,7 @@ TEST_F(PredictionCommand, PredictsTheStatesBetweenThePartsOfSteps) {
                used = stored("parts.dpde");
   EXPECT_NEAR(part, 16384 * 8, 0.01 * part);
   EXPECT_NEAR(whole + 16 * part, used, 0.04 * used);
-  EXPECT_NE(dpde("check parts.dpde t").out.find("more for each part of the step that is split into most"),
+  EXPECT_NE(dpde("check parts.dpde --all t").out.find("more for each part of the step that is split into most"),
             std::string::npos);
 }
 

@@ -296,7 +296,7 @@ TEST_F(CheckCommand, SaysWhatIsSaved) {
   write("m.dpde", text);
   Json saved = dpde("check m.dpde t --json").json()["saved"];
   EXPECT_EQ(saved, Json({{"step_bytes_per_point", 8}, {"adjoint_bytes_per_point", 24}, {"stored_bytes_per_point", 8}}));
-  EXPECT_NE(dpde("check m.dpde t")
+  EXPECT_NE(dpde("check m.dpde --all t")
                 .out.find("saved a cell: 8 of 24 bytes of a step, 24 of 40 bytes of an adjoint step, 8 of 8 bytes of "
                           "each state that a gradient stores\n"),
             std::string::npos);
@@ -310,7 +310,7 @@ TEST_F(CheckCommand, SaysWhatIsSaved) {
   EXPECT_EQ(saved["step_bytes_per_point"], 0);
   write("all.dpde", std::string(text).replace(text.find("unknown initial u"), 17,
                                               "unknown initial u; unknown w; unknown c from 2"));
-  EXPECT_EQ(dpde("check all.dpde t").out.find("saved"), std::string::npos) << "nothing is left out";
+  EXPECT_EQ(dpde("check all.dpde --all t").out.find("saved"), std::string::npos) << "nothing is left out";
 }
 
 TEST_F(CheckCommand, ShowsSeveralMistakesAtOnce) {
@@ -365,7 +365,7 @@ TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
   EXPECT_EQ(good.json()["operators"].dump(),
             R"([{"name":"slope","stated":2,"measured":2,"note":null},)"
             R"({"name":"drift","stated":4,"measured":null,"note":"not measured: it holds a reduction"}])");
-  EXPECT_NE(dpde("check m.dpde")
+  EXPECT_NE(dpde("check m.dpde --all")
                 .out.find("operator slope: order 2 as stated and measured\noperator drift: order 4 as stated, not "
                           "measured: it holds a reduction\n"),
             std::string::npos);

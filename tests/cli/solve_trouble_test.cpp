@@ -151,7 +151,7 @@ TEST_F(SolveTrouble, ChecksSayWhatIsNotSolvedForOutputs) {
         "0 .. 1, cells 20\n"
         "  boundary psi: all = 0; boundary u: all = 0\n  initial u = 1 + x*y; time 0 .. 4, step 1\n  output psi every "
         "1\n}\n");
-  const Outcome check = dpde("check s.dpde s");
+  const Outcome check = dpde("check s.dpde --all s");
   EXPECT_EQ(check.status, 0) << check.err;
   EXPECT_NE(check.out.find("with --out: solve for psi"), std::string::npos) << check.out;
   EXPECT_EQ(dpde("run s.dpde s --force").status, 0);

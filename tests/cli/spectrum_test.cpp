@@ -265,13 +265,13 @@ TEST_F(Spectra, ChecksLookAtTheScenesBeside) {
   write("u.dpde", text +
                       "model heat { field w; dt(w) = lap(w) }\nscene heated : heat { grid x = 0 .. 2*pi, cells 16, "
                       "periodic; initial w = 0; time 0 .. 1, step 1/16 }\n");
-  const Outcome other = dpde("check u.dpde t");
+  const Outcome other = dpde("check u.dpde --all t");
   EXPECT_EQ(other.status, 2) << other.out;
   EXPECT_NE(other.err.find("scene heated, beside a test"), std::string::npos) << other.err;
   text = burgers_spectrum_text;
   text.replace(text.find("middle on trajectories(\"finer.nc\")"), 34, "middle");
   write("v.dpde", text);
-  const Outcome grid = dpde("check v.dpde t");
+  const Outcome grid = dpde("check v.dpde --all t");
   EXPECT_EQ(grid.status, 2) << grid.out;
   EXPECT_NE(grid.err.find("it is of another grid: u has 16 cells along x, the scene has 32"), std::string::npos)
       << grid.err;

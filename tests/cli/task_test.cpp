@@ -285,7 +285,7 @@ task t : s { data seen = load("seen.npy") at t = 0, 1, 2; unknown k; minimise (u
   std::string first;
   for (const std::vector<std::int64_t>& shape : std::vector<std::vector<std::int64_t>>{{3}, {3, 1}, {3, 1, 1}}) {
     write_npy(path("seen.npy"), shape, seen);
-    EXPECT_EQ(dpde("check d.dpde").status, 0);
+    EXPECT_EQ(dpde("check d.dpde --all").status, 0);
     const Outcome gradient = dpde("gradient d.dpde t --json");
     ASSERT_EQ(gradient.status, 0) << gradient.err;
     const std::string loss = gradient.json()["loss"].dump();

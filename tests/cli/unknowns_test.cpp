@@ -249,7 +249,7 @@ TEST_F(Unknowns, PlacesAreOnTheGridAtAllTimesThatAreKnown) {
                         "  time 0 .. 1, step 0.125\n}\n"
                         "task q : s { unknown xs" +
                         task + "; minimise mean(u^2); using lbfgs() }\n");
-    const Outcome outcome = dpde("check p.dpde q");
+    const Outcome outcome = dpde("check p.dpde --all q");
     return outcome.status == 0 ? "" : outcome.err;
   };
   EXPECT_EQ(check("xs + 0.7*t", "", ""), "");

@@ -116,7 +116,7 @@ TEST_F(IdleAxis, IsOneAlongWhichNothingVaries) {
 TEST_F(IdleAxis, SaysHowMuchWorkItIs) {
   write("s.dpde",
         "model m { field u; dt(u) = lap(u) }\nscene s : m {\n" + plane + "  initial u = sin(2*pi*y)\n" + short_run);
-  const Outcome check = dpde("check s.dpde");
+  const Outcome check = dpde("check s.dpde --all");
   EXPECT_NE(check.out.find("unused axis x"), std::string::npos) << check.out;
   EXPECT_NE(check.out.find("a grid of y alone is 8 times less work"), std::string::npos) << check.out;
 }

@@ -155,7 +155,7 @@ class Wording : public Command, public ::testing::WithParamInterface<std::string
     const std::vector<std::string> commands = commands_of(test.text, file);
     std::string transcript = test.heading.empty() ? "" : "\n--- " + test.heading + "\n";
     for (const std::string& command : commands) {
-      const Outcome outcome = dpde(command);
+      const Outcome outcome = dpde(command + (command.starts_with("check ") ? " --all" : ""));  // each warning
       if (commands.size() > 1) transcript += "$ dpde " + command + "\n";
       transcript += outcome.err.empty() ? "no message\n" : outcome.err;
       EXPECT_EQ(outcome.status != 0, outcome.err.find("error[") != std::string::npos) << command << outcome.err;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "check_text.h"
 #include "command.h"
 #include "driver/compile/switches.h"
 #include "driver/memory/cost.h"
@@ -14,7 +15,6 @@
 #include "preparing.h"
 #include "progress.h"
 #include "report/scene/scene.h"
-#include "scene_output.h"
 #include "scene_session.h"
 #include "task_run.h"
 #include "training/tests/beside.h"
@@ -25,7 +25,7 @@ namespace dpde::tools {
 namespace {
 
 struct CheckOptions : TaskOptions {
-  bool waves = false, all_cells = false, measure = false;
+  bool all = false, waves = false, all_cells = false, measure = false;
 };
 
 stability::Look look_of(const CheckOptions& options) {
@@ -45,14 +45,15 @@ std::unique_ptr<driver::Session> open_checked(Job& job) {
   return session;
 }
 
-void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, Json& result) {
+void check_scene(Job& job, const CheckOptions& options, const driver::Compiled& compiled, CheckText& text,
+                 Json& result) {
   const std::optional<std::int64_t> bytes = compiled.problem->task ? checkpoint_bytes(job, options) : 0;
   if (!bytes) return;
   const report::SceneOptions wanted{
       {thread_count(options), *bytes, options.checkpoint_folder}, look_of(options), options.waves, options.measure};
   const report::Report report = report::scene_report({job.source(), compiled, open_checked(job)}, wanted, job.sink());
   result.update(report.json);
-  tell(job, report);
+  text.tell(job, compiled.problem->scene, report);
 }
 
 void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
@@ -65,7 +66,7 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
-Json check_one(Job& job, const CheckOptions& options) {
+Json check_one(Job& job, const CheckOptions& options, CheckText& text) {
   Json result = Json::object();
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!compile_options) return result;
@@ -79,7 +80,7 @@ Json check_one(Job& job, const CheckOptions& options) {
   if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
   training::check_beside(*compiled, job.source(), job.sink());
   if (compiled->problem) {
-    check_scene(job, options, *compiled, result);
+    check_scene(job, options, *compiled, text, result);
   } else {
     check_programs(job, *compiled, result);
   }
@@ -92,9 +93,11 @@ Json check_one(Job& job, const CheckOptions& options) {
 
 int check(const CheckOptions& options) {
   Job job(options);
+  if (!options.all) job.tell_kinds_once("--all");
   Json result = Json::object();
+  CheckText text(options.all || options.waves);
   guarded(job, [&] {
-    if (job.load_source()) result = job.of_each_task([&] { return check_one(job, options); });
+    if (job.load_source()) result = job.of_each_task([&] { return check_one(job, options, text); });
   });
   if (!result.contains("diagnostics")) result["diagnostics"] = Json::array();
   return job.finish(std::move(result));
@@ -107,12 +110,14 @@ void add_check(CLI::App& app, Console& console) {
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, console, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
+  verb->add_flag("--all", options->all, "all that is known, and each warning; else what decides");
   verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
   verb->add_flag("--all-cells", options->all_cells,
                  "look at what products fold back on large grids, too: it may take minutes");
   verb->add_flag("--measure", options->measure, "measure again what this machine can do; else once");
   verb->footer(
-      "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "
+      "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde --all\n  dpde check burgers.dpde recover "
+      "--memory 64M\n  dpde check heat.dpde "
       "plate --set cells=1024 --json");
   on_call(*verb, console, [options] { return check(*options); });
 }

@@ -183,8 +183,12 @@ int Job::finish(Json result) {
   if (failed() && !made_folder_.empty()) std::filesystem::remove(made_folder_, error);  // fails if it is not empty
   Exit exit = exit_for(sink_.all());
   const std::vector<Diagnostic> told = in_order_of_text(sink_.all());
-  for (const Diagnostic& diagnostic : told) {
-    std::fputs(render_text(source_, diagnostic, is_terminal(streams.err)).c_str(), streams.err);
+  const bool has_colour = is_terminal(streams.err);
+  if (option_for_all_.empty()) {
+    for (const Diagnostic& diagnostic : told)
+      std::fputs(render_text(source_, diagnostic, has_colour).c_str(), streams.err);
+  } else {
+    std::fputs(render_kinds_once(source_, told, option_for_all_, has_colour).c_str(), streams.err);
   }
   if (options_.json) {
     if (!told.empty()) result["diagnostics"] = diagnostics_json(source_, told);

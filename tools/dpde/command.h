@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "driver/compile/pipeline.h"
@@ -89,6 +90,8 @@ class Job {
   /// A folder that was just made: removed again if the command fails and it is empty.
   void makes(const std::string& folder) { made_folder_ = folder; }
 
+  /// finish() prints one warning of each kind, with the number of others; `option` is what shows them.
+  void tell_kinds_once(std::string option) { option_for_all_ = std::move(option); }
   /// Prints the diagnostics (standard error) and, with --json, `result` with them; returns the exit status.
   int finish(Json result);
 
@@ -101,6 +104,7 @@ class Job {
   DiagnosticSink sink_;
   std::vector<std::string> files_;
   std::string made_folder_;
+  std::string option_for_all_;  // see tell_kinds_once()
 };
 
 /// The options of `common` that a verb takes in addition to FILE.

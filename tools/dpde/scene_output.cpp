@@ -84,6 +84,7 @@ void tell(Job& job, const report::Report& report) {
   for (const auto& part : report.parts) {
     match(
         part, [&](const std::string& words) { job.say(words); },
+        [&](const report::Detail& detail) { job.say(detail.text); },
         [&](const report::TextFile& file) { save_text(job, file.name, file.text); },
         [&](const report::Picture& picture) { save_picture(job, picture.name, picture.panels); });
   }

@@ -24,6 +24,7 @@ std::string Report::text() const {
   std::string text;
   for (const auto& part : parts) {
     if (const std::string* words = std::get_if<std::string>(&part)) text += *words;
+    if (const Detail* detail = std::get_if<Detail>(&part)) text += detail->text;
   }
   return text;
 }

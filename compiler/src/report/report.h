@@ -22,18 +22,24 @@ struct Picture {
   std::vector<plot::Panel> panels;
 };
 
+/// Text for those who ask for all of it (`check --all`).
+struct Detail {
+  std::string text;
+};
+
 struct Report {
   /// In the order of output.
-  std::vector<std::variant<std::string, TextFile, Picture>> parts;
+  std::vector<std::variant<std::string, Detail, TextFile, Picture>> parts;
   Json json = Json::object();
 
   void say(std::string words) { parts.emplace_back(std::move(words)); }
+  void add_detail(std::string words) { parts.emplace_back(Detail{std::move(words)}); }
   void add(std::string name, std::string text) { parts.emplace_back(TextFile{std::move(name), std::move(text)}); }
   /// Adds a picture unless no curve has a finite value.
   void add_if_drawn(std::string name, const plot::LinePanel& panel);
   /// Appends the parts of `other`, and adds the keys of its JSON.
   void append(Report other);
-  /// The text parts only.
+  /// The text parts only, with all details.
   std::string text() const;
 };
 

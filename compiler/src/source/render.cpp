@@ -4,8 +4,10 @@
 #include "source/render.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "source/utf8.h"
 
@@ -124,6 +126,52 @@ std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bo
   }
   if (!diagnostic.hint.empty()) {
     text += fmt::format("{}help:{} {}\n", style.note, style.reset, printable(diagnostic.hint));
+  }
+  return text;
+}
+
+namespace {
+
+/// Where the diagnostics are, each line once: " (lines 3, 7)"; "" if none has a place.
+std::string lines_text(const SourceFile& file, const std::vector<const Diagnostic*>& diagnostics) {
+  std::vector<std::string> lines;
+  for (const Diagnostic* one : diagnostics) {
+    if (!one->range.is_known()) continue;
+    const std::string line = fmt::format("{}", file.locate(one->range.begin).line);
+    const std::string path = file.path_of(one->range.begin);
+    lines.push_back(path == file.path() ? line : path + ':' + line);
+    if (std::find(lines.begin(), lines.end() - 1, lines.back()) != lines.end() - 1) lines.pop_back();
+  }
+  return lines.empty() ? "" : fmt::format(" (line{} {})", lines.size() == 1 ? "" : "s", fmt::join(lines, ", "));
+}
+
+}  // namespace
+
+std::string render_kinds_once(const SourceFile& file, const std::vector<Diagnostic>& diagnostics,
+                              const std::string& option, bool colour) {
+  std::string text;
+  std::map<std::string_view, std::vector<const Diagnostic*>> warnings;  // by code
+  std::vector<std::string_view> codes;                                  // in the order of their first warning
+  for (const Diagnostic& one : diagnostics) {
+    if (one.kind->severity == Severity::error) {
+      text += render_text(file, one, colour);
+      continue;
+    }
+    std::vector<const Diagnostic*>& alike = warnings[one.kind->code];
+    if (alike.empty()) codes.push_back(one.kind->code);
+    const auto is_same = [&](const Diagnostic* other) {
+      return other->message == one.message && other->range.begin == one.range.begin;
+    };
+    if (std::ranges::none_of(alike, is_same)) alike.push_back(&one);
+  }
+  for (const std::string_view code : codes) {
+    const std::vector<const Diagnostic*>& alike = warnings[code];
+    text += render_text(file, *alike.front(), colour);
+    if (alike.size() == 1) continue;
+    const Style style = style_of(colour, Severity::warning);
+    const std::vector<const Diagnostic*> others(alike.begin() + 1, alike.end());
+    text += fmt::format("{}note:{} {} more of {}{}: {} shows {}\n", style.note, style.reset, others.size(), code,
+                        lines_text(file, others), option, others.size() == 1 ? "it" : "them");
   }
   return text;
 }

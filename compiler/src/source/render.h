@@ -20,6 +20,12 @@ namespace dpde {
 /// cannot show appear as '?'.
 std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bool colour = false);
 
+/// Errors as above, and of the warnings of each kind the first one, then how many there are at which lines:
+///   note: 3 more of W0804 (lines 3, 7): --all shows them
+/// Warnings that are the same in all parts count once.
+std::string render_kinds_once(const SourceFile& file, const std::vector<Diagnostic>& diagnostics,
+                              const std::string& option, bool colour = false);
+
 /// An array of {code, severity, message, file, line, column, hint}; line and column are 0 without a range.
 Json diagnostics_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics);
 

@@ -226,8 +226,10 @@ LossTerm Engine::loss_term(const dpde_loss& loss, const dpde_program& program) {
     LossData data{datum.name, {}};
     for (const int step : term.at_steps) {
       const auto found = std::ranges::find(datum.at, step);
-      if (!datum.at.empty() && found == datum.at.end())
+      if (!datum.at.empty() && found == datum.at.end()) {
+        if (options_.count != nullptr) continue;  // no values are read
         throw Error(ErrorKind::input, fmt::format("data {} hold no state after step {}", datum.name, step));
+      }
       const std::size_t number = datum.at.empty() ? 0 : static_cast<std::size_t>(found - datum.at.begin());
       data.at.push_back(workspace_->field(datum.name, number).base());
     }

@@ -105,7 +105,7 @@ std::vector<SolveReport> adjoint_solves_of(const Compiled& compiled, const std::
   return reports;
 }
 
-std::string text_of(const std::vector<SolveReport>& solves) {
+std::string text_of(const std::vector<SolveReport>& solves, SolveTimes times) {
   std::string text;
   for (const SolveReport& solve : solves) {
     const int most = solve.note.most_iterations;
@@ -116,12 +116,18 @@ std::string text_of(const std::vector<SolveReport>& solves) {
     const std::string unaided =
         solve.note.unaided == 0 ? "" : fmt::format(", without the network in {} of all", solve.note.unaided);
     text +=
-        fmt::format("solve for {}: {} ({}){}; {}\n", solve.field, solve.note.method, solve.note.reason,
+        fmt::format("solve for {}: {} ({}){}{}\n", solve.field, solve.note.method, solve.note.reason,
                     most > 0  ? fmt::format("; {:.1f} iterations a solve, at most {}{}{}", mean, most, unaided, guess)
                     : is_idle ? fmt::format("; nothing begins with {}", solve.guess)
                               : "",
-                    times_of(solve.note));
+                    times == SolveTimes::shown ? "; " + times_of(solve.note) : "");
   }
+  return text;
+}
+
+std::string times_text(const std::vector<SolveReport>& solves) {
+  std::string text;
+  for (const SolveReport& solve : solves) text += fmt::format("  for {}: {}\n", solve.field, times_of(solve.note));
   return text;
 }
 

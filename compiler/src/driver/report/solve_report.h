@@ -28,6 +28,9 @@ std::vector<SolveReport> adjoint_solves_of(const Compiled& compiled, const std::
 /// Warns of right-hand sides outside the range of the operator, and of solves that did not reach their tolerance.
 void report_solves(const model::Problem& problem, const std::vector<SolveReport>& solves, DiagnosticSink& sink);
 /// "solve for p: fourier (why)", one line for each.
-std::string text_of(const std::vector<SolveReport>& solves);
+enum class SolveTimes { shown, left_out };
+std::string text_of(const std::vector<SolveReport>& solves, SolveTimes times = SolveTimes::shown);
+/// The times alone, in indented lines.
+std::string times_text(const std::vector<SolveReport>& solves);
 
 }  // namespace dpde::driver

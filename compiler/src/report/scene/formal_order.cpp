@@ -269,6 +269,11 @@ std::string text_of(const FormalOrder& order) {
       "{} in time{}{}\n", whole.time,
       order.is_by_tolerance ? " for equal steps (here the tolerance chooses them, and errors follow it)" : "",
       whole.walls.empty() ? "" : "; " + whole.walls);
+  return text;
+}
+
+std::string text_of_operators(const FormalOrder& order) {
+  std::string text;
   for (const OperatorOrder& each : order.operators)
     text += fmt::format("operator {}: order {} as stated{}\n", each.name, each.stated, each.words);
   return text;

@@ -43,6 +43,8 @@ FormalOrder formal_order(const model::Problem& problem, const std::vector<driver
 /// The keys order and, as far as known, operators.
 Json json_of(const FormalOrder& order);
 std::string text_of(const FormalOrder& order);
+/// Of operators with a stated order.
+std::string text_of_operators(const FormalOrder& order);
 
 /// Warns that the order is 1 at jumps, with advice.
 void warn_of_jumps(const std::vector<driver::Jump>& jumps, DiagnosticSink& sink);

@@ -45,7 +45,7 @@ Json types_of(const model::Problem& problem) {
 std::string grid_text(const model::Problem& problem) {
   std::string text = fmt::format("scene {}:", problem.scene);
   for (const model::Axis& axis : problem.axes) {
-    text += fmt::format(" {} = {} .. {}{} in {} {}{} cells,", axis.name, axis.low, axis.high,
+    text += fmt::format(" {} = {:.7g} .. {:.7g}{} in {} {}{} cells,", axis.name, axis.low, axis.high,
                         behind_number(problem.unit_of(axis.name)), axis.cells,
                         axis.topology == Topology::periodic ? "periodic" : "bounded",
                         axis.stretch       ? " stretched"
@@ -53,7 +53,8 @@ std::string grid_text(const model::Problem& problem) {
                                            : "");
   }
   if (problem.metric) text += fmt::format(" {},", problem.metric->name);
-  return text + fmt::format(" {} steps of {}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
+  return text +
+         fmt::format(" {} steps of {:.7g}{}\n", problem.steps, problem.step, behind_number(problem.unit_of("t")));
 }
 
 /// Types of names, and their units if known.
@@ -99,7 +100,7 @@ Report unused_report(const driver::Compiled& compiled, const SourceFile& source,
   }
   Report report;
   report.json["unused"] = std::move(rows);
-  report.say(std::move(text));
+  report.add_detail(std::move(text));
   return report;
 }
 
@@ -120,12 +121,16 @@ Report conserved_report(const driver::Session& session, const SourceFile& source
   std::string text = fmt::format("conserved{}: {}\n", are_rare ? " but for events" : "",
                                  names.empty() ? "no integral of a field or its square, and no observable"
                                                : fmt::format("{}", fmt::join(names, ", ")));
+  if (!names.empty()) {
+    report.say(text);
+    text.clear();
+  }
   if (!but_for_steps.empty())
     text += fmt::format("  and but for what steps in time lose: {}\n", fmt::join(but_for_steps, ", "));
   if (!until_switched.empty())
     text +=
         fmt::format("  and until states come to where something changes them: {}\n", fmt::join(until_switched, ", "));
-  report.say(std::move(text));
+  report.add_detail(std::move(text));
   return report;
 }
 
@@ -164,16 +169,16 @@ Report step_report(const CheckedScene& scene, const SceneOptions& options, Diagn
   driver::Session& session = *scene.session;
   const stability::StabilityReport verdict = stability::verdict_of(session, options.look);
   Report step = verdict_report(session.problem(), verdict, scene.source);
-  report.say(step.text());
   result["stability"] = std::move(step.json);
-  report.say(causes_text(session, verdict, result["stability"], sink));
+  std::ranges::move(step.parts, std::back_inserter(report.parts));
+  report.add_detail(causes_text(session, verdict, result["stability"], sink));
   result["monotone"] = nullptr;
   result["cell_numbers"] = nullptr;
   if (verdict.is_analysed()) {
     const StepCharacter character = character_of(session, verdict.step);
     warn_of_cell_numbers(session, character, sink);
     result.update(json_of(session, character));
-    report.say(text_of(session, character));
+    report.add_detail(text_of(session, character));
   }
   if (options.shows_waves && !verdict.is_analysed()) report.say("waves: not analysed, " + verdict.why + "\n");
   if (options.shows_waves && verdict.is_analysed()) {
@@ -278,7 +283,8 @@ Report first_solves_report(driver::Session* session, const SourceFile& source, D
   if (!has_solves) return report;
   const auto solves = driver::solves_of(session->compiled(), one.solve_notes());
   report.json["solves"] = json_of(solves);
-  report.say(driver::text_of(solves));
+  report.say(driver::text_of(solves, driver::SolveTimes::left_out));
+  report.add_detail(driver::times_text(solves));
   return report;
 }
 
@@ -293,16 +299,18 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
   if (!problem.units.empty()) result["units"] = problem.units;
-  report.say(grid_text(problem) + names_text(problem, result["types"]));
+  report.say(grid_text(problem));
+  report.add_detail(names_text(problem, result["types"]));
   const std::vector<driver::Jump> jumps =
       scene.session == nullptr ? std::vector<driver::Jump>{} : driver::jumps_in_fluxes(*scene.session);
   const FormalOrder order = formal_order(problem, jumps);
   result.update(json_of(order));
   report.say(text_of(order));
+  report.add_detail(text_of_operators(order));
   warn_of_jumps(jumps, sink);
   const std::vector<std::string> velocities = advective_velocities(problem);
   result["advective_form"] = velocities;
-  report.say(flux_form_text(velocities));
+  report.add_detail(flux_form_text(velocities));
   report.append(step_report(scene, options, sink));
   if (problem.task) report.say(stability_of_start_text(*problem.task, scene.session.get(), result));
   report.append(first_solves_report(scene.session.get(), scene.source, sink));
@@ -315,14 +323,14 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   report.append(whole_grid_report(compiled));
   result["memory_bytes"] = memory.run;
   result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
-  report.say(fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run),
+  report.say(fmt::format("memory: {} for a run ({} more with --out)", human_bytes(memory.run),
                          human_bytes(driver::bytes_of_outputs(compiled))));
   if (problem.task) report.append(gradient_memory_report(compiled, scene.source, options.gradient));
   report.say("\n");
   result["dropped"] = problem.dropped;
   std::set<std::string> told;  // a function may be inlined several times
   for (const std::string& dropped : problem.dropped) {
-    if (told.insert(dropped).second) report.say(fmt::format("dropped: {}\n", dropped));
+    if (told.insert(dropped).second) report.add_detail(fmt::format("dropped: {}\n", dropped));
   }
   report.append(unused);
   report.append(savings_report(compiled, scene.source));

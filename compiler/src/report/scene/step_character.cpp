@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "model/boundary/metric.h"
 
@@ -31,7 +33,9 @@ StepCharacter character_of(driver::Session& session, double step) {
 
 void warn_of_cell_numbers(const driver::Session& session, const StepCharacter& character, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
-  for (const CellNumber& cell : character.cells) {
+  std::vector<CellNumber> cells = character.cells;
+  std::ranges::stable_sort(cells, std::ranges::greater{}, &CellNumber::number);
+  for (const CellNumber& cell : cells) {
     if (!cell.rings) continue;
     const model::State* state = problem.find_state(cell.field);
     const model::Axis& axis = problem.axes[static_cast<std::size_t>(cell.axis)];

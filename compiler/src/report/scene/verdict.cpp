@@ -119,8 +119,9 @@ std::string no_limit_text(const model::Problem& problem, const StabilityReport& 
          "  what its states grow to may have a limit, which was not looked for: begin with such a state to see it\n";
 }
 
-std::string term_text(const model::Problem& problem, const StabilityReport& verdict, const Term& term,
-                      const SourceFile& source) {
+/// The limit, and what grows beyond it.
+std::string limit_text(const model::Problem& problem, const StabilityReport& verdict, const Term& term,
+                       const SourceFile& source) {
   if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
   stability::StabilityReport first = verdict;
   if (verdict.limit.kind == StepLimit::Kind::limit) first.wave = verdict.limit.wave;
@@ -152,22 +153,35 @@ std::string term_text(const model::Problem& problem, const StabilityReport& verd
   for (const stability::StabilityReport& other : verdict.worse)
     text += fmt::format("  at the scene's step {} of {} grows faster, by a factor of {:.6g} a step\n",
                         stability::wave_text(other, problem), other.field, other.growth);
-  text += own_growth_text(problem, verdict);
+  return text;
+}
+
+/// What else is known of growth.
+std::string growth_details(const model::Problem& problem, const StabilityReport& verdict) {
+  if (!verdict.is_analysed()) return "";
+  std::string text = own_growth_text(problem, verdict);
   text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.leaves_out_folding())
     text += "  what products fold back was not looked at on so many cells; --all-cells does, and may take minutes\n";
   if (!verdict.solution_cells.empty())
     text += fmt::format("  what it solves for was found on {} cells, from means of the scene's\n",
                         fmt::join(verdict.solution_cells, " x "));
-  if (verdict.is_of_networks)
-    return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
-  if (verdict.is_of_grid && verdict.is_exact)
-    text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
   const std::size_t states = verdict.group.empty() ? problem.states.size() : verdict.group.size();
   if (verdict.places_between_walls > 0)
     text += fmt::format("  walls: eigenvalues on {} cells, frozen at {} of {} places\n",
                         fmt::join(stability::cells_between_walls(problem.axes, states), " x "),
                         verdict.places_between_walls, verdict.places);
+  return text;
+}
+
+/// Whether the limit is exact, and what was looked at.
+std::string basis_text(const model::Problem& problem, const StabilityReport& verdict) {
+  if (!verdict.is_analysed()) return "";
+  std::string text;
+  if (verdict.is_of_networks)
+    return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
+  if (verdict.is_of_grid && verdict.is_exact)
+    text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
   if (verdict.is_of_runs())
     text += fmt::format("  an estimate: the step as the run begins was repeated on the scene's own grid{}\n",
                         verdict.place.empty() ? "" : ", waves are worst at " + verdict.place);
@@ -184,7 +198,9 @@ std::string term_text(const model::Problem& problem, const StabilityReport& verd
 Report verdict_report(const model::Problem& problem, const StabilityReport& verdict, const SourceFile& source) {
   const Term term = stability::limiting_term(problem, verdict);
   Report report;
-  report.say(term_text(problem, verdict, term, source));
+  report.say(limit_text(problem, verdict, term, source));
+  report.add_detail(growth_details(problem, verdict));
+  report.say(basis_text(problem, verdict));
   report.json = verdict_json(problem, verdict, term, source);
   return report;
 }

@@ -59,14 +59,15 @@ Report cost_report(const driver::Compiled& compiled, double cells, int threads, 
     result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), speed);
   const double rate = speed.points(cost.bytes, cost.flops);
   if (!std::isfinite(rate)) {
-    report.say("a step moves and computes nothing\n");
+    report.say("cost: a step moves and computes nothing\n");
     return report;
   }
   const bool is_of_memory = cost.bytes > 0 && rate == speed.copy / cost.bytes;
-  report.say(
-      fmt::format("a step moves {} bytes and takes {} flops a cell; {} allows {} points/s here (measured {}{})\n",
-                  cost.bytes, cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate), speed.date,
-                  speed.is_busy ? fmt::format(", on a busy machine: load {:.1f} a core", speed.load) : ""));
+  report.say(fmt::format("cost: {} bytes and {} flops a cell and step; {} allows {} points/s here{}\n", cost.bytes,
+                         cost.flops, is_of_memory ? "memory" : "arithmetic", human_count(rate),
+                         speed.is_busy ? ", measured on a busy machine" : ""));
+  report.add_detail(fmt::format("  this machine was measured {}{}\n", speed.date,
+                                speed.is_busy ? fmt::format(", at a load of {:.1f} a core", speed.load) : ""));
   return report;
 }
 
@@ -83,7 +84,7 @@ Report whole_grid_report(const driver::Compiled& compiled) {
   };
   add("transforms", driver::cost_of_transforms(compiled, compiled.step_name()), "");
   add("solves", driver::cost_of_solves(compiled, compiled.step_name()), ", an estimate: the method shows in the run");
-  report.say(std::move(text));
+  report.add_detail(std::move(text));
   return report;
 }
 
@@ -146,7 +147,7 @@ Report savings_report(const driver::Compiled& compiled, const SourceFile& source
   }
   Report report;
   report.json["saved"] = std::move(saved);
-  if (!text.empty()) report.say(text + "\n");
+  if (!text.empty()) report.add_detail(text + "\n");
   return report;
 }
 
