@@ -48,7 +48,26 @@ TEST_F(PicturePages, TwoColumnsAndNoMore) {
         "  initial c = x\n  initial d = x\n  initial e = x\n  time 0 .. 1, step 1/8\n}\n");
   const std::string script = scripts_of("run five.dpde --quiet --out o");
   EXPECT_EQ(lines_with(script, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 3,2")) << script;
-  EXPECT_NE(script.find("pngcairo size 1280,1320"), std::string::npos);
+  EXPECT_NE(script.find("pngcairo size 2560,3384"), std::string::npos) << "square maps";
+}
+
+/// Of a channel five times as long as high each map takes a row, at the height that its scale needs.
+TEST_F(PicturePages, MapsAreToScale) {
+  const auto script_of = [&](const std::string& unit) {
+    write("long.dpde",
+          "model m { field a, b; dt(a) = -a; dt(b) = -b }\nscene s : m {\n  grid x = 0 .. 5 in m, cells 20, periodic\n"
+          "  grid y = 0 .. 1 in " +
+              unit +
+              ", cells 4, periodic\n  initial a = 1\n  initial b = 1\n"
+              "  time 0 .. 1, step 1/8\n}\n");
+    return scripts_of("run long.dpde --quiet --out o");
+  };
+  const std::string to_scale = script_of("m"), of_other_units = script_of("s");
+  EXPECT_EQ(lines_with(to_scale, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 2,1"));
+  EXPECT_NE(to_scale.find("pngcairo size 2560,1272"), std::string::npos) << "2 rows of (1280 - 172)/5 + 96, twice";
+  EXPECT_EQ(lines_with(to_scale, "set size ratio -1").size(), 4U);
+  EXPECT_EQ(lines_with(of_other_units, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 1,2"));
+  EXPECT_EQ(lines_with(of_other_units, "set size ratio -1").size(), 0U);
 }
 
 TEST_F(PicturePages, AxesHaveTheirUnits) {

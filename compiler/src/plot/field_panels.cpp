@@ -51,6 +51,7 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   panel.x_faces = x.faces;
   panel.y_faces = y.faces;
   panel.range = range;
+  panel.is_to_scale = x.unit == y.unit;
   panel.values = field.states[state];
   if (!slice) return panel;
   const StoredAxis& across = field.axes[slice->axis];

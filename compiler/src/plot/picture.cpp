@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "files/files.h"
+#include "plot/layout.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/process.h"
@@ -18,9 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int panel_width = 640, panel_height = 440;  // pixels
-constexpr int most_columns = 2;
-constexpr int name_height = 15, names_with_room = 4;  // of curve names below a picture
+constexpr int most_pixels = png_scale * panel_width;  // of a map along an axis
 
 /// A gnuplot string in single quotes, in which only the quote itself is special.
 std::string quoted(const std::string& text) {
@@ -93,11 +92,11 @@ MapPanel with_rising_places(MapPanel panel) {
 /// that is not finite stays visible. Colours are those of the values.
 MapPanel with_pixels(MapPanel panel) {
   panel = with_rising_places(std::move(panel));
-  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height)
+  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= most_pixels && panel.ny <= most_pixels)
     return panel;
   if (!panel.range) panel.range = range_of(panel.values);
-  const std::vector<Span> columns = cells_below_pixels(panel.nx, panel.x_faces, panel_width);
-  const std::vector<Span> rows = cells_below_pixels(panel.ny, panel.y_faces, panel_height);
+  const std::vector<Span> columns = cells_below_pixels(panel.nx, panel.x_faces, most_pixels);
+  const std::vector<Span> rows = cells_below_pixels(panel.ny, panel.y_faces, most_pixels);
   std::vector<double> values;
   for (const Span row : rows) {
     for (const Span column : columns) {
@@ -248,8 +247,7 @@ std::string plot_of(const MapPanel& panel, int index) {
   text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
   text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x_low), number(panel.x_high),
                       number(panel.y_low), number(panel.y_high));
-  const double ratio = (panel.y_high - panel.y_low) / (panel.x_high - panel.x_low);
-  text += ratio > 0.2 && ratio < 5 ? "set size ratio -1\n" : "set size noratio\n";
+  text += aspect_of(panel) > 0 ? "set size ratio -1\n" : "set size noratio\n";
   text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image\nset size noratio\n", index,
                       number(panel.x_low + hx / 2), number(hx), number(panel.y_low + hy / 2), number(hy));
   return text;
@@ -269,11 +267,6 @@ std::string line_types() {
   return text + fmt::format("set linetype cycle {}\n", number);
 }
 
-int columns_of(const std::vector<Panel>& panels) { return std::min(most_columns, static_cast<int>(panels.size())); }
-int rows_of(const std::vector<Panel>& panels) {
-  return (static_cast<int>(panels.size()) + most_columns - 1) / most_columns;
-}
-
 /// One picture: its data, and its panels in rows.
 std::string page_of(const std::vector<Panel>& given) {
   std::vector<Panel> panels;
@@ -282,7 +275,8 @@ std::string page_of(const std::vector<Panel>& given) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return data_of(panel, static_cast<int>(p)); });
   }
-  if (panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", rows_of(panels), columns_of(panels));
+  const Layout layout = layout_of(panels);
+  if (panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", layout.rows, layout.columns);
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p)); });
   }
@@ -297,16 +291,6 @@ std::string script_for(const std::vector<std::vector<Panel>>& pages, const std::
   text += line_types() + "set border 3\nset tics nomirror\n";
   for (const std::vector<Panel>& page : pages) text += page_of(page);
   return text + "unset output\n";
-}
-
-/// Height including the names below the panels.
-int height_of(const std::vector<Panel>& panels) {
-  std::size_t names = 0;
-  for (const Panel& panel : panels) {
-    const LinePanel* lines = std::get_if<LinePanel>(&panel);
-    if (lines != nullptr && lines->names_below) names = std::max(names, lines->curves.size());
-  }
-  return rows_of(panels) * (panel_height + name_height * std::max(0, static_cast<int>(names) - names_with_room));
 }
 
 struct Format {
@@ -345,8 +329,9 @@ std::vector<std::string> draw_all(const std::vector<Format>& formats, const fs::
   return files;
 }
 
-std::string size_of(const std::vector<Panel>& panels) {
-  return fmt::format("size {},{}", panel_width * columns_of(panels), height_of(panels));
+std::string size_of(const std::vector<Panel>& panels, int scale) {
+  const Layout layout = layout_of(panels);
+  return fmt::format("size {},{}", scale * layout.columns * layout.width, scale * layout.rows * layout.height);
 }
 
 }  // namespace
@@ -403,9 +388,11 @@ bool have_gnuplot() {
 
 std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
                               Formats formats) {
-  const std::string size = size_of(panels);
-  std::vector<Format> wanted{{".png", fmt::format("pngcairo {} font 'Helvetica,10' background rgb 'white'", size)}};
-  const std::string svg = fmt::format("svg {} dynamic font 'Helvetica,13' background rgb 'white'", size);
+  std::vector<Format> wanted{
+      {".png",
+       fmt::format("pngcairo {} font 'Helvetica,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
+                   size_of(panels, png_scale), png_scale, png_scale, png_scale)}};
+  const std::string svg = fmt::format("svg {} dynamic font 'Helvetica,13' background rgb 'white'", size_of(panels, 1));
   if (formats == Formats::svg_and_png) wanted.insert(wanted.begin(), {".svg", svg});
   return draw_all(wanted, stem, {panels}, sink);
 }
@@ -414,7 +401,7 @@ std::vector<std::string> draw_film(const fs::path& stem, const std::vector<std::
                                    DiagnosticSink& sink) {
   constexpr int hundredths_a_page = 8;
   if (pages.empty()) return {};
-  const std::string size = size_of(pages.front());
+  const std::string size = size_of(pages.front(), 1);
   return draw_all({{".gif", fmt::format("gif animate delay {} loop 0 {}", hundredths_a_page, size)}}, stem, pages,
                   sink);
 }

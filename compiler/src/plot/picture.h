@@ -46,6 +46,7 @@ struct MapPanel {
       y_faces;  // for cells of different widths, one more than cells; else empty
   std::vector<double> values;
   std::optional<ValueRange> range;
+  bool is_to_scale = true;  // both axes are lengths in the same unit
 };
 using Panel = std::variant<LinePanel, MapPanel>;
 

@@ -37,6 +37,7 @@ MapPanel empty_map(const model::Problem& problem, const std::string& title, cons
   panel.x_high = a.face(a.cells);
   panel.y_low = b.face(0);
   panel.y_high = b.face(b.cells);
+  panel.is_to_scale = !problem.metric && problem.unit_of(a.name) == problem.unit_of(b.name);
   return panel;
 }
 
