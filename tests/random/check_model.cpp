@@ -21,6 +21,7 @@
 #include "loop/from_stencil.h"
 #include "random/isolated.h"
 #include "random/swapped_axes.h"
+#include "random/torn_corners.h"
 #include "source/render.h"
 #include "stencil/interpret/with_rounding.h"
 #include "stencil/text/from_ast.h"
@@ -191,8 +192,9 @@ class ModelCheck {
     return distance(got, wanted) == 0 || fail("one checkpoint", "the gradient differs");
   }
 
-  /// Of the same with its first two axes swapped: what no order of cells changes, but for rounding.
+  /// Of the same with its first two axes swapped: what no order of cells and of fills changes, but for rounding.
   bool axes_are_alike() {
+    if (has_torn_corners(driver::extract(jit_->stencil, jit_->primal_programs))) return true;
     const std::optional<std::string> text = with_swapped_axes(std::string(source_.text()));
     if (!text) return true;
     ModelCheck other(*text, checks_);
@@ -206,7 +208,7 @@ class ModelCheck {
     return error <= most || fail("axes", fmt::format("differ by {:.3e}\n{}", error, *text));
   }
 
-  /// Sums of squares of the states and of the gradient, and the loss.
+  /// Sums of squares of the states and of the gradient, and the loss. Of histories, values on walls are never read.
   static RunNumbers sums_of(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled) {
     DiagnosticSink sink;
     const auto session = driver::Session::open(source, compiled, {}, sink);
@@ -214,6 +216,7 @@ class ModelCheck {
     session->rollout().run();
     double states = 0;
     for (std::size_t s = 0; s < session->problem().states.size(); ++s) {
+      if (!session->problem().states[s].history_of.empty()) continue;
       for (const double value : session->final_state(static_cast<int>(s))) states += value * value;
     }
     const auto inverse = driver::Inverse::open(*session, source, sink);
