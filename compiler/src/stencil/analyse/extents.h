@@ -13,6 +13,7 @@ namespace dpde::stencil {
 
 /// For each field the largest distance beyond bounded axes at which a kernel run with `grow` uses its values. Under the
 /// condition inside[o] grow g, i+o is at most g outside, so that a read of i+k is at most g + |k-o| outside.
+/// Lets count under the conditions of their uses: values that no use takes may come from cells that are never set.
 std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes);
 
 /// The fields that a kernel reads at an offset along a periodic axis. Interpolations are excluded, as they wrap.
