@@ -6,10 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "model/methods.h"
 #include "support/split_mix.h"
 
 namespace dpde::testing {
@@ -18,30 +21,14 @@ namespace {
 
 enum class Geometry { plain, stretched, annulus, disc, sphere, cylinder, metric };
 
-/// A time scheme and what goes with it.
-struct Way {
-  const char* name;
-  int weight;
-  bool remembers = false, is_implicit = false, is_exponential = false;
-};
-
-constexpr Way ways[] = {{"euler", 5},
-                        {"rk2", 4},
-                        {"rk4", 5},
-                        {"ssp_rk3", 3},
-                        {"bs32", 1},
-                        {"dopri5", 1},
-                        {"verlet", 3},
-                        {"ab2", 3, true},
-                        {"ab3", 3, true},
-                        {"leapfrog", 3, true},
-                        {"etdrk2", 1, false, false, true},
-                        {"etdrk4", 1, false, false, true},
-                        {"backward_euler", 1, false, true},
-                        {"crank_nicolson", 1, false, true},
-                        {"imex_euler", 2, false, true},
-                        {"ars222", 2, false, true},
-                        {"ars443", 2, false, true}};
+/// How often a time method is drawn; 1 for methods without a row.
+int weight_of(const model::TimeMethod& method) {
+  const std::map<std::string_view, int> weights = {{"euler", 5},      {"rk2", 4},    {"rk4", 5},   {"ssp_rk3", 3},
+                                                   {"verlet", 3},     {"ab2", 3},    {"ab3", 3},   {"leapfrog", 3},
+                                                   {"imex_euler", 2}, {"ars222", 2}, {"ars443", 2}};
+  const auto found = weights.find(method.name);
+  return found == weights.end() ? 1 : found->second;
+}
 
 struct Unknown {
   std::string name;
@@ -105,11 +92,11 @@ class SceneBuilder {
   bool is_curved() const { return geometry_ != Geometry::plain && geometry_ != Geometry::stretched; }
   bool has_walls() const { return std::ranges::find(is_periodic_, false) != is_periodic_.end(); }
   bool has_pole() const { return geometry_ == Geometry::disc || geometry_ == Geometry::sphere; }
-  bool is_explicit() const { return !way_->is_implicit && !way_->is_exponential; }
+  bool is_explicit() const { return !is_implicit(time_) && !is_exponential(time_); }
 
   SplitMix random_;
   Geometry geometry_ = Geometry::plain;
-  const Way* way_ = nullptr;
+  model::TimeScheme time_ = nullptr;
   int rank_ = 1;
   std::vector<std::string> axes_;
   std::vector<bool> is_periodic_;
@@ -121,34 +108,34 @@ class SceneBuilder {
 
 void SceneBuilder::choose() {
   int weights = 0;
-  for (const Way& way : ways) weights += way.weight;
+  for (const model::TimeMethod& method : model::time_methods()) weights += weight_of(method);
   int draw = random_.below(weights);
-  for (const Way& way : ways) {
-    if (way_ == nullptr && draw < way.weight) way_ = &way;
-    draw -= way.weight;
+  for (const model::TimeMethod& method : model::time_methods()) {
+    if (time_ == nullptr && draw < weight_of(method)) time_ = &method;
+    draw -= weight_of(method);
   }
   choose_axes();
   choose_unknowns();
   is_linear_ = random_.percent(60);
   const bool is_plain = geometry_ == Geometry::plain && kind_ == Kind::fields;
-  is_spectral_ = way_->is_exponential || (is_plain && !has_walls() && !way_->is_implicit && random_.percent(15));
-  is_all_implicit_ = way_->is_implicit && kind_ == Kind::fields && !has_pole() &&
-                     (std::string(way_->name) == "crank_nicolson" ? random_.percent(70) : random_.percent(30));
+  is_spectral_ = is_exponential(time_) || (is_plain && !has_walls() && !is_implicit(time_) && random_.percent(15));
+  is_all_implicit_ = is_implicit(time_) && kind_ == Kind::fields && !has_pole() &&
+                     (std::string(time_->name) == "crank_nicolson" ? random_.percent(70) : random_.percent(30));
   has_solve_ = kind_ == Kind::fields && !is_all_implicit_ && !has_pole() && random_.percent(15);
   has_stream_ = has_solve_ && rank_ == 2 && geometry_ == Geometry::plain && random_.percent(50);
   has_coefficient_ = random_.percent(30);
-  has_mask_ = kind_ == Kind::fields && is_explicit() && !is_spectral_ && std::string(way_->name) != "verlet" &&
-              std::string(way_->name) != "leapfrog" && random_.percent(12);
+  has_mask_ = kind_ == Kind::fields && is_explicit() && !is_spectral_ && std::string(time_->name) != "verlet" &&
+              std::string(time_->name) != "leapfrog" && random_.percent(12);
   has_network_ = kind_ == Kind::fields && !is_all_implicit_ && random_.percent(6);
   has_mean_ = random_.percent(12) && !is_all_implicit_;
 }
 
 void SceneBuilder::choose_axes() {
   rank_ = random_.percent(65) ? 1 : 2;
-  if (way_->is_exponential) rank_ = 1;
+  if (is_exponential(time_)) rank_ = 1;
   axes_ = {"x", "y"};
   const int kind = random_.weighted({70, 10, 5, 4, 5, 3, 3});
-  geometry_ = way_->is_exponential ? Geometry::plain : static_cast<Geometry>(kind);
+  geometry_ = is_exponential(time_) ? Geometry::plain : static_cast<Geometry>(kind);
   switch (geometry_) {
     case Geometry::annulus:
     case Geometry::disc: axes_ = {"r", "theta"}, is_periodic_ = {false, true}, rank_ = 2; break;
@@ -156,16 +143,16 @@ void SceneBuilder::choose_axes() {
     case Geometry::cylinder: axes_ = {"r", "y"}, is_periodic_ = {false, random_.percent(50)}; break;
     case Geometry::metric: is_periodic_ = {true, false}, rank_ = 2; break;
     default:
-      for (int axis = 0; axis < rank_; ++axis) is_periodic_.push_back(way_->is_exponential || random_.percent(45));
+      for (int axis = 0; axis < rank_; ++axis) is_periodic_.push_back(is_exponential(time_) || random_.percent(45));
   }
   axes_.resize(static_cast<std::size_t>(rank_));
   is_periodic_.resize(static_cast<std::size_t>(rank_));
 }
 
 void SceneBuilder::choose_unknowns() {
-  const std::string time = way_->name;
+  const std::string time = time_->name;
   if (!is_curved() && is_explicit() && time != "verlet" && random_.percent(14)) {
-    kind_ = rank_ == 2 && random_.percent(50) && !way_->remembers ? Kind::projected : Kind::staggered;
+    kind_ = rank_ == 2 && random_.percent(50) && !is_multistep(time_) ? Kind::projected : Kind::staggered;
     unknowns_ = {{"w", true}};
     if (kind_ == Kind::staggered) unknowns_.push_back({"h"});
     return;
@@ -199,9 +186,9 @@ void SceneBuilder::declare(Part& model) {
 Part SceneBuilder::factor() {
   const int kind = random_.weighted({50, 14, is_linear_ ? 0 : 10, is_linear_ ? 0 : 14, has_coefficient_ ? 20 : 0});
   const std::string axis = any(axes_);
-  switch (way_->is_exponential || is_spectral_ ? (kind == 2 || kind == 4 ? 0 : kind) : kind) {
+  switch (is_exponential(time_) || is_spectral_ ? (kind == 2 || kind == 4 ? 0 : kind) : kind) {
     case 1:
-      return way_->is_exponential ? number(0.2, 1.5) : expression("@*(1 + 0.4*sin(" + axis + "))", {number(0.2, 1.5)});
+      return is_exponential(time_) ? number(0.2, 1.5) : expression("@*(1 + 0.4*sin(" + axis + "))", {number(0.2, 1.5)});
     case 2: return expression("@*(1 + 0.4*cos(3*t))", {number(0.2, 1.5)});
     case 3: return expression("@*(1 + 0.3*u^2)", {number(0.2, 1.5)});
     case 4: return expression("@*k", {number(0.2, 1.5)});
@@ -220,7 +207,7 @@ Part SceneBuilder::transport(const std::string& name) {
   for (int axis = 0; axis < rank_; ++axis) {
     Part part = number(0.2, 1.5);
     if (!is_linear_ && random_.percent(25)) part = expression("@*u", {part});
-    if (random_.percent(20) && !way_->is_exponential) part = expression("@*(1 + 0.4*sin(" + axes_[0] + "))", {part});
+    if (random_.percent(20) && !is_exponential(time_)) part = expression("@*(1 + 0.4*sin(" + axes_[0] + "))", {part});
     if (has_pole() && axis == (geometry_ == Geometry::sphere ? 1 : 0)) part = expression("0");
     if (geometry_ == Geometry::sphere && axis == 0) part = expression("@*cos(lat)", {part});
     if (geometry_ == Geometry::disc && axis == 1) part = expression("@*r", {part});
@@ -249,7 +236,7 @@ Part SceneBuilder::coupling(const std::string& name) {
 
 Part SceneBuilder::any_term(const std::string& name) {
   const int kind = random_.weighted({30, 25, 12, 16, has_mean_ ? 25 : 0, has_solve_ ? 25 : 0, has_network_ ? 30 : 0,
-                                     is_curved() || way_->is_implicit ? 0 : 4, is_linear_ ? 0 : 8});
+                                     is_curved() || is_implicit(time_) ? 0 : 4, is_linear_ ? 0 : 8});
   switch (kind) {
     case 0: {
       const bool is_flux = !is_spectral_ && random_.percent(30);
@@ -273,16 +260,16 @@ Part SceneBuilder::any_term(const std::string& name) {
 
 std::vector<Part> SceneBuilder::terms_of(const Unknown& unknown) {
   std::vector<Part> terms;
-  const bool is_nicolson = std::string(way_->name) == "crank_nicolson" && !is_all_implicit_;
+  const bool is_nicolson = std::string(time_->name) == "crank_nicolson" && !is_all_implicit_;
   if (unknown.is_second) {
     terms.push_back(expression("@*lap(" + unknown.name + ")", {factor()}));
     if (random_.percent(50)) terms.push_back(expression("-@*dt(" + unknown.name + ")", {number(0.1, 1)}));
     if (random_.percent(30)) terms.push_back(coupling(unknown.name));
     return terms;
   }
-  if (way_->is_implicit || way_->is_exponential || is_nicolson) {
+  if (is_implicit(time_) || is_exponential(time_) || is_nicolson) {
     Part k = number(0.2, 1.5);
-    if (has_coefficient_ && way_->is_implicit) k = expression("@*k", {k});
+    if (has_coefficient_ && is_implicit(time_)) k = expression("@*k", {k});
     terms.push_back(expression("@*lap(" + unknown.name + ")", {k}));
     if (is_nicolson) return terms;
   }
@@ -331,16 +318,16 @@ void SceneBuilder::equation(Part& model, const Unknown& unknown) {
 }
 
 void SceneBuilder::rows(Part& scheme) {
-  add(scheme, {Part::Kind::fixed, std::string("time = ") + way_->name, {}});
+  add(scheme, {Part::Kind::fixed, std::string("time = ") + time_->name, {}});
   const auto order = [&] { return fmt::format("central({})", 2 + 2 * random_.weighted({6, 3, 1, 1})); };
   if (is_spectral_) {
     for (const char* key : {"dx", "lap", "advect"}) add(scheme, item(std::string(key) + " = spectral"));
-    if (!way_->is_exponential && random_.percent(25)) add(scheme, item("dealias = two_thirds"));
+    if (!is_exponential(time_) && random_.percent(25)) add(scheme, item("dealias = two_thirds"));
   } else {
     const std::vector<std::string> winds = {"upwind(1)", "upwind(3)", "upwind(5)", "upwind(7)"};
     const bool is_central = kind_ != Kind::fields || random_.percent(50);
     std::string advect = is_central ? order() : any(winds);
-    const bool may_flow = is_explicit() && !way_->remembers && std::string(way_->name) != "verlet" && !has_pole();
+    const bool may_flow = is_explicit() && !is_multistep(time_) && std::string(time_->name) != "verlet" && !has_pole();
     if (may_flow && kind_ == Kind::fields && random_.percent(5)) advect = "semi_lagrangian";
     if (random_.percent(4)) advect = random_.percent(50) ? "muscl(minmod)" : "weno(3)";
     add(scheme, item("advect = " + advect));
@@ -348,7 +335,7 @@ void SceneBuilder::rows(Part& scheme) {
     if (random_.percent(50)) add(scheme, item("lap = " + (is_curved() ? std::string("central(2)") : order())));
   }
   if (is_all_implicit_) add(scheme, item(random_.percent(60) ? "implicit = all" : "implicit = all_but_advect"));
-  const bool may_split = is_explicit() && !way_->remembers && std::string(way_->name) != "verlet";
+  const bool may_split = is_explicit() && !is_multistep(time_) && std::string(time_->name) != "verlet";
   if (may_split && kind_ == Kind::fields && random_.percent(10)) {
     const std::vector<std::string> splits = {"lie(advect, sources, diffusion)", "strang(advect, sources, diffusion)",
                                              "strang(sources, diffusion, advect)"};
@@ -385,8 +372,8 @@ void SceneBuilder::grids(Part& scene) {
 
 Part SceneBuilder::side(const std::string& name, bool is_second) {
   const bool may_radiate =
-      is_second && std::string(way_->name) != "leapfrog" && geometry_ == Geometry::plain && !is_split_;
-  const bool may_feel = !is_second && is_explicit() && !way_->remembers && !is_split_ && kind_ == Kind::fields;
+      is_second && std::string(time_->name) != "leapfrog" && geometry_ == Geometry::plain && !is_split_;
+  const bool may_feel = !is_second && is_explicit() && !is_multistep(time_) && !is_split_ && kind_ == Kind::fields;
   switch (random_.weighted({5, 4, 2, 3, 2, may_radiate ? 5 : 0, may_feel ? 2 : 0})) {
     case 0: return expression("@", {number(-0.5, 1)});
     case 1: return expression("zero_gradient");
@@ -450,7 +437,7 @@ void SceneBuilder::values(Part& scene) {
 }
 
 void SceneBuilder::events(Part& scene) {
-  if (way_->remembers || kind_ != Kind::fields || !random_.percent(15)) return;
+  if (is_multistep(time_) || kind_ != Kind::fields || !random_.percent(15)) return;
   switch (random_.below(4)) {
     case 0: return add(scene, item("after step: u = @*u", {number(0.7, 1.1)}));
     case 1: return add(scene, item("after step: u += @*(0.5 - u)", {number(0.1, 0.9)}));
@@ -468,7 +455,7 @@ void SceneBuilder::describe(Part& scene) {
   events(scene);
   add(scene, {Part::Kind::fixed, "time 0 .. 2, step 0.05", {}});
   const bool may_be_parted =
-      is_explicit() && !way_->remembers && !is_split_ && kind_ == Kind::fields && unknowns_.size() > 1;
+      is_explicit() && !is_multistep(time_) && !is_split_ && kind_ == Kind::fields && unknowns_.size() > 1;
   if (may_be_parted && random_.percent(15))
     add(scene, item(fmt::format("subcycle {} in {}", unknowns_.back().name, 2 + random_.below(2))));
 }

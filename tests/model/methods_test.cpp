@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -129,15 +130,15 @@ TEST(TimeMethods, ThatRememberIntegratePolynomials) {
   }
 }
 
-/// Shu and Osher's form: each stage is a mean of Euler steps of earlier ones, none longer than the step.
+/// Shu and Osher's form: each stage is a mean of Euler steps of earlier ones, none longer than the step over C.
 TEST(TimeMethods, OfEulerStepsKeepNumbersBetweenTheirs) {
   for (const TimeMethod& method : time_methods()) {
-    if (!method.is_made_of_euler) continue;
+    if (method.ssp_coefficient == 0) continue;
     const Equation jump{0, [](double, double u) { return u > 0.5 ? -u : 0.0; }};  // an Euler step ends in [0, u]
     for (const double u : {0.4, 0.6, 1.0}) {
       std::vector<double> stages{u};
       for (const StageRow& row : method.stages) {
-        stages.push_back(value_of(row, stages, jump, 0, 1));
+        stages.push_back(value_of(row, stages, jump, 0, method.ssp_coefficient));
         EXPECT_GE(stages.back(), -1e-15) << method.name;
         EXPECT_LE(stages.back(), u + 1e-15) << method.name;
       }
@@ -157,8 +158,22 @@ std::vector<std::string> between(const std::string& text, char mark) {
   return parts;
 }
 
+std::ifstream page_of_schemes() {
+  return std::ifstream(std::filesystem::path(DPDE_SOURCE_DIR) / "dsl-examples/manual/schemes.md");
+}
+
+/// The list of "Steps under a tolerance".
+TEST(TimeMethods, ThatEstimateTheirErrorAreListedInTheManual) {
+  std::ifstream page = page_of_schemes();
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  for (const TimeMethod& method : time_methods()) {
+    EXPECT_EQ(text.find(std::string("\n- `time = ") + method.name + "`") != std::string::npos, estimates_error(&method))
+        << method.name;
+  }
+}
+
 TEST(TimeMethods, StandInTheManualWithTheirOrders) {
-  std::ifstream page(std::filesystem::path(DPDE_SOURCE_DIR) / "dsl-examples/manual/schemes.md");
+  std::ifstream page = page_of_schemes();
   std::map<std::string, int> orders;
   bool is_table = false;
   for (std::string line; std::getline(page, line);) {

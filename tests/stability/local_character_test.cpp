@@ -88,6 +88,10 @@ TEST(Positivity, LimitsAreThoseOfClosedForms) {
       {"lap(u)", "time = euler; lap = central(4)", 0},
       {"-advect(1, u)", "time = euler; advect = semi_lagrangian", infinite},
       {"-u", "time = euler", 1},
+      {"-advect(1, u)", "time = ssp_rk43; advect = upwind(1)", 2},           // C of its Euler steps, of dt/2
+      {"-advect(1, u)", "time = ssp_rk3; advect = muscl(minmod)", 2.0 / 3},  // 1/(1 + L/2)
+      {"-advect(1, u)", "time = ssp_rk43; advect = muscl(minmod)", 4.0 / 3},
+      {"-advect(1, u)", "time = ssp_rk43; advect = muscl(mc)", 1},
       {"lap(u)", "time = backward_euler", infinite},
       {"lap(u)", "time = crank_nicolson", 1.5},  // 2/sqrt(1 + 2r) - 1
   };

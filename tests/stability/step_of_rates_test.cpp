@@ -29,6 +29,7 @@ TEST(StabilityPolynomial, IsOfTheScheme) {
       {time_method("euler"), {1, 1}},
       {time_method("rk2"), {1, 1, 1.0 / 2}},
       {time_method("ssp_rk3"), {1, 1, 1.0 / 2, 1.0 / 6}},
+      {time_method("ssp_rk43"), {1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 48}},
       {time_method("bs32"), {1, 1, 1.0 / 2, 1.0 / 6}},
       {time_method("rk4"), {1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24}},
       {time_method("dopri5"), {1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24, 1.0 / 120, 1.0 / 600}}};

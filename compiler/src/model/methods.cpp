@@ -16,6 +16,11 @@ constexpr StageRow runge_kutta_4[] = {
     {0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
 /// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
 constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
+/// SSPRK(4,3) of Kraaijevanger 1991, of Euler steps of dt/2: U_3 = 2/3*U_0 + (U_2 + dt/2*F(U_2))/3.
+constexpr StageRow kraaijevanger[] = {
+    {0, 0, 0, 1, 2}, {0.5, 1, 1, 1, 2}, {1, 2, 0, 1, 6, 3, {{{2, 0}}}}, {0.5, 3, 3, 1, 2}};
+/// The mean of all four right-hand sides, of order 2 (Conde, Fekete and Shadid 2018, arXiv 1806.08693).
+constexpr StageRow kraaijevanger_embedded = {0.5, 3, 0, 1, 4, 1, {{{3, 0, 1.5}}}};
 
 /// Bogacki and Shampine 1989. The right-hand sides are recovered from the states: dt*F(U_0) = 2*(U_1 - U_0), and so on.
 constexpr StageRow bogacki_shampine[] = {
@@ -84,10 +89,17 @@ constexpr AdamsRow adams_bashforth_3[] = {{1}, {2, -1}, {23.0 / 12, -16.0 / 12, 
 using enum TimeMethod::Family;
 
 constexpr TimeMethod methods[] = {
-    {.name = "euler", .family = runge_kutta, .order = 1, .stages = euler, .is_made_of_euler = true},
+    {.name = "euler", .family = runge_kutta, .order = 1, .stages = euler, .ssp_coefficient = 1},
     {.name = "rk2", .family = runge_kutta, .order = 2, .stages = midpoint_rule},
     {.name = "rk4", .family = runge_kutta, .order = 4, .stages = runge_kutta_4},
-    {.name = "ssp_rk3", .family = runge_kutta, .order = 3, .stages = shu_osher_3, .is_made_of_euler = true},
+    {.name = "ssp_rk3", .family = runge_kutta, .order = 3, .stages = shu_osher_3, .ssp_coefficient = 1},
+    {.name = "ssp_rk43",
+     .family = runge_kutta,
+     .order = 3,
+     .stages = kraaijevanger,
+     .embedded = &kraaijevanger_embedded,
+     .order_of_estimate = 3,
+     .ssp_coefficient = 2},
     {.name = "bs32",
      .family = runge_kutta,
      .order = 3,

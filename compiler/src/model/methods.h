@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time-stepping methods, one row each; all their properties are in that row. A new method of one of these families
-// needs a row in methods.cpp, a row in the table of schemes.md and a case in tests/model/methods_test.cpp.
+// needs a row in methods.cpp and the manual's tables; tests/model/methods_test.cpp measures each row.
 #pragma once
 
 #include <array>
@@ -65,8 +65,10 @@ struct TimeMethod {
   const StageRow* embedded = nullptr;  // the other result of an embedded pair of `stages`
   AdditiveTableau additive = {};
   std::span<const AdamsRow> rates = {};
-  int order_of_estimate = 0;      // embedded pairs: for small steps the two results differ by O(step^order)
-  bool is_made_of_euler = false;  // convex combination of Euler steps no longer than the step itself
+  int order_of_estimate = 0;  // embedded pairs: for small steps the two results differ by O(step^order)
+  /// C > 0: a convex combination of Euler steps of length at most step/C (S. Gottlieb, C.-W. Shu and E. Tadmor, SIAM
+  /// Review 43 (2001)).
+  double ssp_coefficient = 0;
 };
 
 /// All methods, in the order of messages.

@@ -283,14 +283,14 @@ Positivity positivity_of(driver::Session& session, const model::Problem& problem
 /// the steepest slope of the limiter (P. K. Sweby, SIAM J. Numer. Anal. 21 (1984)). An Euler step is positive for
 ///   1 - dt/dt_1 - L/2*c*dt >= 0
 /// that is up to 1/(1/dt_1 + L/2*c), where dt_1 is the largest positive step of upwind(1) and c dt the Courant number.
-/// ssp_rk3 consists of such steps (S. Gottlieb and C.-W. Shu, Math. Comp. 67 (1998)).
+/// A method with an SSP coefficient C consists of such steps, each of length at most dt/C.
 Positivity positivity_with_limiter(driver::Session& session, double step, const StateGroup& group) {
   const model::Problem& problem = session.problem();
   Positivity found;
   found.why = "its limiter is not linear";
-  const bool is_of_euler = problem.scheme.time->is_made_of_euler;
+  const double ssp = problem.scheme.time->ssp_coefficient;
   const std::optional<LinearStep> euler = linear_step(by_euler(problem), group);
-  if (!is_of_euler || problem.scheme.is_split() || !euler) return found;
+  if (ssp == 0 || problem.scheme.is_split() || !euler) return found;
   double rate = 0;
   for (const ScenePoint& at : frozen_points(session, *euler)) {
     const std::optional<double> courant = courant_number(problem, at.point, 1, group);
@@ -299,7 +299,7 @@ Positivity positivity_with_limiter(driver::Session& session, double step, const 
   }
   found = positivity_of(session, by_euler(problem), *euler, step);
   if (!found.why.empty() || found.largest_step == 0) return found;
-  found.largest_step = 1 / (1 / found.largest_step + 0.5 * problem.scheme.steepest_slope() * rate);
+  found.largest_step = ssp / (1 / found.largest_step + 0.5 * problem.scheme.steepest_slope() * rate);
   found.is_kept = step <= found.largest_step * (1 + step_precision);
   return found;
 }

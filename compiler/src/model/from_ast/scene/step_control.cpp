@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // time 0 .. 1, step 1/32, tolerance 1e-6: adaptive substeps by the error estimate of the scheme.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -33,10 +34,19 @@ std::optional<double> tolerance_of(Elaboration& elaboration, const ast::TimeItem
   return std::nullopt;
 }
 
+/// take time = A or B: the methods with an error estimate, only implicit ones in place of an implicit one.
+std::string advised_pairs(TimeScheme instead_of) {
+  std::vector<std::string_view> names;
+  for (const TimeMethod& method : time_methods()) {
+    if (estimates_error(&method) && (is_implicit(&method) || !is_implicit(instead_of))) names.push_back(method.name);
+  }
+  return fmt::format("take time = {}", fmt::join(names, " or "));
+}
+
 /// Whether the scheme estimates the error of a whole step, and nothing else divides steps.
 bool can_control(Elaboration& elaboration, SourceRange range) {
   const Scheme& scheme = elaboration.problem.scheme;
-  const auto refuse = [&](const char* what, const char* hint) {
+  const auto refuse = [&](const char* what, const std::string& hint) {
     elaboration.sink.report("schemes-do-not-fit", range, {print(scheme.time), what}, hint);
     return false;
   };
@@ -45,8 +55,7 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
     return false;
   }
   if (!estimates_error(scheme.time))
-    return refuse("a tolerance: it does not estimate its error",
-                  is_implicit(scheme.time) ? "take time = ars443" : "take time = bs32 or dopri5, or ars443");
+    return refuse("a tolerance: it does not estimate its error", advised_pairs(scheme.time));
   if (scheme.is_split()) return refuse("a tolerance for split steps", "leave split out, or the tolerance");
   if (scheme.is_semi_lagrangian())
     return refuse("a tolerance for semi-Lagrangian advection", "take advect = central(2) or upwind(3)");
