@@ -202,6 +202,33 @@ TEST(House, SwitchesOverOurEnumerationsAreClosed) {
   EXPECT_GT(checked, 5);
 }
 
+/// A loop over an enumeration ends with its last enumerator: `i <= static_cast<int>(E::last)` or names_up_to(E::last).
+/// Otherwise one that is added behind would not be found by its name.
+TEST(House, LoopsOverEnumerationsReachTheirEnds) {
+  const std::regex loop(R"((?:<= static_cast<int>|names_up_to)\(([A-Z]\w*)::(\w+)\))"),
+      enumeration(R"(enum class ([A-Z]\w*)[^{;]*\{([^}]*)\})"), last(R"((\w+),?\s*$)");
+  std::map<std::string, std::string> ends;
+  for (const fs::path& path : sources({"compiler/src/support"})) {
+    std::string text;
+    for (const std::string& line : read_lines(path)) text += line + '\n';
+    for (std::sregex_iterator found(text.begin(), text.end(), enumeration), end; found != end; ++found) {
+      const std::string body = (*found)[2];
+      if (std::smatch match; std::regex_search(body, match, last)) ends[(*found)[1]] = match[1];
+    }
+  }
+  int checked = 0;
+  for (const fs::path& path : sources({"compiler", "runtime", "tools", "tests"})) {
+    for (const std::string& line : read_lines(path)) {
+      std::smatch match;
+      if (!std::regex_search(line, match, loop) || !ends.contains(match[1])) continue;
+      if (match[1] == "BinaryOp") continue;  // a part of the operators
+      ++checked;
+      EXPECT_EQ(match[2], ends[match[1]]) << path << ": " << line;
+    }
+  }
+  EXPECT_GT(checked, 5);
+}
+
 /// The headers of compiler/src that a file includes, directly or through others.
 class Includes {
  public:

@@ -39,7 +39,10 @@ TEST(SolveBy, IsAMethodWithATolerance) {
       "model m { field u; solve lap(p) = u for p; dt(u) = p }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n"
       "  boundary u = 0; boundary p = 0\n  initial u = sin(x)\n  time 0 .. 1, step 1/8\n}\nscheme c { solve = ";
   const auto by = [&](const std::string& value) { return problem_of(text + value + " }\n").scheme.solve; };
-  EXPECT_EQ(by("cg"), (SolveBy{SolveMethod::cg}));
+  for (int i = 0; i <= static_cast<int>(SolveMethod::gmres); ++i) {
+    const SolveMethod method = static_cast<SolveMethod>(i);
+    EXPECT_EQ(by(std::string(name_of(method))), SolveBy{method});
+  }
   EXPECT_EQ(by("gmres(1e-6)"), (SolveBy{SolveMethod::gmres, 1e-6}));
   EXPECT_EQ(by("multigrid(1e-9, 50)"), (SolveBy{SolveMethod::multigrid, 1e-9, 50}));
   EXPECT_EQ(by("automatic(1e-9, 50, warn)"), (SolveBy{SolveMethod::automatic, 1e-9, 50, true}));

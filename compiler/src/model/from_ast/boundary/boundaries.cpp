@@ -96,8 +96,7 @@ std::optional<Side> side_of(Elaboration& elaboration, const ast::Expr& value, co
     return condition_side(elaboration, *called, *call, field);
   if (call && call->callee == "on_wall") {
     elaboration.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
-                            "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
-                            "zero_gradient, gradient(g), mixed(a, b, c) or linear");
+                            "in a model, field u on faces.x says that u lies on the walls; write its condition alone");
     return std::nullopt;
   }
   const auto number = formulas::number({elaboration, FormulaContext::boundary, field}, value);
