@@ -83,8 +83,7 @@ void expect_slopes(const Function& f, int arguments, const std::vector<Point>& p
 TEST(DerivativeTable, FitsDifferencesOfFunctions) {
   const std::vector<Point> anywhere{{0.3, 0}, {-0.7, 0}, {0.9, 0}}, positive{{0.3, 0}, {0.7, 0}, {2.5, 0}},
       pairs{{0.3, 0.7}, {0.7, 0.3}, {-1.2, 0.4}};
-  for (int i = 0; i <= static_cast<int>(Fn::max); ++i) {
-    const Fn fn = static_cast<Fn>(i);
+  for (const Fn fn : every_function()) {
     const bool is_of_positive = fn == Fn::log || fn == Fn::sqrt;
     expect_slopes(rule_of(fn), arity(fn), arity(fn) == 2 ? pairs : is_of_positive ? positive : anywhere);
   }

@@ -43,8 +43,8 @@ stencil::Module outputs(const std::vector<Expr>& expressions, const std::vector<
 
 TEST(CppPrograms, Functions) {
   std::vector<Expr> all;
-  for (const Fn fn : {Fn::sin, Fn::cos, Fn::tan, Fn::atan, Fn::sinh, Fn::cosh, Fn::tanh, Fn::exp, Fn::log, Fn::sqrt,
-                      Fn::abs, Fn::sign, Fn::floor, Fn::fraction}) {
+  for (const Fn fn : every_function()) {
+    if (arity(fn) == 2 || fn == Fn::asin || fn == Fn::acos) continue;  // below
     all.push_back(call(fn, {u}));
     all.push_back(u * call(fn, {a}));
     if (fn != Fn::log && fn != Fn::sqrt) all.push_back(call(fn, {w - u * 2}));

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The elementary functions of cells (dpde/elementary.h) against the C library's in long double: errors in units of the
 // last place of the exact value, on random arguments of every size and on hard ones. The limits are those that
-// compiler/README.md states.
+// compiler/src/codegen/README.md states.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "codegen/elementary_functions.h"
 #include "dpde/elementary_cells.h"
 #include "dpde/runtime/float_mode.h"
 
@@ -85,24 +88,37 @@ void expect_error_below(const char* name, Reference reference, double limit) {
   ::testing::Test::RecordProperty(name + std::to_string(sizeof(T)), std::to_string(worst));
 }
 
-template <class Function>
-void expect_errors_below(const char* name, Reference reference, double of_doubles, double of_floats) {
-  expect_error_below<Function, double>(name, reference, of_doubles);
-  expect_error_below<Function, float>(name, reference, of_floats);
+/// `limits(function, name, reference, largest error of doubles, of floats)` for each function of one argument.
+template <class Limits>
+void for_each_function(const Limits& limits) {
+  limits(elementary::Sin(), "sin", std::sin, 0.9, 0.9);
+  limits(elementary::Cos(), "cos", std::cos, 0.9, 0.9);
+  limits(elementary::Tan(), "tan", std::tan, 2.2, 2.2);
+  limits(elementary::Asin(), "asin", std::asin, 2.0, 2.0);
+  limits(elementary::Acos(), "acos", std::acos, 2.0, 2.0);
+  limits(elementary::Atan(), "atan", std::atan, 2.0, 2.0);
+  limits(elementary::Exp(), "exp", std::exp, 1.0, 1.0);
+  limits(elementary::Log(), "log", std::log, 0.8, 0.8);
+  limits(elementary::Erf(), "erf", std::erf, 1.3, 1.2);
+  limits(elementary::Tanh(), "tanh", std::tanh, 1.4, 1.4);
+  limits(elementary::Sinh(), "sinh", std::sinh, 1.8, 1.8);
+  limits(elementary::Cosh(), "cosh", std::cosh, 1.9, 1.8);
+}
+
+TEST(Elementary, AreAllMeasured) {
+  std::set<std::string_view> measured, expected;
+  for_each_function([&](auto, const char* name, Reference, double, double) { measured.insert(name); });
+  for (const Fn fn : every_function()) {
+    if (codegen::is_elementary(fn)) expected.insert(name_of(fn));
+  }
+  EXPECT_EQ(measured, expected);
 }
 
 TEST(Elementary, ErrorsInTheLastPlace) {
-  expect_errors_below<elementary::Sin>("sin", std::sin, 0.9, 0.9);
-  expect_errors_below<elementary::Cos>("cos", std::cos, 0.9, 0.9);
-  expect_errors_below<elementary::Tan>("tan", std::tan, 2.2, 2.2);
-  expect_errors_below<elementary::Asin>("asin", std::asin, 2.0, 2.0);
-  expect_errors_below<elementary::Acos>("acos", std::acos, 2.0, 2.0);
-  expect_errors_below<elementary::Atan>("atan", std::atan, 2.0, 2.0);
-  expect_errors_below<elementary::Exp>("exp", std::exp, 1.0, 1.0);
-  expect_errors_below<elementary::Log>("log", std::log, 0.8, 0.8);
-  expect_errors_below<elementary::Tanh>("tanh", std::tanh, 1.4, 1.4);
-  expect_errors_below<elementary::Sinh>("sinh", std::sinh, 1.8, 1.8);
-  expect_errors_below<elementary::Cosh>("cosh", std::cosh, 1.9, 1.8);
+  for_each_function([](auto function, const char* name, Reference reference, double of_doubles, double of_floats) {
+    expect_error_below<decltype(function), double>(name, reference, of_doubles);
+    expect_error_below<decltype(function), float>(name, reference, of_floats);
+  });
 }
 
 /// Bases and exponents whose powers have every size; and what is special.
@@ -182,24 +198,11 @@ void expect_error_without_subnormals(const char* name, Reference reference, doub
   EXPECT_LE(worst, limit) << name << " of " << sizeof(T) << " bytes at " << at;
 }
 
-template <class Function>
-void expect_errors_without_subnormals(const char* name, Reference reference, double limit) {
-  expect_error_without_subnormals<Function, double>(name, reference, limit);
-  expect_error_without_subnormals<Function, float>(name, reference, limit);
-}
-
 TEST(Elementary, ErrorsInTheLastPlaceWithoutSubnormals) {
-  expect_errors_without_subnormals<elementary::Sin>("sin", std::sin, 0.9);
-  expect_errors_without_subnormals<elementary::Cos>("cos", std::cos, 0.9);
-  expect_errors_without_subnormals<elementary::Tan>("tan", std::tan, 2.2);
-  expect_errors_without_subnormals<elementary::Asin>("asin", std::asin, 2.0);
-  expect_errors_without_subnormals<elementary::Acos>("acos", std::acos, 2.0);
-  expect_errors_without_subnormals<elementary::Atan>("atan", std::atan, 2.0);
-  expect_errors_without_subnormals<elementary::Exp>("exp", std::exp, 1.0);
-  expect_errors_without_subnormals<elementary::Log>("log", std::log, 0.8);
-  expect_errors_without_subnormals<elementary::Tanh>("tanh", std::tanh, 1.4);
-  expect_errors_without_subnormals<elementary::Sinh>("sinh", std::sinh, 1.8);
-  expect_errors_without_subnormals<elementary::Cosh>("cosh", std::cosh, 1.9);
+  for_each_function([](auto function, const char* name, Reference reference, double of_doubles, double of_floats) {
+    expect_error_without_subnormals<decltype(function), double>(name, reference, of_doubles);
+    expect_error_without_subnormals<decltype(function), float>(name, reference, of_floats);
+  });
 }
 
 TEST(Elementary, ErrorsOfPowersInTheLastPlace) {

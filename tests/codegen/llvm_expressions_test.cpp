@@ -62,10 +62,7 @@ TEST_P(LlvmFunction, AsInTheMathLibrary) {
   expect_same_for_all_lengths(module, {{"p", 0.625}});
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LlvmFunction,
-                         ::testing::Values(Fn::sin, Fn::cos, Fn::tan, Fn::asin, Fn::acos, Fn::atan, Fn::sinh, Fn::cosh,
-                                           Fn::tanh, Fn::exp, Fn::log, Fn::sqrt, Fn::abs, Fn::sign, Fn::floor,
-                                           Fn::fraction, Fn::min, Fn::max),
+INSTANTIATE_TEST_SUITE_P(All, LlvmFunction, ::testing::ValuesIn(every_function()),
                          [](const auto& info) { return std::string(name_of(info.param)); });
 
 TEST(LlvmExpressions, Powers) {

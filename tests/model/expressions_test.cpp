@@ -8,8 +8,7 @@ namespace dpde::model {
 namespace {
 
 TEST(Expressions, EachElementaryFunctionHasARow) {
-  for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn)
-    EXPECT_NE(formulas::find_built_in(name_of(static_cast<Fn>(fn))), nullptr) << name_of(static_cast<Fn>(fn));
+  for (const Fn fn : every_function()) EXPECT_NE(formulas::find_built_in(name_of(fn)), nullptr) << name_of(fn);
 }
 
 TEST(Operators, LaplacianRangesOverTheAxes) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -166,6 +167,7 @@ TEST(Laurent, FunctionsHaveTheirTaylorCoefficients) {
   EXPECT_NEAR(coefficient(call(Fn::sinh, {h}), 3), 1.0 / 6, 1e-15);
   EXPECT_NEAR(coefficient(call(Fn::cosh, {h}), 4), 1.0 / 24, 1e-15);
   EXPECT_NEAR(coefficient(call(Fn::tanh, {h}), 5), 2.0 / 15, 1e-15);
+  EXPECT_NEAR(coefficient(call(Fn::erf, {h}), 3), -2 / (3 * std::sqrt(std::numbers::pi)), 1e-15);
   EXPECT_NEAR(coefficient(call(Fn::sqrt, {one + h}), 3), 1.0 / 16, 1e-15);
   EXPECT_NEAR(coefficient(call(Fn::sqrt, {h * h * (one + h)}), 2), 0.5, 1e-15);
   EXPECT_NEAR(coefficient(power(one + h, monomial(-3)), 3), -10, 1e-13);

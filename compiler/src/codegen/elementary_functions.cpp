@@ -17,7 +17,8 @@ bool is_elementary(Fn fn) {
     case Fn::cosh:
     case Fn::tanh:
     case Fn::exp:
-    case Fn::log: return true;
+    case Fn::log:
+    case Fn::erf: return true;
     case Fn::sqrt:
     case Fn::abs:
     case Fn::sign:

@@ -92,7 +92,8 @@ std::optional<double> fold(Fn fn, double x) {
     case Fn::asin:
     case Fn::atan:
     case Fn::sinh:
-    case Fn::tanh: return x == 0 ? std::optional(0.0) : std::nullopt;
+    case Fn::tanh:
+    case Fn::erf: return x == 0 ? std::optional(0.0) : std::nullopt;
     case Fn::cos:
     case Fn::cosh:
     case Fn::exp: return x == 0 ? std::optional(1.0) : std::nullopt;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/vocabulary.h"
 
+#include <algorithm>
+
 #include "support/assert.h"
 
 namespace dpde {
@@ -124,6 +126,7 @@ std::string_view name_of(Fn fn) {
     case Fn::tanh: return "tanh";
     case Fn::exp: return "exp";
     case Fn::log: return "log";
+    case Fn::erf: return "erf";
     case Fn::sqrt: return "sqrt";
     case Fn::abs: return "abs";
     case Fn::sign: return "sign";
@@ -136,10 +139,65 @@ std::string_view name_of(Fn fn) {
 }
 
 std::optional<Fn> find_fn(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(Fn::max); ++i) {
-    if (name_of(static_cast<Fn>(i)) == name) return static_cast<Fn>(i);
+  const std::vector<Fn> functions = every_function();
+  const auto found = std::ranges::find(functions, name, [](Fn fn) { return name_of(fn); });
+  return found == functions.end() ? std::nullopt : std::optional(*found);
+}
+
+std::vector<Fn> every_function() {
+  std::vector<Fn> functions;
+  for (int i = 0; i <= static_cast<int>(Fn::max); ++i) functions.push_back(static_cast<Fn>(i));
+  return functions;
+}
+
+bool has_jumps(Fn fn) {
+  switch (fn) {
+    case Fn::sign:
+    case Fn::floor:
+    case Fn::fraction: return true;
+    case Fn::sin:
+    case Fn::cos:
+    case Fn::tan:
+    case Fn::asin:
+    case Fn::acos:
+    case Fn::atan:
+    case Fn::sinh:
+    case Fn::cosh:
+    case Fn::tanh:
+    case Fn::exp:
+    case Fn::log:
+    case Fn::erf:
+    case Fn::sqrt:
+    case Fn::abs:
+    case Fn::min:
+    case Fn::max: return false;
   }
-  return std::nullopt;
+  unreachable("function");
+}
+
+bool has_poles(Fn fn) {
+  switch (fn) {
+    case Fn::tan:
+    case Fn::log: return true;
+    case Fn::sin:
+    case Fn::cos:
+    case Fn::asin:
+    case Fn::acos:
+    case Fn::atan:
+    case Fn::sinh:
+    case Fn::cosh:
+    case Fn::tanh:
+    case Fn::exp:
+    case Fn::erf:
+    case Fn::sqrt:
+    case Fn::abs:
+    case Fn::sign:
+    case Fn::floor:
+    case Fn::fraction:
+    case Fn::min:
+    case Fn::max: return false;
+  }
+  unreachable("function");
 }
 
 std::string_view name_of(Reduction reduction) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace dpde {
 
@@ -36,6 +37,7 @@ enum class Fn {
   tanh,
   exp,
   log,
+  erf,
   sqrt,
   abs,
   sign,
@@ -101,6 +103,12 @@ constexpr int unary_precedence = 6;
 std::string_view name_of(Fn fn);
 std::optional<Fn> find_fn(std::string_view name);
 int arity(Fn fn);
+/// All functions, in the order of the enumeration.
+std::vector<Fn> every_function();
+/// Whether values jump: sign, floor, fraction.
+bool has_jumps(Fn fn);
+/// Whether values are unbounded near some argument: log at 0, tan at odd multiples of pi/2.
+bool has_poles(Fn fn);
 
 std::string_view name_of(Reduction reduction);
 std::optional<Reduction> find_reduction(std::string_view name);

@@ -36,6 +36,8 @@ Number polynomial(const Lanes& lanes, const Number& x, double c, Rest... rest) {
 ///   tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2, a <= 5/8 (Cephes)
 ///   atan         (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)
 ///   asin         (asin(s)/s - 1)/s^2 of s^2, s <= 1/2
+///   erf          erf(a)/a - 1 of a^2, a <= 1
+///   log_erfc     log(1 - erf(a)) of a, 1 <= a <= most_erf; its error counts times 1 - erf(a)
 template <class Scalar>
 struct Precise;
 
@@ -51,7 +53,7 @@ struct Precise<double> {
   static constexpr double ln2_1 = 0.6931471805599453, ln2_2 = 2.3190468138462996e-17;
   static constexpr double most_turned = 1073741824.0;        // largest argument of sin, cos and tan
   static constexpr double least_exp = -746, most_exp = 710;  // exp is 0 below, infinite above
-  static constexpr double most_sinh = 709, most_tanh = 20;
+  static constexpr double most_sinh = 709, most_tanh = 20, most_erf = 6;
   static constexpr double least_normal = 2.2250738585072014e-308, most = 1.7976931348623157e+308;
 
   template <class Lanes, class Number>
@@ -101,6 +103,20 @@ struct Precise<double> {
   static Number tanh_below(const Lanes& lanes, const Number& x) {
     return polynomial(lanes, x, 4844.063053251255, 2235.4883906010045, 112.81167849163293, 1);
   }
+  template <class Lanes, class Number>
+  static Number erf(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.12837916709551256, -0.3761263890318355, 0.11283791670945252, -0.026866170643276066,
+                      0.005223977607422435, -0.0008548325989657169, 0.00012055295319582524, -1.492474465046278e-05,
+                      1.644751756907581e-06, -1.6209175410177945e-07, 1.3722975331622362e-08, -7.801189110283002e-10);
+  }
+  template <class Lanes, class Number>
+  static Number log_erfc(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -5.132353128429367e-07, -1.128373991776822, -0.6366440547765997, -0.10270229076741853,
+                      0.018988044025058142, 0.0004135336009249529, -0.001918942294676361, 0.0007730402077688685,
+                      -0.00013655225745193793, -1.9524830219078924e-05, 2.253368148755925e-05, -8.579036799493762e-06,
+                      2.1148618123443585e-06, -3.6957674109698616e-07, 4.5934715054282496e-08, -3.890150708232215e-09,
+                      2.0204202447143395e-10, -4.8653036146992094e-12);
+  }
 };
 
 template <>
@@ -112,7 +128,8 @@ struct Precise<float> {
   static constexpr double pi_half_1 = 1.5707963705062866, pi_half_2 = -4.371138828673793e-08,
                           pi_half_3 = -1.7151245100058819e-15;
   static constexpr double ln2_1 = 0.6931471824645996, ln2_2 = -1.9046542121259336e-09;
-  static constexpr double most_turned = 131072.0, least_exp = -105, most_exp = 89, most_sinh = 88, most_tanh = 10;
+  static constexpr double most_turned = 131072.0, least_exp = -105, most_exp = 89, most_sinh = 88, most_tanh = 10,
+                          most_erf = 4;
   static constexpr double least_normal = 1.1754943508222875e-38, most = 3.4028234663852886e+38;
 
   template <class Lanes, class Number>
@@ -154,6 +171,16 @@ struct Precise<float> {
   template <class Lanes, class Number>
   static Number tanh_below(const Lanes& lanes, const Number& x) {
     return polynomial(lanes, x, 1);
+  }
+  template <class Lanes, class Number>
+  static Number erf(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.12837916612625122, -0.3761262595653534, 0.11283600330352783, -0.026854444295167923,
+                      0.005189535208046436, -0.0008020841632969677, 7.889119297033176e-05);
+  }
+  template <class Lanes, class Number>
+  static Number log_erfc(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.00035375470179133117, -1.127039909362793, -0.6382259130477905, -0.10303715616464615,
+                      0.021805213764309883, -0.0029395809397101402, 0.00018557129078544676);
   }
 };
 
@@ -332,6 +359,15 @@ struct Functions {
     const Number a = lanes.size(x);
     const Number e = power(at_most(a, Of::most_sinh));
     return {lanes.fma(e, number(0.5), number(0.5) / e), lanes.beyond(a, number(Of::most_sinh))};
+  }
+
+  // ---- erf ----------------------------------------------------------------------------------------------------------
+
+  /// a + a*p(a^2) up to 1; above it 1 - exp(log(erfc(a))).
+  Result erf(const Number& x) const {
+    const Number a = at_most(lanes.size(x), Of::most_erf);  // erf is 1 there
+    const Number near_0 = lanes.fma(a, Of::erf(lanes, a * a), a), beyond = number(1) - power(Of::log_erfc(lanes, a));
+    return {flipped(lanes.select(lanes.less(a, number(1)), near_0, beyond), sign_of(x)), lanes.no()};
   }
 
   // ---- log ----------------------------------------------------------------------------------------------------------

@@ -152,6 +152,15 @@ struct Atan {
   static float library(float x) { return ::atanf(x); }
 };
 
+struct Erf {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.erf(x);
+  }
+  static double library(double x) { return ::erf(x); }
+  static float library(float x) { return ::erff(x); }
+};
+
 /// The value for one cell.
 template <class Function, class T, class... Rest>
 T one(T x, Rest... rest) {

@@ -88,6 +88,7 @@ std::optional<Expr> branch_of(const Expr& e) {
     case Fn::tanh:
     case Fn::exp:
     case Fn::log:
+    case Fn::erf:
     case Fn::sqrt: return std::nullopt;
   }
   unreachable("function");

@@ -46,6 +46,7 @@ std::string_view cpp_function(Fn fn) {
     case Fn::tanh:
     case Fn::exp:
     case Fn::log:
+    case Fn::erf:
     case Fn::sqrt:
     case Fn::floor: return name_of(fn);
   }

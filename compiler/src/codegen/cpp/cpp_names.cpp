@@ -16,7 +16,8 @@ namespace dpde::codegen {
 
 namespace {
 
-/// Keywords that are possible DSL names, functions that the emitted code calls, and variables it declares.
+/// Keywords that are possible DSL names, functions that the emitted code calls besides those of formulas, and variables
+/// it declares.
 constexpr auto reserved = std::to_array<std::string_view>({"alignas",
                                                            "alignof",
                                                            "and",
@@ -109,34 +110,8 @@ constexpr auto reserved = std::to_array<std::string_view>({"alignas",
                                                            "xor",
                                                            "xor_eq",
                                                            "reinterpret_cast",
-                                                           "sin",
-                                                           "sinf",
-                                                           "cos",
-                                                           "cosf",
-                                                           "tan",
-                                                           "tanf",
-                                                           "asin",
-                                                           "asinf",
-                                                           "acos",
-                                                           "acosf",
-                                                           "atan",
-                                                           "atanf",
-                                                           "sinh",
-                                                           "sinhf",
-                                                           "cosh",
-                                                           "coshf",
-                                                           "tanh",
-                                                           "tanhf",
-                                                           "exp",
-                                                           "expf",
-                                                           "log",
-                                                           "logf",
-                                                           "sqrt",
-                                                           "sqrtf",
                                                            "fabs",
                                                            "fabsf",
-                                                           "floor",
-                                                           "floorf",
                                                            "pow",
                                                            "powf",
                                                            "signbit",
@@ -158,6 +133,11 @@ constexpr auto reserved = std::to_array<std::string_view>({"alignas",
                                                            "unix",
                                                            "linux"});
 
+/// sin, sinf, ...: formulas call them.
+bool is_function_of_c(std::string_view name) {
+  return find_fn(name) || (name.ends_with('f') && find_fn(name.substr(0, name.size() - 1)));
+}
+
 bool is_macro_like(const std::string& name) {  // M_PI, NAN, INFINITY: reserved for system headers
   return name.size() > 2 &&
          std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) || c > 127; });
@@ -177,7 +157,7 @@ NameSupply row_words(const loop::Row& row) {
 std::string cpp_identifier(const std::string& name) {
   std::string result;
   for (const unsigned char c : name) result += std::isalnum(c) || c > 127 ? static_cast<char>(c) : '_';
-  const bool is_reserved = std::find(reserved.begin(), reserved.end(), result) != reserved.end();
+  const bool is_reserved = std::ranges::find(reserved, result) != reserved.end() || is_function_of_c(result);
   if (is_reserved || is_macro_like(result) || result.starts_with("dpde_") || result.starts_with("__")) result += "_";
   return result;
 }

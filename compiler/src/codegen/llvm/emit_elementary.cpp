@@ -42,6 +42,7 @@ Formula formula_of(const std::string& name, llvm::IRBuilder<>& builder, unsigned
   if (name == "sinh") return formula(functions.sinh(x));
   if (name == "cosh") return formula(functions.cosh(x));
   if (name == "tanh") return formula(functions.tanh(x));
+  if (name == "erf") return formula(functions.erf(x));
   if (name == "pow") return formula(functions.pow(x, {arguments.at(1), &builder}));
   return {};
 }

@@ -192,7 +192,8 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
     case Fn::cosh:
     case Fn::tanh:
     case Fn::exp:
-    case Fn::log: break;
+    case Fn::log:
+    case Fn::erf: break;
   }
   unreachable("function");
 }

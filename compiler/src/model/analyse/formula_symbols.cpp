@@ -32,8 +32,7 @@ std::optional<Expr> in_terms_of_problem(const Expr& e, const LocalFields& scope)
 const Expr* operand_of_switch(const Expr& e) {
   if (const Select* s = std::get_if<Select>(&e->kind)) return &s->condition;
   const Call* call = std::get_if<Call>(&e->kind);
-  const bool has_cases = call && (call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction);
-  return has_cases ? call->arguments.data() : nullptr;
+  return call && has_jumps(call->fn) ? call->arguments.data() : nullptr;
 }
 
 const Expr* operand_of_pole(const Expr& e) {
@@ -41,7 +40,7 @@ const Expr* operand_of_pole(const Expr& e) {
   if (binary && binary->op == BinaryOp::divide) return &binary->right;
   if (binary && binary->op == BinaryOp::power) return &binary->left;
   const Call* call = std::get_if<Call>(&e->kind);
-  return call && (call->fn == Fn::log || call->fn == Fn::tan) ? call->arguments.data() : nullptr;
+  return call && has_poles(call->fn) ? call->arguments.data() : nullptr;
 }
 
 const Expr* operand_of_jump(const Expr& e) {

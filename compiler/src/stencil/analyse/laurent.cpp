@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "support/assert.h"
@@ -144,6 +145,14 @@ Laurent arc_tangent(const Laurent& argument) {
                   weighted_slope(s) / (monomial(1) + s * s));
 }
 
+Laurent error_function(const Laurent& argument) {
+  const Laurent s = taylor(argument);
+  if (!s.is_known()) return no_series();
+  const double first = s.terms[0].value, factor = 2 / std::sqrt(std::numbers::pi);
+  return integral(of_function(std::erf(first), factor * std::exp(-first * first), s.terms[0]),
+                  monomial(factor) * weighted_slope(s) * exponential(-(s * s)));
+}
+
 Laurent rounded_down(const Laurent& argument) {
   const Laurent s = taylor(argument);
   if (!s.is_known()) return no_series();
@@ -238,6 +247,7 @@ Laurent call(Fn fn, const std::vector<Laurent>& arguments) {
     case Fn::tanh: return one - monomial(2) / (exponential(s + s) + one);
     case Fn::exp: return exponential(s);
     case Fn::log: return logarithm(s);
+    case Fn::erf: return error_function(s);
     case Fn::sqrt: return number_power(s, 0.5);
     case Fn::abs: return sign_of(s) < 0 ? -s : s;
     case Fn::sign: return monomial(sign_of(s));

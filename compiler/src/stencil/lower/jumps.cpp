@@ -87,7 +87,7 @@ std::string Converter::function_of(Piecewise::Id id) const {
 bool Converter::is_pole(Piecewise::Id id) const {
   const Expr& e = sources_.at(id);
   const auto* call = std::get_if<Call>(&e->kind);
-  return std::holds_alternative<Binary>(e->kind) || (call && (call->fn == Fn::log || call->fn == Fn::tan));
+  return std::holds_alternative<Binary>(e->kind) || (call && has_poles(call->fn));
 }
 
 Piecewise::Id Converter::symbol(const Expr& e, const Piecewise::Symbol& symbol) {

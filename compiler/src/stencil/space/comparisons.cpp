@@ -26,7 +26,7 @@ bool is_decision(const Expr& e) {
   if (std::holds_alternative<Interp>(e->kind)) return true;
   if (const Binary* b = std::get_if<Binary>(&e->kind)) return precedence(b->op) == precedence(BinaryOp::less);
   const Call* call = std::get_if<Call>(&e->kind);
-  return call && (call->fn == Fn::sign || call->fn == Fn::floor || call->fn == Fn::fraction);
+  return call && has_jumps(call->fn);
 }
 
 std::set<std::string> decisive_lets(const Kernel& kernel) {

@@ -12,7 +12,7 @@ namespace {
 
 std::vector<std::string> callable_names() {
   std::vector<std::string> names{"if", "interp"};
-  for (int i = 0; i <= static_cast<int>(Fn::max); ++i) names.emplace_back(name_of(static_cast<Fn>(i)));
+  for (const Fn fn : every_function()) names.emplace_back(name_of(fn));
   return names;
 }
 

@@ -65,6 +65,7 @@ class Derivatives {
       case Fn::tanh: return (x * Term{slope_of_tanh(a.e)}).e;
       case Fn::exp: return (x * of(Fn::exp, a)).e;
       case Fn::log: return (x / a).e;
+      case Fn::erf: return (x * (Term{1.1283791670955126} * of(Fn::exp, -square(a)))).e;  // 2/sqrt(pi)
       case Fn::sqrt: return (x / (two * of(Fn::sqrt, a))).e;
       case Fn::abs: return (x * of(Fn::sign, a)).e;
       case Fn::sign:

@@ -21,6 +21,7 @@ double evaluate_call(Fn fn, double a, double b) {
     case Fn::tanh: return std::tanh(a);
     case Fn::exp: return std::exp(a);
     case Fn::log: return std::log(a);
+    case Fn::erf: return std::erf(a);
     case Fn::sqrt: return std::sqrt(a);
     case Fn::abs: return std::abs(a);
     case Fn::sign: return (a > 0) - (a < 0);

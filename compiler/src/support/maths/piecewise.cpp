@@ -11,12 +11,6 @@
 
 namespace dpde {
 
-namespace {
-
-bool has_cases(Fn fn) { return fn == Fn::sign || fn == Fn::floor || fn == Fn::fraction; }
-
-}  // namespace
-
 Piecewise::Id Piecewise::add(Node node) {
   nodes_.push_back(node);
   return nodes_.size() - 1;
@@ -47,8 +41,8 @@ Piecewise::Id Piecewise::call(Fn fn, Id left, std::optional<Id> right) {
               .a = left,
               .b = right.value_or(left),
               .moves = moves,
-              .is_switch = moves && has_cases(fn),
-              .is_pole = moves && (fn == Fn::log || fn == Fn::tan)});
+              .is_switch = moves && has_jumps(fn),
+              .is_pole = moves && has_poles(fn)});
 }
 
 /// Whether an exponent is positive, so that it causes no pole.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "model/build.h"
@@ -145,6 +146,26 @@ TypedExpr elementary(FormulaScope& here, const ast::Call& e, SourceRange range) 
     complete = complete && value;
   }
   return complete ? number_of(model::call(fn, std::move(arguments), {range})) : TypedExpr{};
+}
+
+/// Right of the y axis atan(y/x), elsewhere +-pi/2 - atan(x/y). A divisor that is not used is 1, so that derivatives
+/// stay finite.
+TypedExpr angle(FormulaScope& here, const ast::Call& e, SourceRange range) {
+  if (!takes(here, e, 2)) return {};
+  const auto y = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
+  const auto x = as_number(here, any(here, e.arguments[1].value), e.arguments[1].value.range());
+  if (!y || !x) return {};
+  constexpr double pi = std::numbers::pi;
+  const Origin origin{range};
+  const Expr is_right = binary(BinaryOp::greater, *x, 0.0, origin),
+             is_off = binary(BinaryOp::not_equal, *y, 0.0, origin);
+  const auto slope = [&](const Expr& top, const Expr& bottom, const Expr& is_used) {
+    return model::call(Fn::atan, {over(top, select(is_used, bottom, 1.0, origin), origin)}, origin);
+  };
+  const Expr half_turn = select(binary(BinaryOp::less, *y, 0.0, origin), -pi / 2, pi / 2, origin);
+  const Expr on_axis = select(binary(BinaryOp::less, *x, 0.0, origin), pi, 0.0, origin);
+  const Expr left = select(is_off, minus(half_turn, slope(*x, *y, is_off), origin), on_axis, origin);
+  return number_of(select(is_right, slope(*y, *x, is_right), left, origin));
 }
 
 TypedExpr choice(FormulaScope& here, const ast::Call& e, SourceRange range) {

@@ -101,6 +101,8 @@ bool takes(FormulaScope& here, const ast::Call& e, int count);
 TypedExpr rate(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr load(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr elementary(FormulaScope& here, const ast::Call& e, SourceRange range);
+/// atan2(y, x): the angle of (x, y) with the x axis, in (-pi, pi]; 0 at the origin.
+TypedExpr angle(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr choice(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr along_axis(FormulaScope& here, const ast::Call& e, SourceRange range);
 TypedExpr along_named_axis(FormulaScope& here, const ast::Call& e, SourceRange range);

@@ -170,6 +170,11 @@ MeasureList torque(Measures& measures, const ast::Call& e, SourceRange) {
   return {axes.are_alike() ? product(force, axes.lengths.front()) : Measure{}};
 }
 
+MeasureList angle(Measures& measures, const ast::Call& e, SourceRange) {
+  measures.common({e.arguments[0].value, e.arguments[1].value}, "");
+  return {{Measure::Kind::number}};
+}
+
 MeasureList choice(Measures& measures, const ast::Call& e, SourceRange) {
   operand_of(measures, e, 0);
   return measures.common({e.arguments[1].value, e.arguments[2].value}, "");

@@ -17,6 +17,7 @@ Rule extreme;    // max and min, of two numbers or over space
 Rule sample;     // unit of the operand; the position has those of the coordinates
 Rule inject;     // over a volume
 Rule force, torque;
+Rule angle;    // atan2(y, x): a pure number, of two numbers with one unit
 Rule choice;   // if(c, a, b): unit of both
 Rule operand;  // abs, interpolate, ...: unit of the first argument
 Rule norm, square_root, sign, pure_number;
