@@ -34,13 +34,15 @@ std::optional<double> tolerance_of(Elaboration& elaboration, const ast::TimeItem
   return std::nullopt;
 }
 
-/// take time = A or B: the methods with an error estimate, only implicit ones in place of an implicit one.
+/// take time = A, B or C: the methods with an error estimate, only implicit ones in place of an implicit one.
 std::string advised_pairs(TimeScheme instead_of) {
   std::vector<std::string_view> names;
   for (const TimeMethod& method : time_methods()) {
     if (estimates_error(&method) && (is_implicit(&method) || !is_implicit(instead_of))) names.push_back(method.name);
   }
-  return fmt::format("take time = {}", fmt::join(names, " or "));
+  const std::string_view last = names.back();
+  names.pop_back();
+  return fmt::format("take time = {}{}{}", fmt::join(names, ", "), names.empty() ? "" : " or ", last);
 }
 
 /// Whether the scheme estimates the error of a whole step, and nothing else divides steps.
