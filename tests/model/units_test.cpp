@@ -225,6 +225,40 @@ TEST(Units, OfSolvedFieldsAndMasks) {
             " E0341 this is in 1/(m*s^2), but dt(w) in 1/s^2;");
 }
 
+TEST(Units, OfGuessesAreThoseOfTheUnknownIfIterationsBeginThere) {
+  const auto text = [](const std::string& unit, const std::string& solved) {
+    return "model m { field w in 1/s, g in " + unit + "\nsolve lap(psi) = -w for psi in m^2/s from g" + solved +
+           "\ndt(w) = -bracket(psi, w)\ndt(g) = 0 }\nscene s : m { grid x = 0 .. 1 in m, cells 8, periodic\n"
+           "grid y = 0 .. 1 in m, cells 8, periodic\ninitial w = 0; initial g = 0; time 0 .. 1 in s, step 1 }";
+  };
+  EXPECT_EQ(misfit(text("m^2/s", " after 5 iterations")), "");
+  EXPECT_EQ(misfit(text("m", " after 5 iterations")), "this is in m, but psi in m^2/s");
+  EXPECT_EQ(misfit(text("m", "")), "");  // only multiples of it are used
+}
+
+/// Names that stand for something else take its unit along: parts of lets, arguments, variables and outputs.
+TEST(Units, GoWithNames) {
+  const auto plane = [](const std::string& let, const std::string& rhs, const std::string& head = "") {
+    return head + "model m { field u in K\nvector a in m/s\nparam k = 1 in m^2/s, L = 1 in m\nlet " + let +
+           "\ndt(u) = " + rhs +
+           "\ndt(a) = 0 }\nscene s : m { grid x = 0 .. 1 in m, cells 8, periodic\n"
+           "grid y = 0 .. 1 in m, cells 8, periodic\ninitial u = 0; initial a = 0; time 0 .. 1 in s, step 0.01 }";
+  };
+  const std::string twice = "function twice(v) = v.x + v.x\noperator slope(f) order 1 = (f[+1, 0] - f)/hx\n";
+  EXPECT_EQ(misfit(plane("q = k*grad(u)", "-dx(q.x) - dy(q.y)")), "");
+  EXPECT_EQ(misfit(plane("q = k*grad(u)", "q.x")), "this is in K*m/s, but dt(u) in K/s");
+  EXPECT_EQ(misfit(plane("q = (k, L)", "lap(u)*q.x")), "");
+  EXPECT_EQ(misfit(plane("q = (k, L)", "lap(u)*q.y")), "this is in K/m, but dt(u) in K/s");
+  EXPECT_EQ(misfit(plane("S = outer(a, a)", "u*S.xy/k")), "");
+  EXPECT_EQ(misfit(plane("S = outer(a, a)", "u*S.xy/L")), "this is in K*m/s^2, but dt(u) in K/s");
+  EXPECT_EQ(misfit(plane("q = 1", "-a.x*slope(u)", twice)), "");
+  EXPECT_EQ(misfit(plane("q = 1", "slope(u)", twice)), "this is in K/m, but dt(u) in K/s");
+  EXPECT_EQ(misfit(plane("q = 1", "u*twice(a)/L", twice)), "");
+  EXPECT_EQ(misfit(plane("q = 1", "twice(a)*twice((k, k)/L^2)", twice)), "this is in m/s^2, but dt(u) in K/s");
+  const std::string net = "network law(u) -> flux { dense out }\n";
+  EXPECT_EQ(misfit(plane("q = 1", "law(u + x).flux", net)), "this is in m, but u in K");
+}
+
 /// Formulas that fit, made from the unit that they are to have; each name stands once.
 class RandomFormula {
  public:

@@ -64,10 +64,13 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (elaboration.blocks.program) declare_program(elaboration);
   if (elaboration.names.scope.names(Role::state).empty()) return std::nullopt;
   declare_scene_lets(elaboration);
+  declare_units(elaboration);
   mark_unknowns(elaboration);
   bind_parameters(elaboration);
   bind_scheme(elaboration);
   bind_grid(elaboration);
+  measure_axes(elaboration);
+  measure_data(elaboration);
   bind_networks(elaboration);
   if (elaboration.blocks.model) bind_fields(elaboration);
   if (elaboration.blocks.model) bind_transports(elaboration);

@@ -12,6 +12,7 @@
 
 #include "model/boundary/wall_image.h"
 #include "model/from_ast.h"
+#include "model/from_ast/formulas/measures.h"
 #include "model/from_ast/names/names.h"
 #include "model/model.h"
 #include "network/network.h"
@@ -24,6 +25,7 @@ namespace dpde::model {
 struct TypedExpr {
   enum class Type { none, number, vector, tensor, condition } type = Type::none;
   std::vector<Expr> parts;  // one per axis for a vector, one per pair of axes (row by row) for a tensor, otherwise one
+  MeasureList unit = {};    // empty for a sum, whose terms are compared where it is used, and if no unit is told
 };
 inline TypedExpr number_of(Expr e) { return {TypedExpr::Type::number, {std::move(e)}}; }
 /// Applies `f` to each component.
@@ -156,6 +158,7 @@ struct Elaboration {
   ElaboratedSolves solves;
   ElaboratedMasks masks;
   ElaboratedAverages averages;
+  Measures measures;
   std::vector<OpenPlace> open_places;        // of all formulas
   std::vector<WeightedSide> weighted_sides;  // one for each field and axis of a line
   int expansions = 0;                        // of functions and operators of the file

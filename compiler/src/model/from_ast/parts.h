@@ -119,7 +119,13 @@ void bind_parameters(Elaboration& elaboration);
 // grid.cpp
 void bind_grid(Elaboration& elaboration);
 
-// units.cpp: whether formulas agree with the declared units; call last
+// units.cpp: declared units, if there are any. Those of names first
+void declare_units(Elaboration& elaboration);
+/// After the axes, and again when lengths along them are known.
+void measure_axes(Elaboration& elaboration);
+/// After the axes, before the task.
+void measure_data(Elaboration& elaboration);
+/// Whether formulas agree with the declared units; call last.
 void check_units(Elaboration& elaboration);
 
 // scene_names.cpp

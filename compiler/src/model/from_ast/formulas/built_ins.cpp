@@ -27,7 +27,7 @@ constexpr BuiltIn table[] = {
     {"bracket", poisson_bracket, unit_rules::poisson_bracket, needs_derivative},
     {"dot", dot_product, unit_rules::product_of_components},
     {"curl", curl, unit_rules::curl, needs_derivative},
-    {"norm", norm_call, unit_rules::norm},
+    {"norm", norm_call, unit_rules::reduction},
     {"if", choice, unit_rules::choice},
     {"mean", reduction, unit_rules::reduction},
     {"sum", reduction, unit_rules::reduction},
@@ -69,7 +69,7 @@ constexpr BuiltIn table[] = {
     {"min", extreme, unit_rules::extreme},
     {"max", extreme, unit_rules::extreme},
     {"dt", rate, unit_rules::rate, nothing, unsuggested},
-    {"load", load, unit_rules::unknown, nothing, unsuggested},
+    {"load", load, unit_rules::number, nothing, unsuggested},
 };
 
 }  // namespace

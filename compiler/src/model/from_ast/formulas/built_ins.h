@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "model/from_ast/formulas/formula_scope.h"
-#include "model/from_ast/formulas/measures.h"
 
 namespace dpde::model::formulas {
 

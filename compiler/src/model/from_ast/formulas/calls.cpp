@@ -95,7 +95,10 @@ TypedExpr call(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (known->needs == BuiltIn::Needs::points && !has_points) return refuse(here, e.callee, e.callee_range);
   if (known->needs == BuiltIn::Needs::points_of_derivative && !has_points)
     return refuse(here, "the derivative " + e.callee, e.callee_range);
-  return known->elaborate(here, e, range);
+  TypedExpr value = known->elaborate(here, e, range);
+  if (value.type != TypedExpr::Type::none && !e.arguments.empty() && here.elaboration.measures.are_told())
+    value.unit = known->unit(here.elaboration.measures, e, range);
+  return value;
 }
 
 bool takes(FormulaScope& here, const ast::Call& e, int count) {

@@ -30,6 +30,10 @@ TypedExpr refuse(FormulaScope& here, const std::string& what, SourceRange range,
 bool is_too_large(FormulaScope& here, const TypedExpr& value, SourceRange range);
 std::optional<Expr> as_number(FormulaScope& here, const TypedExpr& value, SourceRange range);
 TypedExpr named(FormulaScope& here, const ast::Name& e, SourceRange range);
+/// As `any`, with the unit of a sum, too: for values that stand behind a name.
+TypedExpr measured(FormulaScope& here, const ast::Expr& e);
+/// Component `axis` of a vector, or part `i` of a tensor.
+TypedExpr part_of(const TypedExpr& whole, int i);
 bool has_axis(FormulaScope& here, int axis, SourceRange range);
 
 // formulas/operators.cpp
@@ -64,7 +68,7 @@ void look_beside_poles(FormulaScope& here, const std::vector<Expr>& operand, int
 TypedExpr vector_gradient(FormulaScope& here, const std::vector<Expr>& v, SourceRange range);
 TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, SourceRange range);
 /// S.xy of a name or of a parenthesised expression; `part` is "xy".
-std::optional<Expr> tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part);
+TypedExpr tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part);
 
 // formulas/vectors.cpp
 TypedExpr tuple(FormulaScope& here, const ast::Tuple& e);

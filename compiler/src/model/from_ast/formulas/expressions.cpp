@@ -231,6 +231,40 @@ TypedExpr parameter(FormulaScope& here, const std::string& name, SourceRange ran
   return number_of(param(name, {range}));
 }
 
+TypedExpr symbol(FormulaScope& here, const Symbol& meaning, const std::string& name, SourceRange range) {
+  const Rules& allowed = rules_of(here.context);
+  switch (meaning.role) {
+    case Role::state:
+    case Role::coefficient:
+    case Role::datum:
+      if (here.context == FormulaContext::initial || here.context == FormulaContext::coefficient)
+        return given(here, name, meaning, range);
+      if (!allowed.fields && !is_known_at_walls(here, meaning, name))
+        return refuse(here, fmt::format("{} {}", word_for(meaning.role), name), range, name);
+      if (meaning.is_vector) return vector(here, name, range);
+      here.elaboration.params.used.insert(name);
+      if (const auto mask = here.elaboration.masks.moving.find(name); mask != here.elaboration.masks.moving.end())
+        return number_of(mask->second);
+      return number_of(field(name, {range}));
+    case Role::parameter: return parameter(here, name, range);
+    case Role::let: {
+      if (here.elaboration.names.scene_lets.contains(name)) return scene_let(here, name, range);
+      if (!allowed.fields) return refuse(here, "let " + name, range);
+      const auto found = here.elaboration.names.lets.find(name);
+      return found == here.elaboration.names.lets.end() ? TypedExpr{} : found->second;
+    }
+    case Role::coordinate:
+      if (!allowed.coordinates) return refuse(here, "coordinate " + name, range);
+      if (!has_axis(here, meaning.axis, range)) return {};
+      return number_of(coordinate(meaning.axis, {range}));
+    case Role::time:
+      if (!allowed.time) return refuse(here, "the time t", range);
+      return number_of(param("t", {range}));
+    case Role::constant: return number_of(model::number(3.141592653589793, {range}));
+  }
+  unreachable("role");
+}
+
 TypedExpr unary(FormulaScope& here, const ast::Unary& e, SourceRange range) {
   if (e.op == ast::UnaryOp::logical_not) {
     const auto operand = condition(here, e.operand);
@@ -260,6 +294,7 @@ TypedExpr chain(FormulaScope& here, const ast::Expr& e) {
     const Operand right{b.right, any(here, b.right)};
     if (is_sum(b.op)) note_if_dropped(here, right, begin_right);
     value = combine(here, b.op, {*left, value}, right, (**node).range());
+    value.unit = here.elaboration.measures.note(**node, {});
     left = *node;
   }
   return value;
@@ -324,7 +359,7 @@ TypedExpr refuse(FormulaScope& here, const std::string& what, SourceRange range,
 
 TypedExpr any(FormulaScope& here, const ast::Expr& e) {
   const SourceRange range = e.range();
-  return match(
+  TypedExpr value = match(
       e->kind, [&](const ast::Number& n) { return number_of(model::number(n.value, {range})); },
       [&](const ast::Text&) {
         here.elaboration.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
@@ -336,6 +371,21 @@ TypedExpr any(FormulaScope& here, const ast::Expr& e) {
       [&](const ast::Offsets& o) { return offsets(here, o, range); },
       [&](const ast::Component& c) { return component(here, c, range); },
       [](const ast::Error&) { return TypedExpr{}; });
+  const bool is_chain = std::holds_alternative<ast::Binary>(e->kind);
+  if (!is_chain) value.unit = here.elaboration.measures.note(e, std::move(value.unit));
+  return value;
+}
+
+TypedExpr measured(FormulaScope& here, const ast::Expr& e) {
+  TypedExpr value = any(here, e);
+  value.unit = here.elaboration.measures.of(e);
+  return value;
+}
+
+TypedExpr part_of(const TypedExpr& whole, int i) {
+  return {TypedExpr::Type::number,
+          {whole.parts[static_cast<std::size_t>(i)]},
+          unit_of_part(whole.unit, whole.type == TypedExpr::Type::vector ? i : -1)};
 }
 
 std::optional<Expr> number(FormulaScope& here, const ast::Expr& e) {
@@ -410,37 +460,10 @@ TypedExpr named(FormulaScope& here, const ast::Name& e, SourceRange range) {
     }
     return {};
   }
-  const Rules& allowed = rules_of(here.context);
-  switch (meaning->role) {
-    case Role::state:
-    case Role::coefficient:
-    case Role::datum:
-      if (here.context == FormulaContext::initial || here.context == FormulaContext::coefficient)
-        return given(here, e.name, *meaning, range);
-      if (!allowed.fields && !is_known_at_walls(here, *meaning, e.name))
-        return refuse(here, fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
-      if (meaning->is_vector) return vector(here, e.name, range);
-      here.elaboration.params.used.insert(e.name);
-      if (const auto mask = here.elaboration.masks.moving.find(e.name); mask != here.elaboration.masks.moving.end())
-        return number_of(mask->second);
-      return number_of(field(e.name, {range}));
-    case Role::parameter: return parameter(here, e.name, range);
-    case Role::let: {
-      if (here.elaboration.names.scene_lets.contains(e.name)) return scene_let(here, e.name, range);
-      if (!allowed.fields) return refuse(here, "let " + e.name, range);
-      const auto found = here.elaboration.names.lets.find(e.name);
-      return found == here.elaboration.names.lets.end() ? TypedExpr{} : found->second;
-    }
-    case Role::coordinate:
-      if (!allowed.coordinates) return refuse(here, "coordinate " + e.name, range);
-      if (!has_axis(here, meaning->axis, range)) return {};
-      return number_of(coordinate(meaning->axis, {range}));
-    case Role::time:
-      if (!allowed.time) return refuse(here, "the time t", range);
-      return number_of(param("t", {range}));
-    case Role::constant: return number_of(model::number(3.141592653589793, {range}));
-  }
-  unreachable("role");
+  TypedExpr value = symbol(here, *meaning, e.name, range);
+  const bool has_own_unit = meaning->role == Role::let && !value.unit.empty();
+  if (!has_own_unit) value.unit = here.elaboration.measures.of_symbol(*meaning, e.name);
+  return value;
 }
 
 bool has_axis(FormulaScope& here, int axis, SourceRange range) {

@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/from_ast/formulas/built_ins.h"
-#include "model/from_ast/formulas/unit_rules.h"
-#include "model/from_ast/parts.h"
+#include "support/assert.h"
 #include "support/match.h"
+#include "support/maths/comparisons.h"
 #include "syntax/print/print_ast.h"
 
 namespace dpde::model {
@@ -62,22 +61,6 @@ std::string shown(const ast::Expr& e) {
 
 }  // namespace
 
-Measure measure_of(Unit unit) { return {Measure::Kind::unit, std::move(unit)}; }
-
-/// A literal number may carry a unit where it would otherwise be a pure number.
-Measure product(const Measure& a, const Measure& b) {
-  if (a.kind == Measure::Kind::unknown || b.kind == Measure::Kind::unknown) return {};
-  if (a.is_known() && b.is_known()) return measure_of(a.unit.times(b.unit));
-  const Measure& known = a.is_known() ? a : b;
-  return known.is_known() && !known.unit.is_pure_number() ? known : Measure{Measure::Kind::number};
-}
-
-Measure power(const Measure& base, Fraction exponent) {
-  return base.is_known() ? measure_of(base.unit.to(exponent)) : base;
-}
-
-Measure quotient(const Measure& a, const Measure& b) { return product(a, power(b, {-1, 1})); }
-
 bool MeasuredAxes::are_alike() const {
   return std::ranges::all_of(lengths, [&](const Measure& length) { return length == lengths.front(); });
 }
@@ -88,11 +71,40 @@ Measure MeasuredAxes::volume() const {
   return all;
 }
 
+MeasureList unit_of_part(const MeasureList& whole, int axis) {
+  if (whole.size() <= 1) return whole;
+  return axis >= 0 && axis < std::ssize(whole) ? MeasureList{whole[static_cast<std::size_t>(axis)]} : nothing();
+}
+
 Measure Measures::of_name(const std::string& name) const {
   const auto found = names_.find(name);
   if (found != names_.end()) return found->second;
   const auto whole = names_.find(vector_of(name));
   return whole == names_.end() ? Measure{} : whole->second;
+}
+
+int Measures::axis_called(const std::string& name) const {
+  const auto found = axes_.names.find(name);
+  return found == axes_.names.end() ? axis_of(name) : found->second;
+}
+
+Measure Measures::coordinate(int axis) const {
+  const MeasureList& all = axes_.coordinates;
+  return axis >= 0 && axis < std::ssize(all) ? all[static_cast<std::size_t>(axis)] : Measure{};
+}
+
+MeasureList Measures::of_symbol(const Symbol& meaning, const std::string& name) const {
+  switch (meaning.role) {
+    case Role::state:
+    case Role::coefficient:
+    case Role::parameter:
+    case Role::datum:
+    case Role::let: return {of_name(name)};
+    case Role::coordinate: return {coordinate(meaning.axis)};
+    case Role::time: return {axes_.time};
+    case Role::constant: return {{Measure::Kind::number}};
+  }
+  unreachable("role");
 }
 
 bool Measures::fits(const Measure& found, const Measure& wanted, SourceRange range, const std::string& what) {
@@ -102,12 +114,12 @@ bool Measures::fits(const Measure& found, const Measure& wanted, SourceRange ran
   if (found.unit.has_dimension_of(wanted.unit)) {
     const std::string hint =
         fmt::format("1 {} is {:.6g} {}: write both in one unit", here, found.unit.scale() / wanted.unit.scale(), there);
-    note_call(elaboration_.sink.report("units-of-other-scale", range, {here, what, there}, hint));
+    note_call(misfits_.report("units-of-other-scale", range, {here, what, there}, hint));
     return false;
   }
   const std::string hint = fmt::format("a factor in {} is missing: write it as a param, with this unit or with none",
                                        wanted.unit.per(found.unit).text());
-  note_call(elaboration_.sink.report("units-differ", range, {here, what, there}, hint));
+  note_call(misfits_.report("units-differ", range, {here, what, there}, hint));
   return false;
 }
 
@@ -130,6 +142,7 @@ void Measures::fit(const ast::Expr& e, const MeasureList& wanted, const std::str
 
 /// Checks that terms fit the first one with a unit.
 MeasureList Measures::common(const std::vector<ast::Expr>& terms, const std::string& what) {
+  if (!are_told_) return {};
   std::optional<MeasureList> first;
   bool is_number = true;
   std::string name = what;
@@ -148,8 +161,6 @@ MeasureList Measures::common(const std::vector<ast::Expr>& terms, const std::str
   return first ? *first : MeasureList{Measure{is_number ? Measure::Kind::number : Measure::Kind::unknown}};
 }
 
-MeasureList Measures::sum(const ast::Expr& e) { return common(terms_of(e), ""); }
-
 Measure Measures::alike(const MeasureList& list, SourceRange range) {
   const auto known = std::ranges::find_if(list, &Measure::is_known);
   if (known == list.end()) return list.front();
@@ -167,10 +178,9 @@ Measure Measures::pure(const ast::Expr& e, const std::string& what) {
   if (reported_.emplace(e.range().begin, e.range().end).second) {
     const std::string unit = found.unit.text();
     const bool is_number = found.unit.has_dimension_of({});  // deg, km/m
-    note_call(elaboration_.sink.report("not-a-pure-number", e.range(), {what, unit},
-                                       is_number
-                                           ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
-                                           : fmt::format("divide it by something in {}, as x by the length L", unit)));
+    note_call(misfits_.report("not-a-pure-number", e.range(), {what, unit},
+                              is_number ? fmt::format("1 {} is {:.6g}: multiply by that", unit, found.unit.scale())
+                                        : fmt::format("divide it by something in {}, as x by the length L", unit)));
   }
   return {};
 }
@@ -201,127 +211,67 @@ MeasureList Measures::raised(const ast::Binary& e) {
 
 MeasureList Measures::binary(const ast::Binary& e) {
   if (e.op == BinaryOp::power) return raised(e);
-  const bool joins_conditions = e.op == BinaryOp::logical_and || e.op == BinaryOp::logical_or;
-  const bool compares = precedence(e.op) < precedence(BinaryOp::add) && !joins_conditions;
-  if (compares) common({e.left, e.right}, "");
-  if (joins_conditions) {
-    of(e.left);
-    of(e.right);
+  if (!is_comparison(e.op) && !is_logical(e.op)) return product_of(of(e.left), of(e.right), e.op);
+  if (is_comparison(e.op)) common({e.left, e.right}, "");
+  return {{Measure::Kind::number}};
+}
+
+MeasureList Measures::note(const ast::Expr& e, MeasureList given) {
+  if (!are_told_) return given;
+  return noted_[&e.node()] = match(
+             e->kind,
+             [](const ast::Number& n) { return n.value == 0 ? nothing() : MeasureList{{Measure::Kind::number}}; },
+             [&](const ast::Binary& b) { return is_added(b.op) ? MeasureList{} : binary(b); },
+             [&](const ast::Unary& u) {
+               return u.op == ast::UnaryOp::magnitude ? MeasureList{one(u.operand)} : MeasureList{};
+             },
+             [&](const ast::Component& c) { return unit_of_part(of(c.operand), axis_called(c.name.name)); },
+             [&](const OneOf<ast::Text, ast::Name, ast::Call, ast::Tuple, ast::Offsets, ast::Error> auto&) {
+               return std::move(given);
+             });
+}
+
+MeasureList Measures::define(const std::string& name, const ast::Expr& formula) {
+  MeasureList unit = of(formula);
+  if (knows(name)) {
+    unit = {of_name(name)};
+    fit(formula, unit, "let " + name);
   }
-  if (compares || joins_conditions) return {{Measure::Kind::number}};
-  return product_of(of(e.left), of(e.right), e.op);
+  return lets_[name] = unit;
 }
 
-MeasureList Measures::tuple(const ast::Tuple& e) {
-  MeasureList list;
-  for (const ast::Expr& element : e.elements) {
-    const MeasureList part = of(element);
-    list.insert(list.end(), part.begin(), part.end());
-  }
-  return list;
+MeasureList Measures::of_let(const std::string& name) const {
+  const auto found = lets_.find(name);
+  return found == lets_.end() ? MeasureList{of_name(name)} : found->second;
 }
 
-MeasureList Measures::component(const ast::Expr& operand, const std::string& part) {
-  const MeasureList whole = of(operand);
-  const int axis = axis_of(elaboration_, part);
-  if (whole.size() == 1) return whole;
-  const bool is_there = axis >= 0 && static_cast<std::size_t>(axis) < whole.size();
-  return is_there ? MeasureList{whole[static_cast<std::size_t>(axis)]} : nothing();
+MeasureList Measures::leave_call(const ast::Expr& body) {
+  MeasureList unit = of(body);
+  calls_.pop_back();
+  return unit;
 }
 
-MeasureList Measures::of_let(const std::string& name) {
-  const auto read = read_lets_.find(name);
-  if (read != read_lets_.end()) return read->second;
-  const ast::LetItem& let = *lets_.at(name);
-  if (!open_lets_.insert(name).second) return nothing();
-  const Arguments* inside = std::exchange(arguments_, nullptr);
-  MeasureList list = of(let.value);
-  if (let.unit) {
-    const Measure told = measure_of(std::get<Unit>(read_unit(let.unit->name)));
-    fit(let.value, told, "let " + name);
-    list = {told};
-  }
-  arguments_ = inside;
-  open_lets_.erase(name);
-  return read_lets_[name] = list;
-}
-
-MeasureList Measures::name(const std::string& name) {
-  const std::string base = vector_of(name);
-  const auto part_of = [&](const MeasureList& whole) -> MeasureList {
-    const int axis = axis_of(elaboration_, name.substr(base.size() + 1));
-    if (whole.size() == 1 || axis < 0 || static_cast<std::size_t>(axis) >= whole.size())
-      return whole.size() == 1 ? whole : nothing();
-    return {whole[static_cast<std::size_t>(axis)]};
-  };
-  if (arguments_ != nullptr) {
-    const auto own = arguments_->find(name), whole = arguments_->find(base);
-    if (own != arguments_->end()) return own->second;
-    if (whole != arguments_->end()) return part_of(whole->second);
-  }
-  // A name of the file has precedence.
-  const Symbol* meaning = elaboration_.names.scope.find(name);
-  if (lets_.contains(name)) return of_let(name);
-  if (meaning != nullptr && meaning->declared.is_known()) return {of_name(name)};
-  if (name == "pi" || name == "identity") return {{Measure::Kind::number}};
-  const bool is_spacing = name.size() == 2 && name[0] == 'h';
-  const int axis = axis_of(elaboration_, is_spacing && arguments_ != nullptr ? name.substr(1) : name);
-  const bool is_axis = axis >= 0 && static_cast<std::size_t>(axis) < axes_.coordinates.size();
-  if (is_axis) return {axes_.coordinates[static_cast<std::size_t>(axis)]};
-  if (name == "t" || name == "dt") return {axes_.time};
-  if (lets_.contains(base)) return part_of(of_let(base));
-  return {of_name(name)};
-}
-
+/// Sums and lists are made of what is noted.
 MeasureList Measures::of(const ast::Expr& e) {
-  const SourceRange range = e.range();
-  return match(
-      e->kind, [](const ast::Number& n) { return n.value == 0 ? nothing() : MeasureList{{Measure::Kind::number}}; },
-      [](const ast::Text&) { return nothing(); }, [&](const ast::Name& n) { return name(n.name); },
-      [&](const ast::Unary& u) {
-        return u.op == ast::UnaryOp::magnitude ? MeasureList{one(u.operand)} : of(u.operand);
-      },
-      [&](const ast::Binary& b) { return is_added(b.op) ? sum(e) : binary(b); },
-      [&](const ast::Call& c) { return call(c, range); }, [&](const ast::Tuple& t) { return tuple(t); },
-      [&](const ast::Offsets& o) { return name(o.name); },
-      [&](const ast::Component& c) { return component(c.operand, c.name.name); },
-      [](const ast::Error&) { return nothing(); });
-}
-
-Measure Measures::one_with(const ast::Expr& e, const std::vector<std::string>& variables, const MeasureList& ends) {
-  Arguments inside = arguments_ == nullptr ? Arguments{} : *arguments_;
-  for (const std::string& variable : variables) inside[variable] = ends;
-  const Arguments* outside = std::exchange(arguments_, &inside);
-  const Measure value = one(e);
-  arguments_ = outside;
-  return value;
+  if (!are_told_) return {};
+  if (const auto* u = std::get_if<ast::Unary>(&e->kind); u != nullptr && u->op != ast::UnaryOp::magnitude)
+    return of(u->operand);
+  if (const auto* b = std::get_if<ast::Binary>(&e->kind); b != nullptr && is_added(b->op))
+    return common(terms_of(e), "");
+  if (const auto* t = std::get_if<ast::Tuple>(&e->kind)) {
+    MeasureList list;
+    for (const ast::Expr& element : t->elements) {
+      const MeasureList part = of(element);
+      list.insert(list.end(), part.begin(), part.end());
+    }
+    return list;
+  }
+  const auto noted = noted_.find(&e.node());
+  return noted == noted_.end() || noted->second.empty() ? nothing() : noted->second;
 }
 
 void Measures::note_call(Diagnostic& diagnostic) const {
   if (!calls_.empty()) diagnostic.notes.push_back({calls_.front(), "with the units of this call"});
-}
-
-/// The body with the units of this call: a term that does not fit is reported inside it.
-MeasureList Measures::user_call(const ast::Function& function, const ast::Call& e) {
-  constexpr std::size_t deepest = 64;
-  if (calls_.size() > deepest) return nothing();
-  Arguments arguments;
-  for (std::size_t i = 0; i < std::min(function.parameters.size(), e.arguments.size()); ++i)
-    arguments.emplace(function.parameters[i].name, of(e.arguments[i].value));
-  const Arguments* outer = std::exchange(arguments_, &arguments);
-  calls_.push_back(e.callee_range);
-  MeasureList list = of(function.body);
-  calls_.pop_back();
-  arguments_ = outer;
-  return list;
-}
-
-MeasureList Measures::call(const ast::Call& e, SourceRange range) {
-  if (e.arguments.empty()) return nothing();
-  if (const auto* function = find_declaration<ast::Function>(elaboration_.file, e.callee))
-    return user_call(*function, e);
-  const formulas::BuiltIn* known = formulas::find_built_in(e.callee);
-  return known == nullptr ? unit_rules::unknown(*this, e, range) : known->unit(*this, e, range);  // else a network
 }
 
 }  // namespace dpde::model

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units of formulas, from their text, and checks of their terms. A formula has a known unit, or it consists of numbers
-// only, or nothing is known because it contains a name without a declared unit.
+// Units of the names and formulas of a scene. The elaboration notes the unit of each node of a formula next to its
+// value, from those of its parts; terms of a sum are compared where the sum is used, with one another or with what the
+// line wants. A formula has a known unit, or it consists of numbers only, or nothing is known because it contains a
+// name without a declared unit.
 //
 // An unknown unit fits everything. A number fits every sum. As a factor it is a pure number, so 0.5*rho*v^2 has the
 // unit of rho*v^2. If the other factors are pure numbers it may carry the unit of its term, as the height in
@@ -10,10 +12,14 @@
 #include <map>
 #include <set>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
-#include "model/from_ast/elaboration.h"
+#include "model/from_ast/names/names.h"
+#include "source/diagnostic.h"
 #include "support/names/units.h"
+#include "syntax/ast.h"
 
 namespace dpde::model {
 
@@ -25,16 +31,26 @@ struct Measure {
     return kind == other.kind && (!is_known() || unit.is_same_as(other.unit));
   }
 };
-Measure measure_of(Unit unit);
-Measure product(const Measure& a, const Measure& b);
-Measure power(const Measure& base, Fraction exponent);
-Measure quotient(const Measure& a, const Measure& b);
+inline Measure measure_of(Unit unit) { return {Measure::Kind::unit, std::move(unit)}; }
+
+/// A literal number may carry a unit where it would otherwise be a pure number.
+inline Measure product(const Measure& a, const Measure& b) {
+  if (a.kind == Measure::Kind::unknown || b.kind == Measure::Kind::unknown) return {};
+  if (a.is_known() && b.is_known()) return measure_of(a.unit.times(b.unit));
+  const Measure& known = a.is_known() ? a : b;
+  return known.is_known() && !known.unit.is_pure_number() ? known : Measure{Measure::Kind::number};
+}
+inline Measure power(const Measure& base, Fraction exponent) {
+  return base.is_known() ? measure_of(base.unit.to(exponent)) : base;
+}
+inline Measure quotient(const Measure& a, const Measure& b) { return product(a, power(b, {-1, 1})); }
 
 /// One for each component of a vector or tensor, or one for all.
 using MeasureList = std::vector<Measure>;
 
 /// Units of positions and lengths along the axes of the scene; in curvilinear coordinates they may differ.
 struct MeasuredAxes {
+  std::map<std::string, int> names;  // in addition to x, y and z
   MeasureList coordinates, lengths;
   Measure around = {Measure::Kind::number};  // length of the way around an axis of symmetry
   Measure time;
@@ -44,19 +60,35 @@ struct MeasuredAxes {
 
 class Measures {
  public:
-  explicit Measures(Elaboration& elaboration) : elaboration_(elaboration) {}
+  /// Whether some line tells a unit: else all are unknown, and nothing is noted.
+  bool are_told() const { return are_told_; }
+  void be_told(bool are_told) { are_told_ = are_told; }
 
-  /// Sets the unit of a field, coefficient, parameter or observable (a vector as a whole), or of a datum.
+  /// Sets the unit of a field, coefficient, parameter or let (a vector as a whole), or of a datum.
   void tell(const std::string& name, const Measure& measure) { names_[name] = measure; }
   bool knows(const std::string& name) const { return names_.contains(name); }
   /// A component has its vector's unit; unknown if not declared.
   Measure of_name(const std::string& name) const;
-  /// Adds a let; its formula is read at its first use.
-  void add_let(const ast::LetItem& let) { lets_.emplace(let.name.name, &let); }
+  MeasureList of_symbol(const Symbol& meaning, const std::string& name) const;
   void set_axes(MeasuredAxes axes) { axes_ = std::move(axes); }
   const MeasuredAxes& axes() const { return axes_; }
+  int axis_called(const std::string& name) const;
+  /// Of one axis; unknown if there is none.
+  Measure coordinate(int axis) const;
 
-  /// The unit of a formula; reports terms that do not fit one another.
+  /// The unit of `e` by those of its parts, which are noted before; of a name or a call it is given, of a sum empty.
+  MeasureList note(const ast::Expr& e, MeasureList given);
+  /// The unit of a let, with that declared in its line.
+  MeasureList define(const std::string& name, const ast::Expr& formula);
+  /// Of a let that was defined; of other names as declared.
+  MeasureList of_let(const std::string& name) const;
+  const std::map<std::string, MeasureList>& lets() const { return lets_; }
+  /// Around the body of a function of the file: messages name the outermost call.
+  void enter_call(SourceRange callee) { calls_.push_back(callee); }
+  MeasureList leave_call(const ast::Expr& body);
+
+  // Formulas that were elaborated; others are unknown.
+  /// The unit of a formula; reports terms of a sum that do not fit one another.
   MeasureList of(const ast::Expr& e);
   /// The unit of a number, or of a formula with equal components.
   Measure one(const ast::Expr& e);
@@ -65,10 +97,6 @@ class Measures {
   void fit(const ast::Expr& e, const Measure& wanted, const std::string& what) { fit(e, MeasureList{wanted}, what); }
   /// False after a diagnostic at `range`.
   bool fits(const Measure& found, const Measure& wanted, SourceRange range, const std::string& what);
-  /// Of a let, with the unit declared in its line.
-  MeasureList of_let(const std::string& name);
-  /// Of a formula with `variables` of the units `ends`.
-  Measure one_with(const ast::Expr& e, const std::vector<std::string>& variables, const MeasureList& ends);
   /// The common unit of terms; reports terms that do not fit. `what` is "" for a sum.
   MeasureList common(const std::vector<ast::Expr>& terms, const std::string& what);
   /// The common unit of the list; reports a different one at `range`.
@@ -76,30 +104,26 @@ class Measures {
   /// Of a formula that must be a pure number, as the argument of sin.
   Measure pure(const ast::Expr& e, const std::string& what);
   static MeasureList product_of(const MeasureList& a, const MeasureList& b, BinaryOp op);
-  int axis_called(const std::string& name) const { return axis_of(elaboration_, name); }
+
+  /// What does not fit: errors only if the problem has no others.
+  const std::vector<Diagnostic>& misfits() const { return misfits_.all(); }
 
  private:
-  using Arguments = std::map<std::string, MeasureList>;
-
-  MeasureList name(const std::string& name);
-  MeasureList sum(const ast::Expr& e);
   MeasureList binary(const ast::Binary& e);
   MeasureList raised(const ast::Binary& e);
-  MeasureList tuple(const ast::Tuple& e);
-  MeasureList component(const ast::Expr& operand, const std::string& part);
-  MeasureList call(const ast::Call& e, SourceRange range);
-  MeasureList user_call(const ast::Function& function, const ast::Call& e);
   void note_call(Diagnostic& diagnostic) const;
 
-  Elaboration& elaboration_;
+  bool are_told_ = false;
   MeasuredAxes axes_;
   std::map<std::string, Measure> names_;
-  std::map<std::string, const ast::LetItem*> lets_;
-  std::map<std::string, MeasureList> read_lets_;
-  std::set<std::string> open_lets_;
+  std::map<std::string, MeasureList> lets_;
+  std::unordered_map<const ast::Node*, MeasureList> noted_;
   std::vector<SourceRange> calls_;          // nested calls of functions
-  const Arguments* arguments_ = nullptr;    // of the function whose body is being read
   std::set<std::pair<int, int>> reported_;  // positions: a function is read at each call
+  DiagnosticSink misfits_;
 };
+
+/// Of one component, S.xy or v.x, with the unit of its whole.
+MeasureList unit_of_part(const MeasureList& whole, int axis);
 
 }  // namespace dpde::model

@@ -119,7 +119,7 @@ TypedExpr formula_of_parameters(FormulaScope& here, const FunctionScope& call, c
                                 const TypedExpr* seed) {
   FunctionScope scope{call.function, {}, here.function};
   for (const auto& [parameter, argument] : call.arguments) {
-    TypedExpr fields{argument.type, {}};
+    TypedExpr fields{argument.type, {}, argument.unit};
     for (const std::string& part : parts_of(parameter, argument)) fields.parts.push_back(field(part));
     scope.arguments.emplace(parameter, std::move(fields));
   }

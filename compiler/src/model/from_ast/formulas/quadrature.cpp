@@ -136,12 +136,19 @@ namespace {
 
 std::optional<Expr> sum_of_parts(FormulaScope& here, const ast::Call& e, const Expr& low, const Expr& high);
 
+/// The variable at a place. It has the unit of both limits.
+TypedExpr variable_at(FormulaScope& here, const ast::Call& e, const Expr& place) {
+  return {TypedExpr::Type::number,
+          {place},
+          here.elaboration.measures.common({e.arguments[2].value, e.arguments[3].value}, "")};
+}
+
 /// False after a diagnostic. The test with a symbolic integration point holds for all points.
 bool follows_place(FormulaScope& here, const ast::Call& e) {
   const std::string& variable = std::get<ast::Name>(e.arguments[1].value->kind).name;
   const Expr place = param("a place " + variable);  // not a name of the text
   const std::map<std::string, TypedExpr> outside = here.variables;
-  here.variables[variable] = number_of(place);
+  here.variables[variable] = variable_at(here, e, place);
   const std::optional<Expr> value = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
   here.variables = outside;
   if (!value) return false;
@@ -172,7 +179,7 @@ std::optional<Expr> gauss_sum(FormulaScope& here, const ast::Call& e, const Expr
   std::optional<Expr> sum = 0.0;
   for (const QuadratureNode& node : gauss_nodes()) {
     const Expr place = binary(BinaryOp::add, middle, binary(BinaryOp::multiply, node.place, half, origin), origin);
-    here.variables[variable] = number_of(place);
+    here.variables[variable] = variable_at(here, e, place);
     std::optional<Expr> value = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
     if (value && of_sizes) value = model::call(Fn::abs, {*value}, origin);
     if (!value) sum.reset();

@@ -117,6 +117,7 @@ TypedExpr identity(FormulaScope& here) {
   for (int i = 0; i < here.axis_count(); ++i) {
     for (int j = 0; j < here.axis_count(); ++j) result.parts.emplace_back(i == j ? 1.0 : 0.0);
   }
+  result.unit = {{Measure::Kind::number}};
   return result;
 }
 
@@ -240,16 +241,16 @@ TypedExpr tensor_divergence(FormulaScope& here, const std::vector<Expr>& s, Sour
 }
 
 /// S.xy of a name or of a parenthesised expression; `part` is "xy".
-std::optional<Expr> tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part) {
+TypedExpr tensor_component(FormulaScope& here, const TypedExpr& whole, const ast::Identifier& part) {
   const int row = part.name.size() == 2 ? axis_of(part.name.substr(0, 1)) : -1;
   const int column = part.name.size() == 2 ? axis_of(part.name.substr(1)) : -1;
   if (row < 0 || column < 0) {
     here.elaboration.sink.report("unknown-axis", part.range, {part.name},
                                  "components of a tensor are called xx, xy, yx, ...");
-    return std::nullopt;
+    return {};
   }
-  if (!has_axis(here, row, part.range) || !has_axis(here, column, part.range)) return std::nullopt;
-  return whole.parts[static_cast<std::size_t>(row * here.axis_count() + column)];
+  if (!has_axis(here, row, part.range) || !has_axis(here, column, part.range)) return {};
+  return part_of(whole, row * here.axis_count() + column);
 }
 
 }  // namespace formulas

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "model/from_ast/elaboration.h"
-
 namespace dpde::model::unit_rules {
 
 namespace {
@@ -32,6 +30,12 @@ MeasureList operand_of(Measures& measures, const ast::Call& e, std::size_t i) {
   return measures.of(e.arguments[i].value);
 }
 
+/// Of a field that is only named: as in dt(u).
+Measure of_named(Measures& measures, const ast::Expr& e) {
+  const std::vector<std::string> names = names_in(e);
+  return names.empty() ? Measure{} : measures.of_name(names.front());
+}
+
 /// Unknown for an axis that does not exist.
 Measure of_axis(const MeasureList& axes, int axis) {
   return axis >= 0 && axis < std::ssize(axes) ? axes[static_cast<std::size_t>(axis)] : Measure{};
@@ -39,7 +43,7 @@ Measure of_axis(const MeasureList& axes, int axis) {
 
 MeasureList over_coordinate(Measures& measures, const ast::Expr& operand, int axis, int order) {
   MeasureList list = measures.of(operand);
-  for (Measure& part : list) part = quotient(part, power(of_axis(measures.axes().coordinates, axis), {order, 1}));
+  for (Measure& part : list) part = quotient(part, power(measures.coordinate(axis), {order, 1}));
   return list;
 }
 
@@ -71,7 +75,7 @@ MeasureList scaled(MeasureList list, const Measure& by) {
 }
 
 Measure force_of(Measures& measures, const ast::Call& e) {
-  return product(quotient(measures.one(e.arguments[1].value), measures.axes().time), measures.axes().volume());
+  return product(quotient(of_named(measures, e.arguments[1].value), measures.axes().time), measures.axes().volume());
 }
 
 }  // namespace
@@ -118,12 +122,11 @@ MeasureList poisson_bracket(Measures& measures, const ast::Call& e, SourceRange)
   return {quotient(product(measures.one(e.arguments[0].value), measures.one(e.arguments[1].value)), area)};
 }
 
-/// In integral(f(s), s, from = a, to = b) s has the unit of both limits.
 MeasureList integral(Measures& measures, const ast::Call& e, SourceRange) {
   const ast::Argument *from = argument_called(e, "from"), *to = argument_called(e, "to");
   if (from != nullptr && to != nullptr) {
     const MeasureList ends = measures.common({from->value, to->value}, "");
-    return {product(measures.one_with(e.arguments[0].value, names_in(e.arguments[1].value), ends), ends.front())};
+    return {product(measures.one(e.arguments[0].value), ends.front())};
   }
   const Measure of_operand = measures.one(e.arguments[0].value);
   const MeasuredAxes& axes = measures.axes();
@@ -167,7 +170,7 @@ MeasureList torque(Measures& measures, const ast::Call& e, SourceRange) {
   const Measure force = force_of(measures, e);
   const MeasuredAxes& axes = measures.axes();
   if (const ast::Argument* about = argument_called(e, "about")) measures.fit(about->value, axes.coordinates, "a place");
-  return {axes.are_alike() ? product(force, axes.lengths.front()) : Measure{}};
+  return {axes.are_alike() && !axes.lengths.empty() ? product(force, axes.lengths.front()) : Measure{}};
 }
 
 MeasureList angle(Measures& measures, const ast::Call& e, SourceRange) {
@@ -181,8 +184,6 @@ MeasureList choice(Measures& measures, const ast::Call& e, SourceRange) {
 }
 
 MeasureList operand(Measures& measures, const ast::Call& e, SourceRange) { return operand_of(measures, e, 0); }
-
-MeasureList norm(Measures& measures, const ast::Call& e, SourceRange) { return {measures.one(e.arguments[0].value)}; }
 
 MeasureList square_root(Measures& measures, const ast::Call& e, SourceRange) {
   return {power(measures.one(e.arguments[0].value), {1, 2})};
@@ -218,14 +219,9 @@ MeasureList turned(Measures& measures, const ast::Call& e, SourceRange) {
 }
 
 MeasureList rate(Measures& measures, const ast::Call& e, SourceRange) {
-  return {quotient(operand_of(measures, e, 0).front(), measures.axes().time)};
+  return {quotient(of_named(measures, e.arguments[0].value), measures.axes().time)};
 }
 
 MeasureList number(Measures&, const ast::Call&, SourceRange) { return {{Measure::Kind::number}}; }
-
-MeasureList unknown(Measures& measures, const ast::Call& e, SourceRange) {
-  for (const ast::Argument& argument : e.arguments) measures.of(argument.value);
-  return of_nothing();
-}
 
 }  // namespace dpde::model::unit_rules

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units declared in a model, its scene and its task: checks all formulas, and records units for pictures and files.
-// Works on the text after all names are resolved.
+// Units declared in a model, its scene and its task, and what each line wants of its formulas: compared when all are
+// elaborated. Records units for pictures and files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,45 +19,50 @@ Measure told_by(const ast::UnitText& unit) {
   return unit ? measure_of(std::get<Unit>(read_unit(unit->name))) : Measure{};
 }
 
-bool tells_unit(const std::vector<ast::UnitText>& units) {
-  return std::ranges::any_of(units, [](const ast::UnitText& unit) { return unit.has_value(); });
-}
-
-bool tells_unit(const ast::Item& item) {
-  return match(
-      item.kind, [](const ast::FieldItem& i) { return tells_unit(i.units); },
-      [](const ast::CoefficientItem& i) { return tells_unit(i.units); },
-      [](const ast::ControlItem& i) { return tells_unit(i.units); },
-      [](const ast::ParamItem& i) { return tells_unit(i.units); },
-      [](const ast::LetItem& i) { return i.unit.has_value(); },
-      [](const ast::SolvedItem& i) { return i.unit.has_value(); },
-      [](const ast::GridItem& i) { return i.unit.has_value(); },
-      [](const ast::ValueItem& i) { return i.unit.has_value(); },
-      [](const ast::TimeItem& i) { return i.unit.has_value(); },
-      [](const ast::ObserveItem& i) { return i.unit.has_value(); },
-      [](const ast::DataItem& i) { return i.unit.has_value(); }, [](const auto&) { return false; });
-}
-
-bool tells_unit(const std::vector<ast::Item>& items) {
-  return std::ranges::any_of(items, [](const ast::Item& item) { return tells_unit(item); });
-}
-
-/// The lines of a model and its scene, and those of the task.
+/// The lines of a model, its scene and its task.
 class UnitLines {
  public:
-  explicit UnitLines(Elaboration& elaboration) : elaboration_(elaboration), measures_(elaboration) {}
+  explicit UnitLines(Elaboration& elaboration) : elaboration_(elaboration), measures_(elaboration.measures) {}
 
-  void read() {
+  void read_names() {
     for (const ast::Model* model : models()) {
       for (const ast::Item& item : model->items) declare(item);
     }
     for (const ast::Item& item : elaboration_.blocks.scene->items) declare(item);
-    measure_axes();
-    for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration_.blocks.scene->items))
-      tell_observable(item);
-    if (elaboration_.blocks.task != nullptr) {
-      for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.blocks.task->items)) tell_data(item);
+    if (elaboration_.blocks.task == nullptr) return;
+    for (const ast::Item& item : elaboration_.blocks.task->items) declare(item);
+  }
+
+  /// Angles are pure numbers, with or without a declared unit.
+  void measure_axes() {
+    MeasuredAxes axes{elaboration_.names.axis_names};
+    for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.blocks.scene->items))
+      axes.time = told_by(item.unit);
+    axes.coordinates.resize(elaboration_.problem.axes.size());
+    const auto tell_axis = [&](int axis, const Measure& measure) {
+      if (axis < std::ssize(axes.coordinates)) axes.coordinates[static_cast<std::size_t>(axis)] = measure;
+    };
+    for (const auto& [name, axis] : elaboration_.names.axis_names) {
+      if (name == "theta" || name == "lon" || name == "lat") tell_axis(axis, {Measure::Kind::number});
     }
+    for (const auto& [item, range] : items_of<ast::GridItem>(elaboration_.blocks.scene->items)) {
+      if (item.unit) tell_axis(axis_of(elaboration_, item.axis.name), told_by(item.unit));
+    }
+    axes.lengths = axes.coordinates;
+    measures_.set_axes(axes);
+    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.blocks.scene->items))
+      stretch(axes, item);
+    measures_.set_axes(std::move(axes));
+  }
+
+  void read_data() {
+    if (elaboration_.blocks.task == nullptr) return;
+    for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.blocks.task->items)) tell_data(item);
+  }
+
+  void compare() {
+    for (const auto& [item, range] : items_of<ast::ObserveItem>(elaboration_.blocks.scene->items))
+      observed_[item.name.name] = item.unit ? told_by(item.unit) : measures_.of(item.value).front();
     if (elaboration_.blocks.model != nullptr) {
       for (const ast::Item& item : elaboration_.blocks.model->items) check_model(item);
     }
@@ -88,8 +93,7 @@ class UnitLines {
     }
     for (std::size_t a = 0; a < problem.axes.size(); ++a) note(problem.axes[a].name, measures_.axes().coordinates[a]);
     note("t", measures_.axes().time);
-    for (const std::string& name : shorthands_) {
-      const MeasureList list = measures_.of_let(name);
+    for (const auto& [name, list] : measures_.lets()) {
       if (list.size() == 1) note(name, list.front());
       for (std::size_t i = 0; list.size() > 1 && i < std::min(list.size(), problem.axes.size()); ++i)
         note(fmt::format("{}.{}", name, "xyz"[i]), list[i]);
@@ -122,6 +126,7 @@ class UnitLines {
 
   void tell(const ast::Identifier& name, const ast::UnitText& unit) {
     if (!unit) return;
+    measures_.be_told(true);
     if (measures_.knows(name.name))
       measures_.fits(told_by(unit), measures_.of_name(name.name), unit->range, name.name);
     else
@@ -138,32 +143,7 @@ class UnitLines {
         [&](const ast::ControlItem& i) { tell_all(i.names, i.units); },
         [&](const ast::ParamItem& i) { tell_all(i.names, i.units); },
         [&](const ast::SolvedItem& i) { tell(i.unknown, i.unit); },
-        [&](const ast::ValueItem& i) { tell(i.name, i.unit); },
-        [&](const ast::LetItem& i) {
-          measures_.add_let(i);
-          shorthands_.push_back(i.name.name);
-        });
-  }
-
-  /// Angles are pure numbers, with or without a declared unit.
-  void measure_axes() {
-    MeasuredAxes axes;
-    for (const auto& [item, range] : items_of<ast::TimeItem>(elaboration_.blocks.scene->items))
-      axes.time = told_by(item.unit);
-    axes.coordinates.resize(elaboration_.problem.axes.size());
-    for (const auto& [name, axis] : elaboration_.names.axis_names) {
-      const bool is_angle = name == "theta" || name == "lon" || name == "lat";
-      if (is_angle) axes.coordinates.at(static_cast<std::size_t>(axis)) = {Measure::Kind::number};
-    }
-    for (const auto& [item, range] : items_of<ast::GridItem>(elaboration_.blocks.scene->items)) {
-      const int axis = axis_of(elaboration_, item.axis.name);
-      if (item.unit) axes.coordinates.at(static_cast<std::size_t>(axis)) = told_by(item.unit);
-    }
-    axes.lengths = axes.coordinates;
-    measures_.set_axes(axes);
-    for (const auto& [item, range] : items_of<ast::CoordinatesItem>(elaboration_.blocks.scene->items))
-      stretch(axes, item);
-    measures_.set_axes(std::move(axes));
+        [&](const ast::ValueItem& i) { tell(i.name, i.unit); }, [&](const ast::LetItem& i) { tell(i.name, i.unit); });
   }
 
   /// In curvilinear coordinates a length has the unit of the coordinate times that of its scale; an angle counts as a
@@ -175,17 +155,14 @@ class UnitLines {
     const auto* call = std::get_if<ast::Call>(&item.kind->kind);
     const auto* name = std::get_if<ast::Name>(&item.kind->kind);
     if (name != nullptr && name->name == "cylinder") axes.around = axes.coordinates[0];
-    if (name != nullptr && name->name == "polar") axes.lengths[1] = product(axes.lengths[1], axes.coordinates[0]);
-    for (std::size_t a = 0; call != nullptr && a < axes.lengths.size(); ++a) {
+    if (name != nullptr && name->name == "polar" && axes.lengths.size() > 1)
+      axes.lengths[1] = product(axes.lengths[1], axes.coordinates[0]);
+    for (std::size_t a = 0; call != nullptr && !call->arguments.empty() && a < axes.lengths.size(); ++a) {
       const std::size_t of = std::min(a, call->arguments.size() - 1);
       axes.lengths[a] = product(axes.lengths[a], measures_.one(call->arguments[of].value));
       // An angle times a literal number, whose unit is not declared: the length's unit is unknown.
       if (axes.lengths[a].kind == Measure::Kind::number) axes.lengths[a] = {};
     }
-  }
-
-  void tell_observable(const ast::ObserveItem& item) {
-    observed_[item.name.name] = item.unit ? told_by(item.unit) : measures_.of(item.value).front();
   }
 
   /// A datum of a scene has the unit of the field or observable there, if both have the same model. Times and positions
@@ -202,7 +179,12 @@ class UnitLines {
 
   Measure measure_in(const ast::Scene& other, const std::string& name) {
     for (const auto& [item, range] : items_of<ast::ObserveItem>(other.items)) {
-      if (item.name.name == name) return item.unit ? told_by(item.unit) : measures_.of(item.value).front();
+      if (item.name.name != name) continue;
+      if (item.unit) return told_by(item.unit);
+      DiagnosticSink ignored;  // its own errors are reported where it runs
+      const auto problem = from_ast(elaboration_.file, {other.name.name, {}, ""}, ignored);
+      const std::string unit = problem ? problem->unit_of(name) : "";
+      return unit.empty() ? Measure{} : measure_of(std::get<Unit>(read_unit(unit)));
     }
     return measures_.of_name(name);
   }
@@ -240,7 +222,6 @@ class UnitLines {
             if (i.values[n]) measures_.fit(*i.values[n], measures_.of_name(name), name);
           }
         },
-        [&](const ast::LetItem& i) { measures_.of_let(i.name.name); },
         [&](const ast::EquationItem& i) {
           const Measure rate = quotient(measure_of_state(i.field.name), measures_.axes().time);
           measures_.fit(i.rhs, rate, fmt::format("dt({})", i.field.name));
@@ -281,7 +262,6 @@ class UnitLines {
           measures_.fit(i.value, measures_.of_name(i.name.name), i.name.name);
           fit_time(i.every, "the time");
         },
-        [&](const ast::LetItem& i) { measures_.of_let(i.name.name); },
         [&](const ast::InitialItem& i) { fit_state(i.value, i.field.name); },
         [&](const ast::ExactItem& i) { fit_state(i.value, i.field.name); },
         [&](const ast::BoundaryItem& i) {
@@ -372,22 +352,28 @@ class UnitLines {
   }
 
   Elaboration& elaboration_;
-  Measures measures_;
+  Measures& measures_;
   std::map<std::string, Measure> observed_;
   std::map<std::string, MeasureList> shown_;  // formulas of Selection::shown
-  std::vector<std::string> shorthands_;
 };
 
 }  // namespace
 
+void declare_units(Elaboration& elaboration) { UnitLines(elaboration).read_names(); }
+
+void measure_axes(Elaboration& elaboration) {
+  if (elaboration.measures.are_told()) UnitLines(elaboration).measure_axes();
+}
+
+void measure_data(Elaboration& elaboration) {
+  if (elaboration.measures.are_told()) UnitLines(elaboration).read_data();
+}
+
 void check_units(Elaboration& elaboration) {
-  if (elaboration.sink.has_errors()) return;
-  const bool any = (elaboration.blocks.model != nullptr && tells_unit(elaboration.blocks.model->items)) ||
-                   tells_unit(elaboration.blocks.scene->items) ||
-                   (elaboration.blocks.task != nullptr && tells_unit(elaboration.blocks.task->items));
-  if (!any) return;
+  if (!elaboration.measures.are_told() || elaboration.sink.has_errors()) return;
   UnitLines lines(elaboration);
-  lines.read();
+  lines.compare();
+  for (const Diagnostic& misfit : elaboration.measures.misfits()) elaboration.sink.add(misfit);
   lines.keep();
 }
 

@@ -119,26 +119,22 @@ TypedExpr component(FormulaScope& here, const ast::Identifier& name) {
   const auto found = here.elaboration.names.lets.find(base);
   const std::string part = name.name.substr(base.size() + 1);
   const int axis = axis_of(here.elaboration, part);
-  const auto of_tensor = [&](const TypedExpr& whole) {
-    const auto value = tensor_component(here, whole, {part, name.range});
-    return value ? number_of(*value) : TypedExpr{};
-  };
   if (here.elaboration.names.scene_lets.contains(base)) {
     const TypedExpr whole = scene_let(here, base, name.range);
-    if (whole.type == TypedExpr::Type::tensor) return of_tensor(whole);
+    if (whole.type == TypedExpr::Type::tensor) return tensor_component(here, whole, {part, name.range});
     const bool fits = whole.type == TypedExpr::Type::vector && axis >= 0 && axis < here.axis_count();
     if (!fits && whole.type != TypedExpr::Type::none)
       report_unknown(here.elaboration, name, [] { return std::vector<std::string>(); });
-    return fits ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
+    return fits ? part_of(whole, axis) : TypedExpr{};
   }
   if (found != here.elaboration.names.lets.end() && found->second.type == TypedExpr::Type::vector && axis >= 0 &&
       axis < here.axis_count()) {
     const TypedExpr whole = named(here, ast::Name{base}, name.range);
-    return whole.type == TypedExpr::Type::none ? whole : number_of(whole.parts[axis]);
+    return whole.type == TypedExpr::Type::none ? whole : part_of(whole, axis);
   }
   if (found != here.elaboration.names.lets.end() && found->second.type == TypedExpr::Type::tensor) {
     const TypedExpr whole = named(here, ast::Name{base}, name.range);
-    return whole.type == TypedExpr::Type::none ? whole : of_tensor(whole);
+    return whole.type == TypedExpr::Type::none ? whole : tensor_component(here, whole, {part, name.range});
   }
   const bool failed_before = meaning && meaning->role == Role::let && found == here.elaboration.names.lets.end();
   if (!failed_before) report_unknown(here.elaboration, name, [&] { return here.elaboration.names.scope.names(); });
@@ -158,18 +154,14 @@ TypedExpr component(FormulaScope& here, const ast::Component& e, SourceRange ran
   }
   const TypedExpr whole = numeric(here, e.operand);
   if (whole.type == TypedExpr::Type::none) return {};
-  if (whole.type == TypedExpr::Type::tensor) {
-    const auto value = tensor_component(here, whole, e.name);
-    return value ? number_of(*value) : TypedExpr{};
-  }
+  if (whole.type == TypedExpr::Type::tensor) return tensor_component(here, whole, e.name);
   const int axis = axis_of(e.name.name);
   const bool is_vector = whole.type == TypedExpr::Type::vector || (here.axis_count() == 1 && axis == 0);
   if (!is_vector) {
     here.elaboration.sink.report("no-components", range, {"this", describe(whole)});
     return {};
   }
-  if (axis >= 0)
-    return has_axis(here, axis, e.name.range) ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : TypedExpr{};
+  if (axis >= 0) return has_axis(here, axis, e.name.range) ? part_of(whole, axis) : TypedExpr{};
   here.elaboration.sink.report("unknown-axis", e.name.range, {e.name.name}, "components are called x, y and z");
   return {};
 }

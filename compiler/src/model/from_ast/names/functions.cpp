@@ -107,12 +107,14 @@ TypedExpr user_call(FormulaScope& here, const ast::Function& function, const ast
   }
   FunctionScope scope{function, {}, here.function};
   for (std::size_t i = 0; i < function.parameters.size(); ++i) {
-    TypedExpr argument = any(here, e.arguments[i].value);
+    TypedExpr argument = measured(here, e.arguments[i].value);
     if (argument.type == TypedExpr::Type::none) return {};
     scope.arguments.emplace(function.parameters[i].name, std::move(argument));
   }
   const std::map<std::string, TypedExpr> running = std::exchange(here.variables, {});  // not visible in a body
+  here.elaboration.measures.enter_call(e.callee_range);
   TypedExpr value = body(here, scope, e, range);
+  value.unit = here.elaboration.measures.leave_call(function.body);
   here.variables = running;
   return value;
 }
@@ -126,20 +128,20 @@ TypedExpr name_in_function(FormulaScope& here, const std::string& name, SourceRa
   if (vector != here.function->arguments.end() && vector->second.type == TypedExpr::Type::vector) {
     const int axis = axis_of(name.substr(base.size() + 1));
     if (axis < 0 || !has_axis(here, axis, range)) return {};
-    return {TypedExpr::Type::number, {vector->second.parts[axis]}};
+    return part_of(vector->second, axis);
   }
-  if (vector != here.function->arguments.end() && vector->second.type == TypedExpr::Type::tensor) {
-    const auto part = tensor_component(here, vector->second, {name.substr(base.size() + 1), range});
-    return part ? number_of(*part) : TypedExpr{};
-  }
+  if (vector != here.function->arguments.end() && vector->second.type == TypedExpr::Type::tensor)
+    return tensor_component(here, vector->second, {name.substr(base.size() + 1), range});
   const int axis = here.function->function.order ? spacing_of(name) : -1;
   if (axis >= 0 && axis < here.axis_count() && here.elaboration.problem.axes[static_cast<std::size_t>(axis)].stretch) {
     here.elaboration.sink.report("on-stretched-axis", range, {"the spacing " + name, axis_name(axis)},
                                  "spacings differ from cell to cell there; dx, lap and the like know them");
     return {};
   }
-  if (axis >= 0)
-    return has_axis(here, axis, range) ? TypedExpr{TypedExpr::Type::number, {param(name, {range})}} : TypedExpr{};
+  if (axis >= 0) {
+    if (!has_axis(here, axis, range)) return {};
+    return {TypedExpr::Type::number, {param(name, {range})}, {here.elaboration.measures.coordinate(axis)}};
+  }
   const Symbol* meaning = here.elaboration.names.scope.find(name);
   if (meaning && !meaning->declared.is_known()) {  // a coordinate, t or pi
     const FunctionScope* inside = here.function;

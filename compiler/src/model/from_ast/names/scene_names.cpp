@@ -106,7 +106,12 @@ TypedExpr scene_let(FormulaScope& here, const std::string& name, SourceRange ran
     return {};
   }
   here.elaboration.params.used.insert(name);
-  return put_in(here, name, range, [&] { return any(here, *here.elaboration.names.scene_lets.at(name)); });
+  return put_in(here, name, range, [&] {
+    const ast::Expr& formula = *here.elaboration.names.scene_lets.at(name);
+    TypedExpr value = any(here, formula);
+    value.unit = here.elaboration.measures.define(name, formula);
+    return value;
+  });
 }
 
 TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meaning, SourceRange range) {

@@ -15,6 +15,7 @@ namespace {
 
 void bind_let(Elaboration& elaboration, const ast::LetItem& item) {
   TypedExpr value = formulas::definition({elaboration, FormulaContext::equation, "let " + item.name.name}, item.value);
+  value.unit = elaboration.measures.define(item.name.name, item.value);
   if (!declare(elaboration, item.name, Role::let)) return;
   if (value.type != TypedExpr::Type::none) elaboration.names.lets.emplace(item.name.name, std::move(value));
 }

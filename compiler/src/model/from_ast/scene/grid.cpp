@@ -189,6 +189,7 @@ void bind_grid(Elaboration& elaboration) {
   if (lines.empty()) elaboration.problem.axes.push_back({axis_name(0)});
   check_total(elaboration);
   if (elaboration.sink.all().size() != before) return;
+  measure_axes(elaboration);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (lines[i] && lines[i]->stretched) bind_stretch(elaboration, *lines[i]->stretched, static_cast<int>(i));
   }

@@ -138,6 +138,7 @@ TypedExpr inference(FormulaScope& here, const DeclaredNetwork& declared, const a
                                  declared.misfits[i].hint);
   }
   const auto arguments = channels(here, declared, e);
+  for (const ast::Argument& argument : e.arguments) here.elaboration.measures.of(argument.value);  // sums in them fit
   if (!declared.network || !arguments || is_too_large(here, {TypedExpr::Type::vector, *arguments}, range)) return {};
   const auto value = [&](int number, const std::string& name) {
     return network_call({network, *arguments, number, declared.network->outputs, name}, {range});
