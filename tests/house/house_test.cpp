@@ -152,7 +152,6 @@ TEST(House, MatchesHaveNoCaseForAnyKind) {
   const std::regex any_kind(R"(^\s*\[[^\]]*\]\((const )?auto& *\w*\))");
   std::set<std::string> used;
   const std::map<std::string, std::string> exceptions{
-      {"model/from_ast/formulas/units.cpp", "most of 54 kinds of lines cannot have a unit behind them"},
       {"model/from_ast/network/network_layers.cpp", "other lines are an error, or for others"},
       {"plot/picture.cpp", "what is done with each kind of panel is overloaded"},
       {"../../tools/dpde/lsp/declared_names.cpp", "most kinds of declarations have a name and items"}};

@@ -105,6 +105,7 @@ struct ElaboratedNames {
   std::map<std::string, const ast::Expr*> scene_lets;
   bool are_too_deep = false;              // formulas of the scene are nested too deeply; reported
   std::map<std::string, int> axis_names;  // of coordinates, in addition to x, y and z: r, theta, lon, lat
+  int expansions = 0;                     // of functions and operators of the file
 };
 
 struct ElaboratedParams {
@@ -161,7 +162,6 @@ struct Elaboration {
   Measures measures;
   std::vector<OpenPlace> open_places;        // of all formulas
   std::vector<WeightedSide> weighted_sides;  // one for each field and axis of a line
-  int expansions = 0;                        // of functions and operators of the file
 };
 
 /// Declares a name of the file; false, with a diagnostic, if it is taken or reserved.

@@ -100,8 +100,8 @@ TypedExpr user_call(FormulaScope& here, const ast::Function& function, const ast
     return {};
   }
   if (!takes(here, e, static_cast<int>(function.parameters.size()))) return {};
-  if (here.elaboration.expansions > max_expansions) return {};
-  if (++here.elaboration.expansions > max_expansions) {
+  if (here.elaboration.names.expansions > max_expansions) return {};
+  if (++here.elaboration.names.expansions > max_expansions) {
     here.elaboration.sink.report("too-large", range, {}, "call fewer functions inside one another");
     return {};
   }
