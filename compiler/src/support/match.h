@@ -19,9 +19,10 @@ struct Overloaded : Fs... {
 template <class... Fs>
 Overloaded(Fs...) -> Overloaded<Fs...>;
 
-template <class Kind, bool handled>
+/// `Cases`: so that each match() without a case is an error of its own, not only the first one of a source.
+template <class Kind, class Cases>
 consteval void require_case() {
-  static_assert(handled, "match(): no case for this Kind");
+  static_assert(std::is_invocable_v<const Cases&, Kind&>, "match(): no case for this Kind");
 }
 
 /// One branch for each kind: std::visit's function tables take twice as long to compile.
@@ -38,11 +39,11 @@ constexpr Result call_case(V& v, const Cases& cases) {
 template <template <class...> class V, class First, class... Rest, class... Fs>
 constexpr decltype(auto) match(V<First, Rest...>& v, const Fs&... cases) {
   using Cases = Overloaded<Fs...>;
-  require_case<First, std::is_invocable_v<const Cases&, First&>>();
-  (require_case<Rest, std::is_invocable_v<const Cases&, Rest&>>(), ...);
   if constexpr (std::is_invocable_v<const Cases&, First&> && (std::is_invocable_v<const Cases&, Rest&> && ...)) {
     return call_case<std::invoke_result_t<const Cases&, First&>, First, Rest...>(v, Cases{cases...});
   } else {
+    require_case<First, Cases>();
+    (require_case<Rest, Cases>(), ...);
     std::abort();
   }
 }
@@ -50,12 +51,12 @@ constexpr decltype(auto) match(V<First, Rest...>& v, const Fs&... cases) {
 template <template <class...> class V, class First, class... Rest, class... Fs>
 constexpr decltype(auto) match(const V<First, Rest...>& v, const Fs&... cases) {
   using Cases = Overloaded<Fs...>;
-  require_case<First, std::is_invocable_v<const Cases&, const First&>>();
-  (require_case<Rest, std::is_invocable_v<const Cases&, const Rest&>>(), ...);
   if constexpr (std::is_invocable_v<const Cases&, const First&> &&
                 (std::is_invocable_v<const Cases&, const Rest&> && ...)) {
     return call_case<std::invoke_result_t<const Cases&, const First&>, First, Rest...>(v, Cases{cases...});
   } else {
+    require_case<const First, Cases>();
+    (require_case<const Rest, Cases>(), ...);
     std::abort();
   }
 }
