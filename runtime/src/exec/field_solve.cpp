@@ -32,6 +32,7 @@ constexpr std::int64_t tape_header = 64;  // bytes, one cache line
 
 SolverMethod method_of(int32_t kind) {
   switch (kind) {
+    case DPDE_SOLVE_AUTOMATIC: return SolverMethod::automatic;
     case DPDE_SOLVE_DIRECT: return SolverMethod::direct;
     case DPDE_SOLVE_TRIDIAGONAL: return SolverMethod::tridiagonal;
     case DPDE_SOLVE_FOURIER: return SolverMethod::fourier;
@@ -39,7 +40,7 @@ SolverMethod method_of(int32_t kind) {
     case DPDE_SOLVE_CG: return SolverMethod::cg;
     case DPDE_SOLVE_BICGSTAB: return SolverMethod::bicgstab;
     case DPDE_SOLVE_GMRES: return SolverMethod::gmres;
-    default: return SolverMethod::automatic;
+    default: throw Error(ErrorKind::run, fmt::format("no method of solves has the number {}", kind));
   }
 }
 

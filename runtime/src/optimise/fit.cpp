@@ -24,15 +24,20 @@ bool has_pole(const dpde_fill& fill) {
 /// Refuses operations that read cells anywhere in the grid.
 void check_operations(const dpde_operation* operations, int count, const ReportOfFit& fail) {
   for (const dpde_operation& operation : std::span(operations, static_cast<size_t>(count))) {
-    const bool fills = operation.kind == DPDE_FILL || operation.kind == DPDE_FOLD;
-    const bool has_poles = (fills && has_pole(operation.fill)) ||
-                           std::any_of(operation.then, operation.then + operation.then_count, has_pole);
-    if (has_poles) fail("poles");
-    if (operation.kind == DPDE_NETWORK) fail("networks");
-    if (operation.kind == DPDE_TRANSFORM) fail("transforms");
-    if (operation.kind == DPDE_SOLVE) fail("solves");
-    if (operation.kind == DPDE_REPEAT)
-      check_operations(operation.repeat.operations, operation.repeat.operation_count, fail);
+    if (std::any_of(operation.then, operation.then + operation.then_count, has_pole)) fail("poles");
+    switch (operation.kind) {
+      case DPDE_FILL:
+      case DPDE_FOLD:
+        if (has_pole(operation.fill)) fail("poles");
+        break;
+      case DPDE_SWEEP:
+      case DPDE_REDUCE: break;
+      case DPDE_NETWORK: fail("networks"); break;
+      case DPDE_TRANSFORM: fail("transforms"); break;
+      case DPDE_SOLVE: fail("solves"); break;
+      case DPDE_REPEAT: check_operations(operation.repeat.operations, operation.repeat.operation_count, fail); break;
+      default: fail(fmt::format("operations of kind {}", operation.kind));
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <span>
 
+#include "dpde/runtime/error.h"
 #include "solve/matrix/half_rows.h"
 #include "solve/solver/linear_solver.h"
 #include "solve/solver/solve_inputs.h"
@@ -68,7 +69,8 @@ class SolveArrays {
         cycles(has_neighbours_, shape_.has_floats, shape_.has_floats ? 2 : vectors_of_cg);
         return keep(has_neighbours_ ? (shape_.has_floats ? vectors_of_cg : 0) : vectors_of_cg + 1);
       case DPDE_SOLVE_GMRES: preconditioner(false); return keep(vectors_of_gmres + 3);
-      default: preconditioner(shape_.has_floats); return keep(vectors_of_bicgstab);
+      case DPDE_SOLVE_BICGSTAB: preconditioner(shape_.has_floats); return keep(vectors_of_bicgstab);
+      default: throw Error(ErrorKind::run, "the memory of this method of solves is not known");
     }
   }
 
