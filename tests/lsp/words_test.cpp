@@ -3,6 +3,8 @@
 #include "model/print/words.h"
 
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <set>
@@ -141,12 +143,42 @@ Words words_in_lines() {
   return words;
 }
 
+std::string text_of_manual() {
+  std::string text;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/manual"))
+    text += content("dsl-examples/manual/" + entry.path().filename().string());
+  return text;
+}
+
+/// Whether the word stands there, and not as a part of a longer one.
+bool holds_word(const std::string& text, const std::string& word) {
+  const auto is_inside = [&](std::size_t at) {
+    return at < text.size() && (std::isalnum(static_cast<unsigned char>(text[at])) || text[at] == '_');
+  };
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    if ((at == 0 || !is_inside(at - 1)) && !is_inside(at + word.size())) return true;
+  }
+  return false;
+}
+
 Words words_of_sides() {
   Words words;
   for (const SideCondition& condition : side_condition_table()) {
     if (condition.level != SideCondition::Level::programs && !condition.word.empty()) words.emplace(condition.word);
   }
   return words;
+}
+
+TEST(LanguageServer, EveryWordIsInTheManual) {
+  const std::string manual = text_of_manual();
+  Words words = as_set(model::words_of_functions());
+  words.merge(words_of_sides());
+  for (const std::string& key : model::words_of_schemes()) {
+    words.insert(key);
+    for (const std::string& choice : model::choices_of(key))  // lie(advect, sources, diffusion): in any order
+      words.insert(choice.substr(0, choice.find(',') == std::string::npos ? choice.size() : choice.find('(')));
+  }
+  for (const std::string& word : words) EXPECT_TRUE(holds_word(manual, word)) << word;
 }
 
 TEST(Editors, GrammarsHaveTheWordsOfTheParser) {

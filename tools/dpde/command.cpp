@@ -15,6 +15,7 @@
 #include <iterator>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/unsolved.h"
@@ -32,6 +33,11 @@
 namespace dpde::tools {
 
 namespace {
+
+/// By the words of --backend.
+std::vector<std::pair<std::string, driver::Backend>> backends() {
+  return {{"jit", driver::Backend::jit}, {"cpp", driver::Backend::cpp}, {"interpreter", driver::Backend::interpreter}};
+}
 
 Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
   Exit worst = Exit::done;
@@ -96,12 +102,8 @@ std::optional<driver::CompileOptions> Job::compile_options() {
   }
   result.selection.scheme = options_.scheme;
   result.takes_jumps = result.trusts_signs = options_.force;
-  if (options_.backend == "cpp") {
-    result.backend = driver::Backend::cpp;
-  } else if (options_.backend == "interpreter") {
-    result.backend = driver::Backend::interpreter;
-  } else {
-    result.backend = driver::Backend::jit;
+  for (const auto& [name, backend] : backends()) {
+    if (name == options_.backend) result.backend = backend;
   }
   interrupt_flag();  // before compilers make temporary folders: from here on Ctrl-C ends the process cleanly
   result.cache = open_cache();
@@ -231,7 +233,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Console& c
         ->allow_extra_args(false);
     verb.add_option("--scheme", options.scheme, "use this scheme block of the file")->type_name("NAME");
     verb.add_option("--backend", options.backend, "what makes the machine code")
-        ->check(CLI::IsMember({"jit", "cpp", "interpreter"}))
+        ->check(CLI::IsMember(backends()))
         ->capture_default_str();
     verb.add_option("--cache", options.cache, "folder of compiled code ($DPDE_CACHE, else ~/.cache/dpde)")
         ->type_name("DIR");
