@@ -124,9 +124,12 @@ class UnitLines {
     return all;
   }
 
+  void be_told_by(const ast::UnitText& unit) {
+    if (unit) measures_.be_told(true);
+  }
   void tell(const ast::Identifier& name, const ast::UnitText& unit) {
     if (!unit) return;
-    measures_.be_told(true);
+    be_told_by(unit);
     if (measures_.knows(name.name))
       measures_.fits(told_by(unit), measures_.of_name(name.name), unit->range, name.name);
     else
@@ -143,6 +146,7 @@ class UnitLines {
         [&](const ast::ControlItem& i) { tell_all(i.names, i.units); },
         [&](const ast::ParamItem& i) { tell_all(i.names, i.units); },
         [&](const ast::SolvedItem& i) { tell(i.unknown, i.unit); },
+        [&](const OneOf<ast::GridItem, ast::TimeItem> auto& i) { be_told_by(i.unit); },
         [&](const ast::ValueItem& i) { tell(i.name, i.unit); }, [&](const ast::LetItem& i) { tell(i.name, i.unit); });
   }
 
