@@ -373,6 +373,15 @@ TEST(Units, WhereNoneIsToldNothingIsChecked) {
   EXPECT_TRUE(problem.units.empty());
 }
 
+TEST(Units, OfAxesAloneAreKnown) {
+  const std::string text =
+      "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1 in m, cells 4, periodic; initial u = sin(x); "
+      "time 0 .. 1 in s, step 1/8 }\n";
+  const std::map<std::string, std::string> wanted{{"t", "s"}, {"x", "m"}};
+  EXPECT_EQ(misfit(text), "sin takes a pure number, and this is in m");
+  EXPECT_EQ(problem_of(std::string(text).replace(text.find("sin(x)"), 6, "x")).units, wanted);
+}
+
 TEST(Units, OfScenesOfPrograms) {
   const std::string text =
       "kernel decay(u: field, out w: field, k, dt: param) {\n  w = u - dt*k*u\n}\n"
