@@ -21,6 +21,7 @@
 #include "driver/compile/time_averages.h"
 #include "driver/memory/tuning.h"
 #include "driver/scene/activity.h"
+#include "driver/scene/ghost_counts.h"
 #include "driver/scene/param_values.h"
 #include "driver/scene/values_of_programs.h"
 #include "loop/print_loop.h"
@@ -355,6 +356,7 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   compiled.stencil = run_passes(std::move(lowered));
   if (sink.has_errors()) return false;
   compiled.primal_programs = names_of(compiled.stencil.programs);
+  check_ghosts(compiled, sink);
   compiled.activity = activity_of(compiled, options);
   if (options.tangent || options.adjoint) check_switches(compiled, options, sink);
   if (sink.has_errors()) return false;

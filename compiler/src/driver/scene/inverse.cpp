@@ -159,7 +159,7 @@ bool Inverse::has_walls(const Eigen::VectorXd& x) {
   for (const Part& part : parts_) {
     if (part.kind == model::Unknown::Kind::parameter) values[part.name] = x[part.offset];
   }
-  misfit_ = model::misfit_of_walls(session_.problem(), values);
+  misfit_ = model::misfit_of_walls(session_.problem(), values, ghosts_, model::Walls::with_unknowns);
   return !misfit_;
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "dpde/runtime/optimise.h"
+#include "driver/scene/ghost_counts.h"
 #include "driver/scene/session.h"
 #include "model/boundary/wall_image.h"
 
@@ -74,7 +75,7 @@ class Inverse {
   void assign(const Eigen::VectorXd& x);
 
  private:
-  explicit Inverse(Session& session) : session_(session) {}
+  explicit Inverse(Session& session) : session_(session), ghosts_(ghost_counts(session.compiled())) {}
   std::optional<std::vector<double>> start_of(const Part& part, const SourceFile& source, DiagnosticSink& sink);
   bool make_parts(DiagnosticSink& sink);
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
@@ -85,6 +86,7 @@ class Inverse {
   std::map<std::string, std::vector<double>> start_by_formulas();
 
   Session& session_;
+  const model::GhostCounts ghosts_;
   std::vector<Part> parts_;
   std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "model/model.h"
 #include "source/diagnostic.h"
@@ -32,15 +33,21 @@ struct WeightedSide {
 
 using KnownValues = std::map<std::string, std::optional<double>>;
 
-/// For these parameter values, at all times of the run. Weights with other parameters are not checked.
-std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const WeightedSide& side, KnownValues values);
+/// For these parameter values, at all times of the run. Weights with other parameters are not checked. `ghosts`: how
+/// many values beyond the side a step reads.
+std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const WeightedSide& side, KnownValues values,
+                                         int ghosts = 1);
 
 /// A misfit, and the position of its condition.
 struct WallMisfitAt {
   WallMisfit misfit;
   SourceRange range;
 };
-/// The first misfit of the scene, among conditions with an unknown parameter.
-std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownValues& values);
+/// How many cells beyond each axis a run reads of a state.
+using GhostCounts = std::map<std::string, std::vector<int>>;
+enum class Walls { all, with_unknowns };
+/// The first misfit of the scene, among all conditions or those with an unknown parameter.
+std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownValues& values,
+                                            const GhostCounts& ghosts, Walls which);
 
 }  // namespace dpde::model
