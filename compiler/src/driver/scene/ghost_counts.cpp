@@ -10,14 +10,9 @@ namespace dpde::driver {
 
 namespace {
 
-/// The state of a fill: its field, or the one with the same conditions that stages compute of it, as u_2 of u.
-const model::State* state_of(const model::Problem& problem, const std::string& field) {
-  const model::State* longest = nullptr;
-  for (const model::State& state : problem.states) {
-    const bool is_of_state = field == state.name || field.starts_with(state.name + "_");
-    if (is_of_state && (longest == nullptr || longest->name.size() < state.name.size())) longest = &state;
-  }
-  return longest;
+/// The state of a fill: its field, or the one of which a stage computes that field.
+const model::State* state_of(const model::Problem& problem, const stencil::Fill& fill) {
+  return problem.find_state(fill.written.field.empty() ? fill.field : fill.written.field);
 }
 
 bool is_mixed(const stencil::AxisBoundary& axis) {
@@ -33,7 +28,7 @@ model::GhostCounts ghost_counts(const Compiled& compiled) {
     const stencil::Program& program = *compiled.stencil.find_program(name);
     const auto halos = stencil::required_halo(compiled.stencil, program);
     for_each_kind<stencil::Fill>(program.body, [&](const stencil::Fill& fill) {
-      const model::State* state = state_of(*compiled.problem, fill.field);
+      const model::State* state = state_of(*compiled.problem, fill);
       if (state == nullptr || std::ranges::none_of(fill.axes, is_mixed)) return;
       std::vector<int>& of_state = counts[state->name];
       of_state.resize(fill.axes.size());

@@ -393,18 +393,12 @@ class ProgramCheck {
     return found;
   }
 
-  static int extent_of(const std::map<std::string, int>& extents, const std::string& field) {
-    const auto found = extents.find(field);
-    return found == extents.end() ? 0 : found->second;
-  }
-
-  /// Along periodic axes a read of a neighbour needs a filled halo. Along bounded axes the neighbour may also have been
-  /// computed on an extended region, and reads of kernels with inside[] are not checked. Interpolation always reads
-  /// the first halo cell. A let whose value is not used needs nothing, as in extents_of().
+  /// Along periodic axes a read of a neighbour needs a filled halo, as interpolation does. Along bounded axes it may
+  /// also have been computed on an extended region, and reads of kernels with inside[] are not checked.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     const std::set<std::string> around = read_around(kernel, program_.axes);
-    const std::map<std::string, int> extents = extents_of(kernel, grow, program_.axes);
+    std::map<std::string, int> extents = extents_of(kernel, grow, program_.axes);
     for (const Signature::Read& read : s.reads) {
       note_read(read.field);
       check_walls(kernel, read, masked, grow);
@@ -413,7 +407,7 @@ class ProgramCheck {
       const int known = grown_of(read.field);
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
         if (program_.axes[axis] == Topology::periodic) continue;
-        const int reach = read.interpolated ? read.halo[axis] + grow : extent_of(extents, read.field);
+        const int reach = read.interpolated ? read.halo[axis] + grow : extents[read.field];
         needed = needed || (read.interpolated && known < 1) || (!masked && reach > known);
       }
       if (needed) violation("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);

@@ -403,7 +403,9 @@ void Lowering::add_halos(const std::vector<Signature::Read>& reads, const Expr& 
     const model::State* const state = unknown != draft.solved.end() ? &unknown->second : state_beyond_walls(read.field);
     std::vector<AxisBoundary> boundary = boundary_of(read.field);
     if (state != nullptr) boundary = draft.walls.boundary(*state, time, draft.module, draft.program, at);
-    draft.program.halos.push_back(rule_for(read.field, std::move(boundary), is_outside));
+    HaloRule rule = rule_for(read.field, std::move(boundary), is_outside);
+    if (state != nullptr) rule.fill.written.field = state->name;
+    draft.program.halos.push_back(std::move(rule));
   }
 }
 
