@@ -146,7 +146,7 @@ class UnitLines {
         [&](const ast::ControlItem& i) { tell_all(i.names, i.units); },
         [&](const ast::ParamItem& i) { tell_all(i.names, i.units); },
         [&](const ast::SolvedItem& i) { tell(i.unknown, i.unit); },
-        [&](const OneOf<ast::GridItem, ast::TimeItem> auto& i) { be_told_by(i.unit); },
+        [&](const OneOf<ast::GridItem, ast::TimeItem, ast::ObserveItem, ast::DataItem> auto& i) { be_told_by(i.unit); },
         [&](const ast::ValueItem& i) { tell(i.name, i.unit); }, [&](const ast::LetItem& i) { tell(i.name, i.unit); });
   }
 
