@@ -32,7 +32,7 @@ const std::map<std::string, int> larger{
     {"compiler/src/driver/compile/pipeline.h Compiled", 16},
     {"compiler/src/driver/scene/scene_table.cpp SceneTable::Storage", 19},
     {"compiler/src/files/trajectories.h Trajectories", 16},
-    {"compiler/src/model/model.h Problem", 31},
+    {"compiler/src/model/model.h Problem", 27},
     {"compiler/src/network/network.h Layer", 16},
     {"compiler/src/stability/step_limit.h FrozenAnalysis", 19},
     {"compiler/src/stability/stability_report.h StabilityReport", 30},

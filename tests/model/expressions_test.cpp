@@ -89,34 +89,34 @@ Problem with_values(const std::string& k, const std::string& c, const std::strin
 TEST(Dropping, TermsWithAFactorZero) {
   const Problem p = with_values("0", "3", "-advect((u, c), u) + k*lap(u) + w");
   EXPECT_EQ(print(*p.states[0].rhs), "-advect((u, c), u) + w");
-  EXPECT_EQ(p.dropped, std::vector<std::string>{"k*lap(u) in dt(u): k is 0"});
+  EXPECT_EQ(p.remarks.dropped, std::vector<std::string>{"k*lap(u) in dt(u): k is 0"});
 }
 
 TEST(Dropping, OneIsPutInAsWell) {
   const Problem p = with_values("1", "3", "k*w*lap(u) - (1 - k)*c*u + u^k");
   EXPECT_EQ(print(*p.states[0].rhs), "w*(d(u, x, 2) + d(u, y, 2)) + u");
-  EXPECT_EQ(p.dropped, std::vector<std::string>{"(1 - k)*c*u in dt(u): k is 1"});
+  EXPECT_EQ(p.remarks.dropped, std::vector<std::string>{"(1 - k)*c*u in dt(u): k is 1"});
 }
 
 TEST(Dropping, WholeRightHandSide) {
   const Problem p = with_values("0", "0", "k*(lap(u) + c*u*w)");
   EXPECT_EQ(print(*p.states[0].rhs), "0");
-  ASSERT_FALSE(p.dropped.empty());
-  EXPECT_EQ(p.dropped[0], "k*(lap(u) + c*u*w) in dt(u): c is 0, k is 0");
-  EXPECT_EQ(p.dropped.size(), 2u);  // and the coefficient
-  EXPECT_EQ(p.dropped[1], "coefficient w: nothing reads it");
+  ASSERT_FALSE(p.remarks.dropped.empty());
+  EXPECT_EQ(p.remarks.dropped[0], "k*(lap(u) + c*u*w) in dt(u): c is 0, k is 0");
+  EXPECT_EQ(p.remarks.dropped.size(), 2u);  // and the coefficient
+  EXPECT_EQ(p.remarks.dropped[1], "coefficient w: nothing reads it");
 }
 
 TEST(Dropping, InsideOfBracketsAndLets) {
   const Problem p = with_values("0", "3", "w*(s + k*u)", "  let s = c*u + k*u^2\n");
   EXPECT_EQ(print(*p.states[0].rhs), "w*(c*u)");
-  EXPECT_EQ(p.dropped, (std::vector<std::string>{"k*u^2 in let s: k is 0", "k*u in dt(u): k is 0"}));
+  EXPECT_EQ(p.remarks.dropped, (std::vector<std::string>{"k*u^2 in let s: k is 0", "k*u in dt(u): k is 0"}));
 }
 
 TEST(Dropping, ZerosThatAreWrittenAreNotWorthAWord) {
   const Problem p = with_values("2", "3", "0 + k*c*w*u");
   EXPECT_EQ(print(*p.states[0].rhs), "k*c*w*u");
-  EXPECT_TRUE(p.dropped.empty());
+  EXPECT_TRUE(p.remarks.dropped.empty());
 }
 
 TEST(Dropping, UnknownsStay) {

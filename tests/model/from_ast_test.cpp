@@ -190,7 +190,7 @@ scene s : m {
   EXPECT_EQ(p.coefficients[0].name, "kappa");
   EXPECT_EQ(print(*p.coefficients[0].value.formula), "1 + c*x^2/2");
   EXPECT_EQ(p.coefficients[1].value.file, "f.npy");
-  EXPECT_EQ(p.dropped, (std::vector<std::string>{"c*w*u in dt(u): c is 0", "coefficient w: nothing reads it"}));
+  EXPECT_EQ(p.remarks.dropped, (std::vector<std::string>{"c*w*u in dt(u): c is 0", "coefficient w: nothing reads it"}));
 }
 
 TEST(Time, StepsMayMissTheirNumberByRoundingOnly) {

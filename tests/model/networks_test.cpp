@@ -226,7 +226,7 @@ TEST(Networks, OfScenesThatNothingCallsAreDropped) {
   const Problem problem =
       problem_of(scene_with("network n(u: vector, nu) -> vector { conv 2*width, 3; relu; conv out, 3 }"));
   EXPECT_TRUE(problem.networks.empty());
-  EXPECT_EQ(problem.dropped.back(), "network n: nothing calls it");
+  EXPECT_EQ(problem.remarks.dropped.back(), "network n: nothing calls it");
 }
 
 TEST(Networks, StandWhereTheirMechanismCarries) {

@@ -131,7 +131,7 @@ scene thrice = twice { initial u = 3; exact u = 3*exp(-t) }
   EXPECT_TRUE(problem_of(text, {"finer", {}, ""}).states[0].exact);
   const Problem twice = problem_of(text, {"twice", {}, ""});
   EXPECT_FALSE(twice.states[0].exact);
-  EXPECT_EQ(twice.dropped.front(), "exact u of scene s: it starts from another state there");
+  EXPECT_EQ(twice.remarks.dropped.front(), "exact u of scene s: it starts from another state there");
   EXPECT_TRUE(problem_of(text, {"thrice", {}, ""}).states[0].exact);
 }
 

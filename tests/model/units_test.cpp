@@ -195,7 +195,7 @@ scene ball : m {
 TEST(Units, OfScenesMadeFromOthersStay) {
   const Selection longer{"longer"};
   const auto units = [&](const std::string& lines) {
-    return problem_of(rod("k*lap(u)") + "scene longer = rod { " + lines + " }\n", longer).units;
+    return problem_of(rod("k*lap(u)") + "scene longer = rod { " + lines + " }\n", longer).remarks.units;
   };
   EXPECT_EQ(units("grid x = 0 .. 2, cells 16, periodic; time 0 .. 2, step 1/8"), units(""));
   EXPECT_EQ(units("k = 2").at("k"), "m^2/s");
@@ -370,7 +370,7 @@ TEST(Units, OfCurvedCoordinatesAndNamesOfAxes) {
 
 TEST(Units, WhereNoneIsToldNothingIsChecked) {
   const Problem problem = problem_of(text_with("k*lap(u) + u + sin(u)"));
-  EXPECT_TRUE(problem.units.empty());
+  EXPECT_TRUE(problem.remarks.units.empty());
 }
 
 TEST(Units, OfAxesAloneAreKnown) {
@@ -387,7 +387,7 @@ TEST(Units, OfScenesOfPrograms) {
       "kernel decay(u: field, out w: field, k, dt: param) {\n  w = u - dt*k*u\n}\n"
       "program p {\n  run decay\n  swap u, w\n}\nscene s : p {\n  grid x = 0 .. 1 in m, cells 4, periodic\n"
       "  k = 1 in 1/s\n  initial u = x\n  time 0 .. 1 in s, step 0.1\n}\n";
-  EXPECT_EQ(problem_of(text).units, (std::map<std::string, std::string>{{"k", "1/s"}, {"t", "s"}, {"x", "m"}}));
+  EXPECT_EQ(problem_of(text).remarks.units, (std::map<std::string, std::string>{{"k", "1/s"}, {"t", "s"}, {"x", "m"}}));
   std::string other = text;
   EXPECT_EQ(misfit(other.replace(other.find("step 0.1"), 8, "step 0.1*k")), "this is in 1/s, but the time in s");
 }

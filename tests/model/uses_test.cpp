@@ -240,7 +240,7 @@ TEST(Uses, WhatIsReadInAPlaceIsKept) {
     const Outcome read = outcome_of(text_with_thing(coefficient, slot), {.name = "t"});
     ASSERT_TRUE(read.problem) << slot << ": " << read.code_and_hint();
     EXPECT_NE(read.problem->find_coefficient("c"), nullptr) << slot;
-    EXPECT_TRUE(read.problem->dropped.empty()) << slot;
+    EXPECT_TRUE(read.problem->remarks.dropped.empty()) << slot;
     const Outcome called = outcome_of(text_with_thing(network, slot), {.name = "t"});
     if (called.problem) EXPECT_NE(called.problem->find_network("n"), nullptr) << slot;
     const Outcome applied = outcome_of(text_with_thing(given, slot), {.name = "t"});

@@ -249,7 +249,7 @@ void add_chart_options(CLI::App& verb, ChartWishes& wishes, const std::string& w
 /// With a tolerance errors depend on it, not on the step that would be varied.
 bool has_whole_steps(Job& job, const ChartScene& scene) {
   const model::Problem& problem = scene.session->problem();
-  if (!problem.step_control) return true;
+  if (!problem.substeps.control) return true;
   job.sink().report("not-allowed-here", problem.time_origin.range,
                     {"a tolerance for steps", "a scene of a chart or of tune, which vary the step"},
                     "take a scene without it; dpde run --set tolerance=1e-6 tells the error of each");

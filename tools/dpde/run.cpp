@@ -215,12 +215,12 @@ void Run::report(Json& result) {
   result["steps"] = outcome_.steps_done;
   const model::Problem& problem = session_->problem();
   if (problem.has_parts()) result["parts"] = outcome_.parts;
-  if (problem.step_control) result["refused"] = outcome_.refused;
+  if (problem.substeps.control) result["refused"] = outcome_.refused;
   if (outcome_.steady)
     result["steady"] = {{"reached", outcome_.steady->is_reached}, {"change", json_number(outcome_.steady->change)}};
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
-  if (!problem.units.empty()) result["units"] = problem.units;
+  if (!problem.remarks.units.empty()) result["units"] = problem.remarks.units;
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = session_->compiled().seconds;
   result["code_from_cache"] = session_->compiled().cached.is_from_cache;
@@ -229,8 +229,8 @@ void Run::report(Json& result) {
                        cells_text(*session_), outcome_.steps_done, plot::time_text(problem, time),
                        human_seconds(outcome_.seconds), human_count(rate),
                        human_seconds(session_->compiled().seconds)));
-  if (problem.step_control)
-    job_.say(fmt::format("tolerance {}: {} parts of steps made, {} refused\n", problem.step_control->relative,
+  if (problem.substeps.control)
+    job_.say(fmt::format("tolerance {}: {} parts of steps made, {} refused\n", problem.substeps.control->relative,
                          outcome_.parts, outcome_.refused));
   if (outcome_.steady && outcome_.steady->is_reached)
     job_.say(fmt::format("steady at t = {:.6g}: the state changes by {:.3g} a unit of time\n", time,

@@ -43,8 +43,8 @@ Json chosen_json(const chart::Point& point) {
 
 /// The rest of a scene's line after its step; "" without a Courant number.
 std::string courant_text(const ast::File& file, const model::Problem& chosen) {
-  if (!(chosen.courant > 0)) return "";
-  std::string text = fmt::format(", courant {}", chosen.courant);
+  if (!(chosen.substeps.courant > 0)) return "";
+  std::string text = fmt::format(", courant {}", chosen.substeps.courant);
   DiagnosticSink unread;  // it was compiled before: no new messages
   for (const ast::Declaration& declaration : ast::with_whole_scenes(file, unread).value_or(file).declarations) {
     const ast::Scene* scene = std::get_if<ast::Scene>(&declaration.kind);

@@ -120,8 +120,8 @@ const Unknown* Problem::find_unknown(const Coefficient& coefficient) const {
 }
 
 std::string Problem::unit_of(const std::string& name) const {
-  const auto found = units.find(name);
-  return found == units.end() ? "" : found->second;
+  const auto found = remarks.units.find(name);
+  return found == remarks.units.end() ? "" : found->second;
 }
 
 std::vector<std::uint64_t> Problem::noises() const {

@@ -299,6 +299,20 @@ struct Accuracy {
   std::vector<std::string> states;  // empty: all
 };
 
+/// Whether and how the length of steps depends on the state.
+struct Substeps {
+  double courant = 0;        // > 0: each step is divided into the fewest equal substeps with substep*rate <= courant
+  std::optional<Expr> rate;  // sum over the axes of speed over spacing; with courant
+  std::optional<StepControl> control;
+};
+
+/// What reports, pictures, files and hosts say of a problem; no program is made of it.
+struct Remarks {
+  std::map<std::string, std::string> units;  // by names of fields, parameters, observables, axes and t, where known
+  std::vector<std::pair<std::string, std::string>> put_in;  // (field, field whose formula contains the first's)
+  std::vector<std::string> dropped;                         // dropped zero terms and unused items, in words
+};
+
 struct Problem {
   std::string scene;
   std::string model;    // name of the model, or
@@ -321,19 +335,15 @@ struct Problem {
   std::vector<StatedOrder> operators;  // one entry for each different use
   double t_begin = 0, step = 0;
   int steps = 0;
-  double courant = 0;        // > 0: each step is divided into the fewest equal substeps with substep*rate <= courant
-  std::optional<Expr> rate;  // sum over the axes of speed over spacing; with courant
-  std::optional<StepControl> step_control;
+  Substeps substeps;
   double steady = 0;  // > 0: the run ends when no state changes faster than this per unit of time
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
-  std::map<std::string, std::string> units;  // by names of fields, parameters, observables, axes and t, where known
-  std::vector<std::pair<std::string, std::string>> put_in;  // (field, field whose formula contains the first's)
-  std::vector<std::string> dropped;  // dropped zero terms and unused items, in words, for `check`
+  Remarks remarks;
 
   /// Whether steps have substeps whose number depends on the state.
-  bool has_parts() const { return rate.has_value() || step_control.has_value(); }
+  bool has_parts() const { return substeps.rate.has_value() || substeps.control.has_value(); }
   const State* find_state(const std::string& name) const;
   const OutputField* find_shown(const std::string& name) const;
   /// Whether a state or an output field lies on faces along the axis.

@@ -126,7 +126,8 @@ class Formulas {
       visit_(UseKind::held_value, state.held->value, state.placement, state.origin, state.name);
     }
     for (auto& event : problem_.events) for_each_update(UseKind::event, event.updates, event.origin);
-    if (problem_.rate) visit_(UseKind::courant_rate, *problem_.rate, {}, problem_.time_origin, problem_.scene);
+    if (problem_.substeps.rate)
+      visit_(UseKind::courant_rate, *problem_.substeps.rate, {}, problem_.time_origin, problem_.scene);
   }
 
   void for_each_update(UseKind kind, Like<std::vector<Event::Update>>& updates, const Origin& origin) const {

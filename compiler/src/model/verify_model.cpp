@@ -72,12 +72,12 @@ class Verifier {
   void check_time() {
     demand(std::isfinite(problem_.t_begin), "the run begins at no time");
     demand(std::isfinite(problem_.step) && problem_.step > 0, fmt::format("the step is {}", problem_.step));
-    demand(problem_.courant >= 0 && (problem_.courant > 0) == problem_.rate.has_value(),
+    demand(problem_.substeps.courant >= 0 && (problem_.substeps.courant > 0) == problem_.substeps.rate.has_value(),
            "a Courant number without a rate");
-    if (problem_.step_control) {
-      const StepControl& control = *problem_.step_control;
+    if (problem_.substeps.control) {
+      const StepControl& control = *problem_.substeps.control;
       demand(control.relative > 0 && control.absolute > 0 && control.first > 0, "a tolerance that is not positive");
-      demand(estimates_error(problem_.scheme.time) && !problem_.rate, "nothing estimates the error of steps");
+      demand(estimates_error(problem_.scheme.time) && !problem_.substeps.rate, "nothing estimates the error of steps");
     }
     demand(problem_.steps > 0, fmt::format("the run has {} steps", problem_.steps));
   }

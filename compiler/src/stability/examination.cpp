@@ -33,7 +33,7 @@ constexpr double safely = 0.9;                                        // of a li
 /// The number of equal substeps into which the Courant number splits the first step.
 int parts_of(driver::Session& session) {
   const dpde_program* rate = session.compiled().program(session.compiled().names.rate);
-  if (rate == nullptr || session.problem().courant <= 0) return 1;
+  if (rate == nullptr || session.problem().substeps.courant <= 0) return 1;
   Workspace::Bound bound;
   for (int s = 0; s < session.rollout().state_count(); ++s)
     bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
@@ -41,7 +41,7 @@ int parts_of(driver::Session& session) {
   const std::vector<double> rates = session.workspace().dense(session.compiled().names.rate_field);
   session.workspace().release(*rate);
   const double largest = *std::ranges::max_element(rates);
-  const double parts = std::ceil(session.problem().step * largest / session.problem().courant);
+  const double parts = std::ceil(session.problem().step * largest / session.problem().substeps.courant);
   return std::isfinite(parts) && parts >= 1 && parts < 1e9 ? static_cast<int>(parts) : 1;
 }
 

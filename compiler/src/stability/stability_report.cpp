@@ -164,7 +164,7 @@ double StabilityReport::hundredfold() const {
 
 StabilityReport examine(driver::Session& session, const Look& look) {
   StabilityReport verdict;
-  if (session.problem().step_control) {
+  if (session.problem().substeps.control) {
     verdict.why = "steps adapt to the tolerance, and no step is judged before it is made";
     return verdict;
   }

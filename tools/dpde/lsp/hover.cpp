@@ -48,7 +48,7 @@ bool is_called(const std::string& full, const DeclaredName& name) {
 
 /// The unit of the name, or of its first component or element.
 std::string unit_of(const model::Problem& problem, const DeclaredName& name) {
-  for (const auto& [full, unit] : problem.units) {
+  for (const auto& [full, unit] : problem.remarks.units) {
     if (is_called(full, name)) return unit;
   }
   return "";

@@ -56,7 +56,7 @@ class Pair {
     states_.assign(static_cast<std::size_t>(own_.state_count()), std::vector<double>(cells));
     beside_ = states_;
     // Separately chosen steps would differ by more than the perturbation.
-    if (session.problem().step_control) other_.follow(&own_.record());
+    if (session.problem().substeps.control) other_.follow(&own_.record());
     perturb();
   }
 

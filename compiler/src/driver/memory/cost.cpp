@@ -148,7 +148,7 @@ Memory memory_of(const Compiled& compiled) {
   Memory memory;
   memory.run = peak_of_run(compiled);
   if (!problem.task) return memory;
-  if (problem.rate && reads_states_back(compiled)) memory.part = field * states;
+  if (problem.substeps.rate && reads_states_back(compiled)) memory.part = field * states;
   for (const model::Coefficient& c : problem.coefficients) {
     if (!c.is_control() || !compiled.activity.fields.contains(c.name)) continue;
     memory.gradient += problem.intervals(c.every) * field * 8 / bytes_of(compiled.real());  // accumulated in f64

@@ -74,8 +74,8 @@ const char* name_of(Backend backend) {
 
 std::string step_text(const model::Problem& problem) {
   std::string text = fmt::format("{} from t = {}", problem.step, problem.t_begin);
-  if (problem.rate) text += fmt::format(", courant {}", problem.courant);
-  if (const auto& control = problem.step_control)
+  if (problem.substeps.rate) text += fmt::format(", courant {}", problem.substeps.courant);
+  if (const auto& control = problem.substeps.control)
     text += fmt::format(", tolerance {}, absolute {}, first {}", control->relative, control->absolute, control->first);
   return text;
 }

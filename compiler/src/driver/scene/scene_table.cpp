@@ -276,15 +276,16 @@ void SceneTable::Storage::add_step() {
 void SceneTable::Storage::add_parts() {
   const model::Problem& problem = *compiled->problem;
   scene.rate = program_of(compiled->names.rate);
-  scene.courant = problem.courant;
+  scene.courant = problem.substeps.courant;
   scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
   scene.trial = program_of(compiled->names.trial);
-  if (problem.step_control) scene.control = {problem.scheme.time->order_of_estimate, problem.step_control->first};
+  if (problem.substeps.control)
+    scene.control = {problem.scheme.time->order_of_estimate, problem.substeps.control->first};
 }
 
 void SceneTable::Storage::add_facts() {
-  for (const auto& [name, in] : compiled->problem->put_in) facts.put_in.push_back({text(name), text(in)});
-  for (const auto& [name, unit] : compiled->problem->units) facts.units.push_back({text(name), text(unit)});
+  for (const auto& [name, in] : compiled->problem->remarks.put_in) facts.put_in.push_back({text(name), text(in)});
+  for (const auto& [name, unit] : compiled->problem->remarks.units) facts.units.push_back({text(name), text(unit)});
   for (const Watched& one : compiled->watched)
     facts.watched.push_back({text(one.field), one.below.empty() ? nullptr : text(one.below),
                              one.above.empty() ? nullptr : text(one.above), text(one.text), text(one.help),

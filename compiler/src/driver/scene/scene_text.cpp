@@ -101,8 +101,8 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
     if (is_there) reasons.push_back(what);
   };
   add(!problem.events.empty(), "events");
-  add(problem.rate.has_value(), "steps that a Courant number splits");
-  add(problem.step_control.has_value(), "a tolerance");
+  add(problem.substeps.rate.has_value(), "steps that a Courant number splits");
+  add(problem.substeps.control.has_value(), "a tolerance");
   for (const model::Control& control : problem.controls) add(true, "the control " + control.name);
   for (const model::Coefficient& field : problem.coefficients) add(field.is_control(), "the control " + field.name);
   add(problem.scheme.real != Precision::f64, fmt::format("real = {}", name_of(problem.scheme.real)));

@@ -76,7 +76,8 @@ std::vector<OnlySwitching> only_switching(const Problem& problem, const Influenc
     if (influence.on_losses().smooth.contains(unknown)) continue;
     const std::optional<Expr> found = switch_moved_by(unknown, problem, influence);
     const Origin origin = found ? (*found)->origin : Origin{};
-    const bool sets_length = problem.rate && influence.on(names_read(*problem.rate)).any.contains(unknown);
+    const bool sets_length =
+        problem.substeps.rate && influence.on(names_read(*problem.substeps.rate)).any.contains(unknown);
     result.push_back(
         {unknown, origin, found ? switching_function(*found) : "", sets_length && !origin.range.is_known()});
   }

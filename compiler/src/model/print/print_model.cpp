@@ -210,9 +210,10 @@ void add_solves(const Problem& p, std::vector<std::string>& lines) {
 
 /// How steps are divided into substeps.
 void add_parts(const Problem& p, std::vector<std::string>& lines) {
-  if (p.rate) lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.courant, print(*p.rate)));
-  if (p.step_control) {
-    const StepControl& control = *p.step_control;
+  if (p.substeps.rate)
+    lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.substeps.courant, print(*p.substeps.rate)));
+  if (p.substeps.control) {
+    const StepControl& control = *p.substeps.control;
     lines.push_back(fmt::format("# parts of a step: tolerance {}, absolute {}, first {}", control.relative,
                                 control.absolute, control.first));
   }
@@ -224,7 +225,7 @@ void add_parts(const Problem& p, std::vector<std::string>& lines) {
 
 void add_units(const Problem& p, std::vector<std::string>& lines) {
   std::vector<std::string> units;
-  for (const auto& [name, unit] : p.units) units.push_back(fmt::format("{} in {}", name, unit));
+  for (const auto& [name, unit] : p.remarks.units) units.push_back(fmt::format("{} in {}", name, unit));
   if (!units.empty()) lines.push_back(fmt::format("# units: {}", fmt::join(units, ", ")));
 }
 
@@ -302,7 +303,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   add_parts(p, lines);
   add_units(p, lines);
-  for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
+  for (const std::string& words : p.remarks.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }
 

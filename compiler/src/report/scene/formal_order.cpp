@@ -228,7 +228,7 @@ FormalOrder formal_order(const model::Problem& problem, const std::vector<driver
     order.whole.space = order.smooth.is_spectral ? 1 : std::min(order.smooth.space, 1);
     order.whole.is_spectral = false;
   }
-  order.is_by_tolerance = problem.step_control.has_value();
+  order.is_by_tolerance = problem.substeps.control.has_value();
   order.operators = orders_of_operators(problem);
   return order;
 }

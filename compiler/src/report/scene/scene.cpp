@@ -64,7 +64,7 @@ std::string names_text(const model::Problem& problem, const Json& types) {
     const std::string unit = problem.unit_of(name);
     text += fmt::format("  {}: {}{}{}\n", name, type.get<std::string>(), unit.empty() ? "" : " in ", unit);
   }
-  for (const auto& [name, unit] : problem.units) {
+  for (const auto& [name, unit] : problem.remarks.units) {
     const bool is_axis = std::ranges::find(problem.axes, name, &model::Axis::name) != problem.axes.end();
     if (!is_axis && name != "t" && !types.contains(name)) text += fmt::format("  {}: in {}\n", name, unit);
   }
@@ -75,7 +75,7 @@ Report unused_report(const driver::Compiled& compiled, const SourceFile& source,
   std::string text;
   Json rows = Json::array();
   std::set<std::string> told;
-  for (const std::string& dropped : compiled.problem->dropped) {
+  for (const std::string& dropped : compiled.problem->remarks.dropped) {
     const std::size_t colon = dropped.rfind(": ");
     if (!told.insert(dropped).second || colon == std::string::npos) continue;
     rows.push_back({{"kind", "dropped"},
@@ -298,7 +298,7 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
   Json& result = report.json;
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
-  if (!problem.units.empty()) result["units"] = problem.units;
+  if (!problem.remarks.units.empty()) result["units"] = problem.remarks.units;
   report.say(grid_text(problem));
   report.add_detail(names_text(problem, result["types"]));
   const std::vector<driver::Jump> jumps =
@@ -327,9 +327,9 @@ Report scene_report(CheckedScene scene, const SceneOptions& options, DiagnosticS
                          human_bytes(driver::bytes_of_outputs(compiled))));
   if (problem.task) report.append(gradient_memory_report(compiled, scene.source, options.gradient));
   report.say("\n");
-  result["dropped"] = problem.dropped;
+  result["dropped"] = problem.remarks.dropped;
   std::set<std::string> told;  // a function may be inlined several times
-  for (const std::string& dropped : problem.dropped) {
+  for (const std::string& dropped : problem.remarks.dropped) {
     if (told.insert(dropped).second) report.add_detail(fmt::format("dropped: {}\n", dropped));
   }
   report.append(unused);

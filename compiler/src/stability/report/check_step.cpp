@@ -107,7 +107,7 @@ std::string advice_on_blow_up(driver::Session& session) {
 }
 
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink, const Look& look) {
-  if (force || session.problem().step_control) return true;
+  if (force || session.problem().substeps.control) return true;
   const std::optional<StabilityReport> grown = verdict_where_it_grows(session, look);
   if (!grown || !grown->is_above()) return true;
   const StabilityReport& verdict = grown->dominant();

@@ -454,9 +454,9 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   add_control_fields(module, lowering, names);
   Lowering same_names = lowering;
   add_step_and_loop(module, lowering, names.step);
-  if (problem.step_control && has_step(problem)) add_step(module, same_names, names.trial, true);
-  if (problem.rate)
-    add_formulas(module, lowering, names.rate, {{names.rate_field, *problem.rate, problem.time_origin}});
+  if (problem.substeps.control && has_step(problem)) add_step(module, same_names, names.trial, true);
+  if (problem.substeps.rate)
+    add_formulas(module, lowering, names.rate, {{names.rate_field, *problem.substeps.rate, problem.time_origin}});
   add_formulas(module, lowering, names.exact, exact_formulas(problem, lowering));
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});
@@ -488,7 +488,7 @@ WatchedStep watched_step(const model::Problem& problem, const std::string& name,
   if (!has_step(problem) || values.empty()) return result;
   Lowering lowering(problem);
   WatchedStages watched(lowering, name, values);
-  Program& program = add_step(result.module, lowering, name, problem.step_control.has_value(), &watched);
+  Program& program = add_step(result.module, lowering, name, problem.substeps.control.has_value(), &watched);
   result.marks = watched.marks();
   for (const SidesMarked& mark : result.marks) {
     for (const Swap& swap : mark.swaps) program.swaps.push_back(swap);

@@ -161,7 +161,7 @@ std::vector<Stage> stages_of(Lowering& lowering, Tableau tableau, const Stages& 
 /// The sum over all cells of the mean square, over the states, of the estimated error over the tolerated error.
 Kernel kernel_of_error(Lowering& lowering, const std::string& name, const FieldsOfStates& results,
                        const FieldsOfStates& embedded) {
-  const model::StepControl& control = *lowering.problem().step_control;
+  const model::StepControl& control = *lowering.problem().substeps.control;
   const auto magnitude = [](const std::string& field) { return call(Fn::abs, {access(field)}); };
   Expr sum = 0.0;
   for (const model::State& each : lowering.problem().states) {  // in the model's order, not that of names

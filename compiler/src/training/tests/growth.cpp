@@ -139,7 +139,7 @@ std::vector<double> GrowthScene::rates(const files::Trajectories& on, int steps,
                                        const BatchOptions& options) const {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::vector<double> rates(on.runs.size(), std::nan(""));
-  if (compiled_->problem->step_control) return rates;  // steps with substeps: a tangent alone cannot choose them
+  if (compiled_->problem->substeps.control) return rates;  // steps with substeps: a tangent alone cannot choose them
   std::deque<Tangent> tangents;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
     tangents.emplace_back(source_, compiled_, on, steps, values, options);

@@ -284,13 +284,13 @@ TypedExpr chain(FormulaScope& here, const ast::Expr& e) {
     spine.push_back(leftmost);
     leftmost = &b->left;
   }
-  const std::size_t begin = here.elaboration.problem.dropped.size();
+  const std::size_t begin = here.elaboration.problem.remarks.dropped.size();
   const ast::Expr* left = leftmost;
   TypedExpr value = any(here, *leftmost);
   for (auto node = spine.rbegin(); node != spine.rend(); ++node) {
     const auto& b = std::get<ast::Binary>((**node)->kind);
     if (is_sum(b.op)) note_if_dropped(here, {*left, value}, begin);
-    const std::size_t begin_right = here.elaboration.problem.dropped.size();
+    const std::size_t begin_right = here.elaboration.problem.remarks.dropped.size();
     const Operand right{b.right, any(here, b.right)};
     if (is_sum(b.op)) note_if_dropped(here, right, begin_right);
     value = combine(here, b.op, {*left, value}, right, (**node).range());
@@ -318,7 +318,7 @@ TypedExpr combine(FormulaScope& here, BinaryOp op, const Operand& left, const Op
 }
 
 void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin) {
-  std::vector<std::string>& dropped = here.elaboration.problem.dropped;
+  std::vector<std::string>& dropped = here.elaboration.problem.remarks.dropped;
   const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
   const std::vector<Expr>& parts = term.value.parts;
   if (!here.is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
@@ -402,7 +402,7 @@ TypedExpr numeric(FormulaScope& here, const ast::Expr& e) {
 }
 
 TypedExpr definition(FormulaScope& here, const ast::Expr& e) {
-  const std::size_t begin = here.elaboration.problem.dropped.size();
+  const std::size_t begin = here.elaboration.problem.remarks.dropped.size();
   const Operand whole{e, any(here, e)};
   note_if_dropped(here, whole, begin);
   if (is_too_large(here, whole.value, e.range())) return {};

@@ -78,7 +78,7 @@ class UnitLines {
   void keep() {
     Problem& problem = elaboration_.problem;
     const auto note = [&](const std::string& name, const Measure& measure) {
-      if (measure.is_known()) problem.units[name] = measure.unit.text();
+      if (measure.is_known()) problem.remarks.units[name] = measure.unit.text();
     };
     for (const State& state : problem.states) {
       const bool is_rate = !state.velocity_of.empty();

@@ -72,13 +72,13 @@ void note_order(FormulaScope& here, const FunctionScope& call, const TypedExpr& 
     }
     scope.arguments.emplace(name, std::move(argument));
   }
-  const std::size_t dropped = here.elaboration.problem.dropped.size();
+  const std::size_t dropped = here.elaboration.problem.remarks.dropped.size();
   here.is_measuring = true;
   here.function = &scope;
   const TypedExpr body = holds_network ? value : any(here, function.body);
   here.function = scope.outer;
   here.is_measuring = false;
-  here.elaboration.problem.dropped.resize(dropped);
+  here.elaboration.problem.remarks.dropped.resize(dropped);
   const StatedOrder stated{function.name.name, *function.order, body.parts, here.is_of_step(), {function.name.range}};
   const bool is_known = std::any_of(here.elaboration.problem.operators.begin(),
                                     here.elaboration.problem.operators.end(), [&](const StatedOrder& other) {

@@ -127,7 +127,7 @@ TypedExpr given(FormulaScope& here, const std::string& name, const Symbol& meani
   }
   for (const std::string& from : components_of(here.elaboration, name)) {
     for (const std::string& in : components_of(here.elaboration, here.subject))
-      here.elaboration.problem.put_in.emplace_back(from, in);
+      here.elaboration.problem.remarks.put_in.emplace_back(from, in);
   }
   const std::string whole = vector_of(name);
   const bool is_part = !whole.empty() && here.elaboration.names.scope.find(whole);

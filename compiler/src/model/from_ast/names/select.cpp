@@ -220,7 +220,7 @@ bool select(Elaboration& elaboration) {
   if (!(name.empty() ? select_only(elaboration) : select_named(elaboration, name))) return false;
   if (!select_scene_of_task(elaboration) || !select_model(elaboration)) return false;
   elaboration.problem.scene = elaboration.blocks.scene->name.name;
-  elaboration.problem.dropped = elaboration.blocks.scene->left_out;
+  elaboration.problem.remarks.dropped = elaboration.blocks.scene->left_out;
   if (elaboration.blocks.model) elaboration.problem.model = elaboration.blocks.model->name.name;
   if (elaboration.blocks.program) elaboration.problem.program = elaboration.blocks.program->name.name;
   return true;

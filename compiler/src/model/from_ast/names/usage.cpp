@@ -44,13 +44,13 @@ void drop_unused(Elaboration& elaboration) {
     if (is_needed(problem, coefficient.name)) {
       kept.push_back(coefficient);
     } else {
-      problem.dropped.push_back("coefficient " + coefficient.name + ": nothing reads it");
+      problem.remarks.dropped.push_back("coefficient " + coefficient.name + ": nothing reads it");
     }
   }
   problem.coefficients = std::move(kept);
   for (const Parameter& parameter : problem.params) {
     if (elaboration.params.used.contains(parameter.name)) continue;
-    problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
+    problem.remarks.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
     if (!elaboration.selection.beside.empty()) continue;  // the task's own scene may use it
     elaboration.sink.report("unused-parameter", elaboration.names.scope.find(parameter.name)->declared,
                             {parameter.name});

@@ -180,7 +180,8 @@ void keep_called_networks(Elaboration& elaboration) {
     if (elaboration.networks.called.contains(declared.source->name.name)) {
       elaboration.problem.networks.push_back(*declared.network);
     } else {
-      elaboration.problem.dropped.push_back(fmt::format("network {}: nothing calls it", declared.source->name.name));
+      elaboration.problem.remarks.dropped.push_back(
+          fmt::format("network {}: nothing calls it", declared.source->name.name));
     }
   }
 }

@@ -93,7 +93,7 @@ void check_histories(Elaboration& elaboration) {
                             {time, "semi-Lagrangian advection"},
                             "take time = rk2, or advect = central(2) or upwind(3)");
   }
-  if (problem.courant > 0) {
+  if (problem.substeps.courant > 0) {
     elaboration.sink.report("schemes-do-not-fit", problem.time_origin.range,
                             {time, "steps limited by a Courant number"}, "take time = rk2 or ssp_rk3");
   }

@@ -176,9 +176,10 @@ void bind_courant(Elaboration& elaboration) {
                             {"a Courant number", "a scene of a program"}, "give the step alone");
     return;
   }
-  problem.courant = courant;
-  problem.rate = time && time->kind.speed ? rate_of_speed(elaboration, *time->kind.speed) : rate_of_advection(problem);
-  if (problem.rate || elaboration.sink.has_errors()) return;
+  problem.substeps.courant = courant;
+  problem.substeps.rate =
+      time && time->kind.speed ? rate_of_speed(elaboration, *time->kind.speed) : rate_of_advection(problem);
+  if (problem.substeps.rate || elaboration.sink.has_errors()) return;
   elaboration.sink.report("missing-speed", time ? time->range : SourceRange{}, {problem.scene},
                           "write , courant 0.5, speed |u| + c: a vector, or a number for all axes");
 }

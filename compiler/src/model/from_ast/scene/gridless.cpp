@@ -59,7 +59,7 @@ class Gridless {
     if (elaboration_.blocks.task) {
       for (const auto& [item, range] : items_of<ast::DataItem>(elaboration_.blocks.task->items)) check_place(item.on);
     }
-    if (elaboration_.problem.rate) refuse("a Courant number", elaboration_.problem.time_origin.range);
+    if (elaboration_.problem.substeps.rate) refuse("a Courant number", elaboration_.problem.time_origin.range);
     for_each_formula(elaboration_.problem, [&](const Use& use) {
       if (needs_grid_to_vary(use.kind)) check_formula(use.formula);
     });

@@ -141,7 +141,7 @@ void check_steady(Elaboration& elaboration) {
     elaboration.sink.report("not-allowed-here", written.range(),
                             {"until steady", "a scene with controls, which vary in time"},
                             "make them parameters and coefficients");
-  if (elaboration.problem.step_control)
+  if (elaboration.problem.substeps.control)
     elaboration.sink.report("not-allowed-here", written.range(),
                             {"until steady", "a scene whose steps follow a tolerance, which are not all the same"},
                             "leave the tolerance out, or run for a given time");

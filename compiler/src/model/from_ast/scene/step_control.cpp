@@ -71,7 +71,7 @@ bool can_control(Elaboration& elaboration, SourceRange range) {
   if (std::ranges::any_of(elaboration.problem.projections, &Projection::is_each_step))
     return refuse("a tolerance for a constraint each step: its estimate knows nothing of the error in the stages",
                   "write each stage, or project = stage in the scheme");
-  if (elaboration.problem.courant > 0)
+  if (elaboration.problem.substeps.courant > 0)
     return refuse("a tolerance and a Courant number", "leave courant out: the tolerance keeps steps short enough");
   return true;
 }
@@ -97,7 +97,7 @@ void bind_step_control(Elaboration& elaboration) {
   if (!can_control(elaboration, range)) return;
   const auto absolute = positive(elaboration, time ? time->absolute : std::nullopt, "absolute tolerance", *relative);
   const auto first = positive(elaboration, time ? time->first : std::nullopt, "first step", elaboration.problem.step);
-  if (absolute && first) elaboration.problem.step_control = StepControl{*relative, *absolute, *first};
+  if (absolute && first) elaboration.problem.substeps.control = StepControl{*relative, *absolute, *first};
 }
 
 }  // namespace dpde::model
