@@ -379,7 +379,14 @@ TEST(Units, OfAxesAloneAreKnown) {
       "time 0 .. 1 in s, step 1/8 }\n";
   const std::map<std::string, std::string> wanted{{"t", "s"}, {"x", "m"}};
   EXPECT_EQ(misfit(text), "sin takes a pure number, and this is in m");
-  EXPECT_EQ(problem_of(std::string(text).replace(text.find("sin(x)"), 6, "x")).units, wanted);
+  EXPECT_EQ(problem_of(std::string(text).replace(text.find("sin(x)"), 6, "x")).remarks.units, wanted);
+}
+
+TEST(Units, OfAnObservableAloneIsKnown) {
+  const std::string text =
+      "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; "
+      "time 0 .. 1, step 1/8; observe total = integral(u) in kg }\n";
+  EXPECT_EQ(problem_of(text).remarks.units, (std::map<std::string, std::string>{{"total", "kg"}}));
 }
 
 TEST(Units, OfScenesOfPrograms) {

@@ -386,15 +386,13 @@ class ProgramCheck {
 
   static bool looks_inside(const Kernel& kernel) {
     bool found = false;
-    map_kernel(kernel, [&](const Expr& e) {
-      visit(e, [&](const Expr& part) { found = found || std::holds_alternative<Inside>(part->kind); });
-      return e;
-    });
+    const auto note = [&](const Expr& part) { found = found || std::holds_alternative<Inside>(part->kind); };
+    map_kernel(kernel, [&](const Expr& e) { return visit(e, note), e; });
     return found;
   }
 
-  /// Along periodic axes a read of a neighbour needs a filled halo, as interpolation does. Along bounded axes it may
-  /// also have been computed on an extended region, and reads of kernels with inside[] are not checked.
+  /// Along periodic axes a read of a neighbour needs a fill. Along bounded axes it may also have been computed on an
+  /// extended region; reads of kernels with inside[] are not checked.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     const std::set<std::string> around = read_around(kernel, program_.axes);
