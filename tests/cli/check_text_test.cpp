@@ -54,6 +54,26 @@ TEST_F(CheckText, AllIsThereOnRequest) {
   EXPECT_EQ(lines_with(all.out, "more with --all"), 0U);
 }
 
+TEST_F(CheckText, GrowthThatARunShowsIsSaid) {
+  write("g.dpde",
+        "model m { field u; param q = 1; dt(u) = q*u + 1e-3*lap(u) }\n"
+        "scene s : m { grid x = 0 .. 1, cells 16, periodic; initial u = 1; time 0 .. 1/2, step 1/64 }\n");
+  const std::string words = "the equations themselves let waves grow, at most by a factor of e in ";
+  EXPECT_EQ(lines_with(dpde("check g.dpde").out, words), 0U);
+  EXPECT_EQ(lines_with(dpde("check g.dpde --all").out, words), 1U);
+  EXPECT_EQ(lines_with(dpde("check g.dpde --set q=8").out, words), 1U);
+}
+
+TEST_F(CheckText, MistakesOfTheSceneThatDataAreFromAreThoseOfTheTask) {
+  write("d.dpde",
+        "model m { field u in K; param k = 1 in 1/s; dt(u) = -k*u }\n"
+        "scene s : m { grid x = 0 .. 1 in m, cells 4, periodic; initial u = 1; time 0 .. 1 in s, step 1/8 }\n"
+        "scene w = s { let length = 2 in m; k = 1/length }\n"
+        "task t : s { data seen = u from scene w at t = 1; unknown k; minimise mean((u - seen)^2) at t = 1 }\n");
+  EXPECT_EQ(dpde("check d.dpde w").codes(), std::vector<std::string>{"E0341"});
+  EXPECT_EQ(dpde("check d.dpde t").codes(), std::vector<std::string>{"E0341"});
+}
+
 TEST_F(CheckText, JsonHasAllInAnyCase) {
   const Json brief = dpde("check s.dpde --json").json(), all = dpde("check s.dpde --json --all").json();
   EXPECT_EQ(brief["diagnostics"].size(), 2U);

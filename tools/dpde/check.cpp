@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "check_text.h"
 #include "command.h"
@@ -66,6 +68,18 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
+/// Scenes that a task's data are from have mistakes of their own: as a run of the task would report them.
+void check_scenes_of_data(Job& job, const driver::Compiled& compiled) {
+  if (!compiled.problem || !compiled.problem->task) return;
+  std::set<std::string> checked;
+  for (const model::Datum& datum : compiled.problem->task->data) {
+    if (datum.scene.empty() || !checked.insert(datum.scene).second) continue;
+    driver::CompileOptions options = driver::options_of_maker(compiled, datum);
+    options.backend.reset();
+    driver::compile(job.source(), options, job.sink());
+  }
+}
+
 Json check_one(Job& job, const CheckOptions& options, CheckText& text) {
   Json result = Json::object();
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
@@ -78,6 +92,7 @@ Json check_one(Job& job, const CheckOptions& options, CheckText& text) {
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
   if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
+  check_scenes_of_data(job, *compiled);
   training::check_beside(*compiled, job.source(), job.sink());
   if (compiled->problem) {
     check_scene(job, options, *compiled, text, result);

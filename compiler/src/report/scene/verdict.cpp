@@ -159,8 +159,7 @@ std::string limit_text(const model::Problem& problem, const StabilityReport& ver
 /// What else is known of growth.
 std::string growth_details(const model::Problem& problem, const StabilityReport& verdict) {
   if (!verdict.is_analysed()) return "";
-  std::string text = own_growth_text(problem, verdict);
-  text += line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
+  std::string text = line_of(stability::short_waves_text(verdict)) + line_of(stability::folding_text(problem, verdict));
   if (verdict.leaves_out_folding())
     text += "  what products fold back was not looked at on so many cells; --all-cells does, and may take minutes\n";
   if (!verdict.solution_cells.empty())
@@ -199,6 +198,12 @@ Report verdict_report(const model::Problem& problem, const StabilityReport& verd
   const Term term = stability::limiting_term(problem, verdict);
   Report report;
   report.say(limit_text(problem, verdict, term, source));
+  // Growth that a run shows is worth a line.
+  const std::string own_growth = verdict.is_analysed() ? own_growth_text(problem, verdict) : "";
+  if (verdict.growth_rate * problem.step * problem.steps > 1)
+    report.say(own_growth);
+  else
+    report.add_detail(own_growth);
   report.add_detail(growth_details(problem, verdict));
   report.say(basis_text(problem, verdict));
   report.json = verdict_json(problem, verdict, term, source);
