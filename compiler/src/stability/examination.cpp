@@ -16,6 +16,7 @@
 #include "stability/step/own_grid.h"
 #include "stability/step/step_search.h"
 #include "stability/step/wall_rates.h"
+#include "stability/substeps.h"
 
 namespace dpde::stability {
 
@@ -30,30 +31,8 @@ constexpr double precision_of_guess = 2.5e-4;                         // of a li
 constexpr double precision_with_folding = 2e-2;                       // of a limit, which falls as waves spread
 constexpr double safely = 0.9;                                        // of a limit: a step well below it
 
-/// The number of equal substeps into which the Courant number splits the first step.
-int parts_of(driver::Session& session) {
-  const dpde_program* rate = session.compiled().program(session.compiled().names.rate);
-  if (rate == nullptr || session.problem().substeps.courant <= 0) return 1;
-  Workspace::Bound bound;
-  for (int s = 0; s < session.rollout().state_count(); ++s)
-    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
-  session.workspace().run(*rate, session.problem().t_begin, bound);
-  const std::vector<double> rates = session.workspace().dense(session.compiled().names.rate_field);
-  session.workspace().release(*rate);
-  const double largest = *std::ranges::max_element(rates);
-  const double parts = std::ceil(session.problem().step * largest / session.problem().substeps.courant);
-  return std::isfinite(parts) && parts >= 1 && parts < 1e9 ? static_cast<int>(parts) : 1;
-}
-
 bool has_walls(const model::Problem& problem) {
   return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
-}
-
-/// The largest cell count of all axes.
-int most_cells(const std::vector<model::Axis>& axes) {
-  int most = 1;
-  for (const model::Axis& axis : axes) most = std::max(most, axis.cells);
-  return most;
 }
 
 /// Whether walls can be modelled with frozen coefficients. In curved coordinates they cannot, see coupled_means.h.
@@ -92,9 +71,14 @@ class Examination {
       look_at_own(*grid);
       return true;
     }
+    const bool varies_in_space = problem_.metric || !is_same_everywhere(session_, linear_, worst_.point);
+    if (const auto runs = varies_in_space && do_runs_decide() ? runs_about(worst_.point) : nullptr) {
+      decide_by_runs(*runs);
+      return true;
+    }
     const std::vector<FrozenPoint> moments = moments_of_means(points);
     if (const auto runs = coupled_runs(moments.front())) {
-      if (runs->tells_eigenvalues()) leave_to_runs();
+      if (runs->tells_eigenvalues() && is_small_and_curved()) leave_to_runs();
       look_at_runs(*runs);
       for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
       return true;
@@ -163,8 +147,9 @@ class Examination {
     const StepLimit limit = analysis.limit(most);
     const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
     if ((limit.kind != StepLimit::Kind::never && !is_long) || problem_.scheme.has_limiter()) return limit;
-    const FrozenPoint without_slopes = flat(point.point);
-    const bool is_other = without_slopes.fields != point.point.fields;
+    FrozenPoint without_slopes = flat(point.point);
+    without_slopes.are_coordinates_flat = do_runs_decide();
+    const bool is_other = without_slopes.fields != point.point.fields || without_slopes.are_coordinates_flat;
     const auto without = is_other ? analysis_at(without_slopes) : std::nullopt;
     return without ? without->limit(most) : limit;
   }
@@ -243,14 +228,19 @@ class Examination {
   }
 
   std::unique_ptr<CoupledRuns> coupled_runs(const FrozenPoint& moment) {
+    if (!CoupledRuns::are_needed(session_, linear_)) return nullptr;
     const bool are_left_out = !look_.at_all_cells && CoupledRuns::are_too_long(session_, linear_);
     if (are_left_out) verdict_.runs = StabilityReport::Runs::left_out;
-    if (are_left_out) return nullptr;
+    return are_left_out ? nullptr : runs_about(moment);
+  }
+
+  std::unique_ptr<CoupledRuns> runs_about(const FrozenPoint& moment) {
     if (problem_.scheme.has_clamp()) without_clamps_ = step_without_clamps(problem_, linear_.group());
     if (without_clamps_ && linear_.couples_means()) without_clamps_ = without_clamps_->with_all_coupled();
     const LinearStep& linear = without_clamps_ ? *without_clamps_ : linear_;
     // Near poles short steps give the reference growth: there the differences grow, not the equations.
-    const LinearStep* euler = linear.couples_means() && !problem_.metric ? equations_.by_euler_steps() : nullptr;
+    const bool is_flow_known = linear.couples_means() || !CoupledRuns::are_needed(session_, linear);
+    const LinearStep* euler = is_flow_known && !problem_.metric ? equations_.by_euler_steps() : nullptr;
     return CoupledRuns::make(session_, linear, moment, has_events_in_each_step(problem_), verdict_.step, euler);
   }
 
@@ -370,15 +360,40 @@ class Examination {
 
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
-  /// Leaves the limit to runs if frozen waves grow at every step on a small curved grid. Lengths change so much from
-  /// cell to cell there that frozen waves may grow where no disturbance of the grid does. With more cells frozen waves
-  /// are right, and runs take long.
-  void leave_to_runs() {
+  /// Whether runs replace frozen waves if coefficients or lengths vary in space. Frozen slopes turn the
+  /// energy that waves carry into growth: c^2 lap(u) with a varying c conserves energy, and frozen waves grow at the
+  /// rate of the slope of c. Semi-Lagrangian steps may be unstable in narrow intervals only.
+  bool do_runs_decide() const {
+    return !linear_.is_semi_lagrangian() && !problem_.scheme.has_limiter() &&
+           !folds_products(problem_, linear_.group()) && CoupledRuns::are_long(session_, linear_) &&
+           is_linear_and_steady(session_, linear_);
+  }
+
+  /// A limit of waves stays if runs confirm it: it is known more accurately, with its wave. Growth at every step, which
+  /// waves show without slopes, too (limit_at), may be too weak for runs.
+  void decide_by_runs(const CoupledRuns& runs) {
+    constexpr double confirmed = 1.01;
+    const StepLimit by_waves = verdict_.limit;
+    if (by_waves.kind == StepLimit::Kind::never && !is_small_and_curved()) return;
+    if (by_waves.kind == StepLimit::Kind::limit && runs.is_stable(by_waves.step) &&
+        !runs.is_stable(confirmed * by_waves.step)) {
+      verdict_.runs = StabilityReport::Runs::made;
+      return;
+    }
+    verdict_.growth_rate = 0;
+    leave_to_runs();
+    look_at_runs(runs);
+  }
+
+  /// Lengths change so much from cell to cell there that frozen waves may grow where no disturbance of the grid does.
+  bool is_small_and_curved() const {
     constexpr std::size_t few_cells = 1024;
-    const bool is_curved = problem_.metric && session_.workspace().cell_count() <= few_cells;
-    if (!is_curved || verdict_.limit.kind != StepLimit::Kind::never) return;
+    return problem_.metric && session_.workspace().cell_count() <= few_cells &&
+           verdict_.limit.kind == StepLimit::Kind::never;
+  }
+
+  void leave_to_runs() {
     verdict_.limit.kind = StepLimit::Kind::none;
-    verdict_.limit.step = 0;
     verdict_.growth = 1;
     verdict_.beyond = 0;
   }
@@ -388,20 +403,21 @@ class Examination {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.runs = StabilityReport::Runs::made;
     const bool is_curved = problem_.metric.has_value();
-    if (is_curved) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
+    if (is_curved && !do_runs_decide()) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) {
       look_.says(fmt::format("a step of {:.4g}: runs on the scene's own grid", step));
       return runs.is_stable(step);
     };
-    double longest = verdict_.step;
+    double longest = verdict_.limit.step > 0 ? verdict_.limit.step : verdict_.step;
     while (verdict_.limit.kind == StepLimit::Kind::none && longest < farthest * verdict_.step && is_stable(longest))
       longest *= 2;
     if (verdict_.limit.kind == StepLimit::Kind::none) verdict_.limit.step = longest;
     const bool folds = folds_products(problem_, linear_.group());
     const double most = verdict_.limit.step;
-    const double unstable = folds ? unstable_by_folding(is_stable, most, most_cells(problem_.axes))
-                                  : first_unstable(is_stable, runs.surely_short(), most);
+    const double unstable =
+        folds ? unstable_by_folding(is_stable, most, std::ranges::max(problem_.axes, {}, &model::Axis::cells).cells)
+              : first_unstable(is_stable, runs.surely_short(), most);
     std::function<double(double)> begins_to_grow;  // elsewhere the followed vector may grow in steps below the limit
     if (is_curved) begins_to_grow = [&](double step) { return runs.begins_to_grow(step, precision_of_guess); };
     const bool is_lower =
@@ -410,7 +426,7 @@ class Examination {
     if (is_lower && !has_limit) verdict_.limit.order = std::max(1.0, runs.order_of_growth(verdict_.step));
     if (const double power = has_limit ? runs.power_of_growth(verdict_.limit.step) : 0; power > 0)
       verdict_.limit = {StepLimit::Kind::never, 0, power, verdict_.limit.wave, verdict_.limit.state};
-    if (!is_curved) {
+    if (!is_curved || do_runs_decide()) {
       const double step = verdict_.limit.step > 0 ? std::min(verdict_.step, verdict_.limit.step) : verdict_.step;
       verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(step));
     }

@@ -96,6 +96,7 @@ const Value& Evaluation::field_value(Id field) {
 
 double Evaluation::coordinate(int axis, const Offset& offset) const {
   const auto a = static_cast<std::size_t>(axis);
+  if (numbers_.point().are_coordinates_flat) return numbers_.point().place[a];
   return numbers_.point().place[a] + (offset[a] + base_[a]) * numbers_.spacing(a);
 }
 

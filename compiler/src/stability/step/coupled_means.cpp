@@ -101,6 +101,10 @@ bool is_mean_no_wave(driver::Session& session, const LinearStep& linear, double 
   return false;
 }
 
+double affordable_steps(driver::Session& session, const LinearStep& linear) {
+  return (linear.solves() ? cells_with_solves : cells_of_run) / static_cast<double>(session.workspace().cell_count());
+}
+
 }  // namespace
 
 LinearStep with_means_of_runs(driver::Session& session, const LinearStep& linear, double step) {
@@ -132,15 +136,12 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
                                                const LinearStep* euler) {
   const model::Problem& problem = session.problem();
   const bool folds = folds_products(problem, linear.group());
-  if (!linear.couples_means() && !problem.metric && !folds) return nullptr;
   std::unique_ptr<CompiledTangent> tangent = CompiledTangent::of_coupled(linear);
   if (tangent == nullptr) return nullptr;
-  const double steps =
-      (linear.solves() ? cells_with_solves : cells_of_run) / static_cast<double>(session.workspace().cell_count());
   auto result = std::unique_ptr<CoupledRuns>(new CoupledRuns(
       TangentRuns(std::move(tangent), initial_inputs(session, linear)),
       [&session, &linear](double step) { return inputs_after(session, linear, step); }, point.params,
-      static_cast<int>(std::clamp<double>(steps, fewest_of_run, most_of_run)), own_step));
+      static_cast<int>(std::clamp<double>(affordable_steps(session, linear), fewest_of_run, most_of_run)), own_step));
   for (const model::Axis& axis : session.axes()) result->are_rings_.push_back(axis.topology == Topology::periodic);
   if (folds) result->parts_ = parts_where_folded;
   result->tells_eigenvalues_ = !folds;
@@ -152,6 +153,15 @@ std::unique_ptr<CoupledRuns> CoupledRuns::make(driver::Session& session, const L
   const auto found = result->growth_in(result->flow_->on_krylov_space(last, result->flow_->states(), most), most);
   if (found && found->is_told()) result->rate_ = found->growth / result->flow_->step();
   return result;
+}
+
+bool CoupledRuns::are_needed(driver::Session& session, const LinearStep& linear) {
+  const model::Problem& problem = session.problem();
+  return linear.couples_means() || problem.metric || folds_products(problem, linear.group());
+}
+
+bool CoupledRuns::are_long(driver::Session& session, const LinearStep& linear) {
+  return affordable_steps(session, linear) >= most_of_run;
 }
 
 bool CoupledRuns::are_too_long(driver::Session& session, const LinearStep& linear) {

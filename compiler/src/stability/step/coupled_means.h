@@ -46,13 +46,16 @@ struct ShortWaves {
 
 class CoupledRuns {
  public:
-  /// For steps with such means, curved coordinates, or aliasing products (folded_products.h). null if there is none of
-  /// these, or the step's tangent cannot be compiled. `euler`: an Euler step of the same equations, for their own
-  /// growth; if it is null or gives no CoupledFlow, short steps of the scheme give that growth. `own_step`: the length
-  /// of the scene's step or substep.
+  /// null if the step's tangent cannot be compiled. `euler`: an Euler step of the same equations, for their own growth;
+  /// if it is null or gives no CoupledFlow, short steps of the scheme give that growth. `own_step`: the length of the
+  /// scene's step or substep.
   static std::unique_ptr<CoupledRuns> make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
                                            bool has_events, double own_step, const LinearStep* euler = nullptr);
 
+  /// Whether the step has such means, curved coordinates, or aliasing products (folded_products.h).
+  static bool are_needed(driver::Session& session, const LinearStep& linear);
+  /// Whether the grid has so few cells that all runs have the most steps.
+  static bool are_long(driver::Session& session, const LinearStep& linear);
   /// Whether only aliasing products need runs, and the cells are so many that runs take more than some seconds. No
   /// shorter check finds such limits, and the scene's own run shows this growth as early.
   static bool are_too_long(driver::Session& session, const LinearStep& linear);

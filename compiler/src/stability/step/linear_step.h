@@ -36,6 +36,7 @@ struct FrozenPoint {
   std::map<std::string, FrozenValue> whole = {};  // solutions and means: see whole_fields.h
   std::map<std::string, double> params;
   std::array<double, 3> place{};
+  bool are_coordinates_flat = false;     // they are those of `place` in all cells
   std::array<double, 3> cells{1, 1, 1};  // of the grid
   std::array<double, 3> longest_wave{};  // in cells: the length of a ring, twice that between walls; 0: not known
 };

@@ -69,16 +69,7 @@ bool do_networks_vary(driver::Session& session, const LinearStep& linear) {
 
 }  // namespace
 
-OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
-    : linear_(linear), point_(point), params_(point.params), memory_(initial_inputs(session, linear)) {
-  for (std::size_t s = 0; s < linear.states().size(); ++s) {
-    if (!linear.perturbation_of(s).empty()) active_.push_back(s);
-  }
-  for (const model::Axis& axis : session.axes()) topologies_.push_back(axis.topology);
-}
-
-std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
-                                     double step, const Equations& equations) {
+bool is_linear_and_steady(driver::Session& session, const LinearStep& linear) {
   const auto is_state = [&](const std::string& name) {
     if (linear.known_networks().contains(name)) return linear.depends_on_states(name);
     return !stencil::is_coordinate(name) && session.engine().state_index(name) >= 0;
@@ -89,10 +80,22 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
   };
   const bool varies_in_time = reads_time(linear) || !session.problem().controls.empty() ||
                               do_networks_vary(session, linear) || std::ranges::any_of(linear.inputs(), is_control);
+  return !varies_in_time && !linear.has_networks() && std::ranges::none_of(linear.inputs(), is_state);
+}
+
+OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
+    : linear_(linear), point_(point), params_(point.params), memory_(initial_inputs(session, linear)) {
+  for (std::size_t s = 0; s < linear.states().size(); ++s) {
+    if (!linear.perturbation_of(s).empty()) active_.push_back(s);
+  }
+  for (const model::Axis& axis : session.axes()) topologies_.push_back(axis.topology);
+}
+
+std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep& linear, const FrozenPoint& point,
+                                     double step, const Equations& equations) {
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
-  if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || linear.has_networks() || varies_in_time ||
-      std::ranges::any_of(linear.inputs(), is_state))
+  if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || !is_linear_and_steady(session, linear))
     return std::nullopt;
   OwnGrid result(session, linear, point);
   const Eigen::Index size = result.cells() * static_cast<Eigen::Index>(result.active_.size());

@@ -25,6 +25,9 @@
 
 namespace dpde::stability {
 
+/// Whether steps depend neither on their states nor on time.
+bool is_linear_and_steady(driver::Session& session, const LinearStep& linear);
+
 class OwnGrid {
  public:
   static constexpr double least_growth = 3e-5;  // least ln |g| that powers show
