@@ -70,8 +70,8 @@ TEST_F(CheckText, MistakesOfTheSceneThatDataAreFromAreThoseOfTheTask) {
         "scene s : m { grid x = 0 .. 1 in m, cells 4, periodic; initial u = 1; time 0 .. 1 in s, step 1/8 }\n"
         "scene w = s { let length = 2 in m; k = 1/length }\n"
         "task t : s { data seen = u from scene w at t = 1; unknown k; minimise mean((u - seen)^2) at t = 1 }\n");
-  EXPECT_EQ(dpde("check d.dpde w").codes(), std::vector<std::string>{"E0341"});
-  EXPECT_EQ(dpde("check d.dpde t").codes(), std::vector<std::string>{"E0341"});
+  EXPECT_EQ(dpde("check d.dpde w --json").codes(), std::vector<std::string>{"E0341"});
+  EXPECT_EQ(dpde("check d.dpde t --json").codes(), std::vector<std::string>{"E0341"});
 }
 
 TEST_F(CheckText, JsonHasAllInAnyCase) {

@@ -378,7 +378,7 @@ TEST(Units, OfAxesAloneAreKnown) {
       "model m { field u; dt(u) = -u }\nscene s : m { grid x = 0 .. 1 in m, cells 4, periodic; initial u = sin(x); "
       "time 0 .. 1 in s, step 1/8 }\n";
   const std::map<std::string, std::string> wanted{{"t", "s"}, {"x", "m"}};
-  EXPECT_EQ(misfit(text), "sin takes a pure number, and this is in m");
+  EXPECT_EQ(misfit(text), "sin takes a pure number, but this is in m");
   EXPECT_EQ(problem_of(std::string(text).replace(text.find("sin(x)"), 6, "x")).remarks.units, wanted);
 }
 

@@ -71,8 +71,7 @@ class Examination {
       look_at_own(*grid);
       return true;
     }
-    const bool varies_in_space = problem_.metric || !is_same_everywhere(session_, linear_, worst_.point);
-    if (const auto runs = varies_in_space && do_runs_decide() ? runs_about(worst_.point) : nullptr) {
+    if (const auto runs = do_runs_decide() ? runs_about(worst_.point) : nullptr) {
       decide_by_runs(*runs);
       return true;
     }
@@ -360,11 +359,11 @@ class Examination {
 
   double length_of_run() const { return static_cast<double>(session_.steps()) * problem_.step; }
 
-  /// Whether runs replace frozen waves if coefficients or lengths vary in space. Frozen slopes turn the
-  /// energy that waves carry into growth: c^2 lap(u) with a varying c conserves energy, and frozen waves grow at the
-  /// rate of the slope of c. Semi-Lagrangian steps may be unstable in narrow intervals only.
+  /// Whether runs replace frozen waves in curved coordinates. Frozen slopes of lengths turn the energy that waves carry
+  /// into growth. Elsewhere walls are analysed with frozen coefficients, and find growth that is too slow for runs.
+  /// Semi-Lagrangian steps may be unstable in narrow intervals only.
   bool do_runs_decide() const {
-    return !linear_.is_semi_lagrangian() && !problem_.scheme.has_limiter() &&
+    return problem_.metric && !linear_.is_semi_lagrangian() && !problem_.scheme.has_limiter() &&
            !folds_products(problem_, linear_.group()) && CoupledRuns::are_long(session_, linear_) &&
            is_linear_and_steady(session_, linear_);
   }
