@@ -68,7 +68,8 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
-/// Scenes that a task's data are from have mistakes of their own: as a run of the task would report them.
+/// Mistakes of the scenes that a task's data are from, as a run of the task would report them. Their warnings are not
+/// those of the task: what it uses they may not.
 void check_scenes_of_data(Job& job, const driver::Compiled& compiled) {
   if (!compiled.problem || !compiled.problem->task) return;
   std::set<std::string> checked;
@@ -76,7 +77,11 @@ void check_scenes_of_data(Job& job, const driver::Compiled& compiled) {
     if (datum.scene.empty() || !checked.insert(datum.scene).second) continue;
     driver::CompileOptions options = driver::options_of_maker(compiled, datum);
     options.backend.reset();
-    driver::compile(job.source(), options, job.sink());
+    DiagnosticSink found;
+    driver::compile(job.source(), options, found);
+    for (const Diagnostic& diagnostic : found.all()) {
+      if (diagnostic.kind->severity == Severity::error) job.sink().add(diagnostic);
+    }
   }
 }
 
