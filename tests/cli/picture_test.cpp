@@ -26,7 +26,7 @@ std::vector<std::vector<double>> map_in(const std::string& script) {
 /// Twice as many cells as pixels along x: each pixel is the mean of two cells, and the colour range is that of the
 /// cells.
 TEST_F(Pictures, NoMoreValuesThanPixels) {
-  constexpr int nx = 2560, ny = 20;
+  constexpr int nx = 5120, ny = 20;
   std::vector<double> values;
   for (int y = 0; y < ny; ++y) {
     for (int x = 0; x < nx; ++x) values.push_back(x + 10.0 * y);
@@ -41,14 +41,14 @@ TEST_F(Pictures, NoMoreValuesThanPixels) {
   const std::vector<std::vector<double>> map = map_in(script);
   ASSERT_EQ(map.size(), 20U);
   for (int y = 0; y < ny; ++y) {
-    ASSERT_EQ(map[y].size(), 1280U);
-    for (int x = 0; x < 1280; ++x) {
+    ASSERT_EQ(map[y].size(), 2560U);
+    for (int x = 0; x < 2560; ++x) {
       const double mean = 2 * x + 0.5 + 10 * y;
       const bool is_left_out = y == 3 && x == 2;
       EXPECT_TRUE(is_left_out ? std::isnan(map[y][x]) : map[y][x] == mean) << x << ' ' << y;
     }
   }
-  EXPECT_NE(script.find("set cbrange [0:2749]"), std::string::npos) << script.substr(script.size() - 800);
+  EXPECT_NE(script.find("set cbrange [0:5309]"), std::string::npos) << script.substr(script.size() - 800);
 }
 
 /// From a million values on a line those that are visible are drawn: one-cell spikes upwards, downwards, and a

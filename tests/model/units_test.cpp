@@ -389,6 +389,14 @@ TEST(Units, OfAnObservableAloneIsKnown) {
   EXPECT_EQ(problem_of(text).remarks.units, (std::map<std::string, std::string>{{"total", "kg"}}));
 }
 
+TEST(Units, OfAVectorAsBoundaryFit) {
+  const std::string text =
+      "model m { vector u in m/s; vector w in K; param k = 1e-3 in m^2/s; dt(u) = k*lap(u); dt(w) = k*lap(w) }\n"
+      "scene s : m { grid x = 0 .. 1 in m, cells 8; grid y = 0 .. 1 in m, cells 8; boundary u: x = w, y = 0; "
+      "boundary w: x = (1, 2), y = 0; initial u = (0, 0); initial w = (1, 1); time 0 .. 1 in s, step 1/8 }\n";
+  EXPECT_EQ(misfit(text), "this is in K, but u in m/s");
+}
+
 TEST(Units, OfScenesOfPrograms) {
   const std::string text =
       "kernel decay(u: field, out w: field, k, dt: param) {\n  w = u - dt*k*u\n}\n"

@@ -41,9 +41,11 @@ void CheckText::tell(Job& job, const std::string& scene, const report::Report& r
   std::set<std::string>& told = told_[scene];
   const bool is_first = told.empty();
   std::string shown;
-  for (const std::string& block : blocks_of(text)) {
-    if (told.insert(block).second) shown += block;
+  const std::vector<std::string> blocks = blocks_of(text);
+  for (const std::string& block : blocks) {
+    if (!told.contains(block)) shown += block;
   }
+  told.insert(blocks.begin(), blocks.end());
   if (!is_first) job.say(fmt::format("scene {}: as above{}\n", scene, shown.empty() ? "" : ", but for"));
   job.say(shown);
   if (is_first && !shows_all_) job.say(left_out_text(report.json));

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int most_pixels = png_scale * panel_width;  // of a map along an axis
+constexpr int most_pixels = 2 * png_scale * panel_width;  // of a map along an axis: it may have a row of its own
 
 /// A gnuplot string in single quotes, in which only the quote itself is special.
 std::string quoted(const std::string& text) {

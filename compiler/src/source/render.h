@@ -20,7 +20,8 @@ namespace dpde {
 /// cannot show appear as '?'.
 std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bool colour = false);
 
-/// Errors as above, and of the warnings of each kind the first one, then how many there are at which lines:
+/// Errors as above, and of the warnings of each kind the first one (the worst, if they are reported so), then how many
+/// there are at which lines:
 ///   note: 3 more of W0804 (lines 3, 7): --all shows them
 /// Warnings that are the same in all parts count once.
 std::string render_kinds_once(const SourceFile& file, const std::vector<Diagnostic>& diagnostics,

@@ -77,7 +77,7 @@ class Examination {
     }
     const std::vector<FrozenPoint> moments = moments_of_means(points);
     if (const auto runs = coupled_runs(moments.front())) {
-      if (runs->tells_eigenvalues() && is_small_and_curved()) leave_to_runs();
+      if (runs->tells_eigenvalues() && may_be_artefact_of_curvature()) leave_to_runs();
       look_at_runs(*runs);
       for (std::size_t i = 1; i < moments.size(); ++i) look_at_runs(*coupled_runs(moments[i]));
       return true;
@@ -373,7 +373,7 @@ class Examination {
   void decide_by_runs(const CoupledRuns& runs) {
     constexpr double confirmed = 1.01;
     const StepLimit by_waves = verdict_.limit;
-    if (by_waves.kind == StepLimit::Kind::never && !is_small_and_curved()) return;
+    if (by_waves.kind == StepLimit::Kind::never && !may_be_artefact_of_curvature()) return;
     if (by_waves.kind == StepLimit::Kind::limit && runs.is_stable(by_waves.step) &&
         !runs.is_stable(confirmed * by_waves.step)) {
       verdict_.runs = StabilityReport::Runs::made;
@@ -385,7 +385,7 @@ class Examination {
   }
 
   /// Lengths change so much from cell to cell there that frozen waves may grow where no disturbance of the grid does.
-  bool is_small_and_curved() const {
+  bool may_be_artefact_of_curvature() const {
     constexpr std::size_t few_cells = 1024;
     return problem_.metric && session_.workspace().cell_count() <= few_cells &&
            verdict_.limit.kind == StepLimit::Kind::never;

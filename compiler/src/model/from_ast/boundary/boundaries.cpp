@@ -298,7 +298,11 @@ std::string component_of(const Elaboration& elaboration, const ast::BoundarySide
 ast::BoundarySide part_of(Elaboration& elaboration, const ast::BoundarySide& side, std::size_t index,
                           std::size_t count) {
   const std::string component = component_of(elaboration, side, index);
-  if (!component.empty()) return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};
+  if (!component.empty()) {
+    const auto* whole = std::get_if<ast::Name>(&side.value->kind);
+    elaboration.measures.note(side.value, {elaboration.measures.of_name(whole->name)});
+    return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};
+  }
   const auto* tuple = std::get_if<ast::Tuple>(&side.value->kind);
   if (tuple && tuple->elements.size() == count) return {side.place, tuple->elements[index]};
   const auto* number = std::get_if<ast::Number>(&side.value->kind);

@@ -151,8 +151,8 @@ TypedExpr elementary(FormulaScope& here, const ast::Call& e, SourceRange range) 
   return complete ? number_of(model::call(fn, std::move(arguments), {range})) : TypedExpr{};
 }
 
-/// Right of the y axis atan(y/x), elsewhere +-pi/2 - atan(x/y). A divisor that is not used is 1, so that derivatives
-/// stay finite.
+/// With |y| <= |x| atan(y/x), a half turn on if x < 0; elsewhere +-pi/2 - atan(x/y). So quotients are at most 1 in
+/// size, and slopes do not overflow. A divisor that is not used is 1, so that derivatives stay finite.
 TypedExpr angle(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!takes(here, e, 2)) return {};
   const auto y = as_number(here, any(here, e.arguments[0].value), e.arguments[0].value.range());
@@ -160,15 +160,19 @@ TypedExpr angle(FormulaScope& here, const ast::Call& e, SourceRange range) {
   if (!y || !x) return {};
   constexpr double pi = std::numbers::pi;
   const Origin origin{range};
-  const Expr is_right = binary(BinaryOp::greater, *x, 0.0, origin),
-             is_off = binary(BinaryOp::not_equal, *y, 0.0, origin);
-  const auto slope = [&](const Expr& top, const Expr& bottom, const Expr& is_used) {
-    return model::call(Fn::atan, {over(top, select(is_used, bottom, 1.0, origin), origin)}, origin);
+  const auto size = [&](const Expr& value) { return model::call(Fn::abs, {value}, origin); };
+  const auto is_below = [&](const Expr& value) { return binary(BinaryOp::less, value, 0.0, origin); };
+  const auto slope = [&](const Expr& top, const Expr& bottom) {
+    return model::call(Fn::atan, {over(top, bottom, origin)}, origin);
   };
-  const Expr half_turn = select(binary(BinaryOp::less, *y, 0.0, origin), -pi / 2, pi / 2, origin);
-  const Expr on_axis = select(binary(BinaryOp::less, *x, 0.0, origin), pi, 0.0, origin);
-  const Expr left = select(is_off, minus(half_turn, slope(*x, *y, is_off), origin), on_axis, origin);
-  return number_of(select(is_right, slope(*y, *x, is_right), left, origin));
+  const Expr is_flat = binary(BinaryOp::less_equal, size(*y), size(*x), origin);
+  const Expr divides = binary(BinaryOp::not_equal, *x, 0.0, origin);
+  const Expr flat_divisor = select(is_flat, select(divides, *x, 1.0, origin), 1.0, origin);
+  const Expr steep_divisor = select(is_flat, 1.0, *y, origin);
+  const Expr half_turn = select(is_below(*x), select(is_below(*y), -pi, pi, origin), 0.0, origin);
+  const Expr quarter_turn = select(is_below(*y), -pi / 2, pi / 2, origin);
+  return number_of(select(is_flat, plus(slope(*y, flat_divisor), half_turn, origin),
+                          minus(quarter_turn, slope(*x, steep_divisor), origin), origin));
 }
 
 TypedExpr choice(FormulaScope& here, const ast::Call& e, SourceRange range) {

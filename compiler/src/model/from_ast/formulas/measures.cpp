@@ -218,17 +218,17 @@ MeasureList Measures::binary(const ast::Binary& e) {
 
 MeasureList Measures::note(const ast::Expr& e, MeasureList given) {
   if (!are_told_) return given;
-  return noted_[&e.node()] = match(
-             e->kind,
-             [](const ast::Number& n) { return n.value == 0 ? nothing() : MeasureList{{Measure::Kind::number}}; },
-             [&](const ast::Binary& b) { return is_added(b.op) ? MeasureList{} : binary(b); },
-             [&](const ast::Unary& u) {
-               return u.op == ast::UnaryOp::magnitude ? MeasureList{one(u.operand)} : MeasureList{};
-             },
-             [&](const ast::Component& c) { return unit_of_part(of(c.operand), axis_called(c.name.name)); },
-             [&](const OneOf<ast::Text, ast::Name, ast::Call, ast::Tuple, ast::Offsets, ast::Error> auto&) {
-               return std::move(given);
-             });
+  const auto unit = match(
+      e->kind, [](const ast::Number& n) { return n.value == 0 ? nothing() : MeasureList{{Measure::Kind::number}}; },
+      [&](const ast::Binary& b) { return is_added(b.op) ? MeasureList{} : binary(b); },
+      [&](const ast::Unary& u) {
+        return u.op == ast::UnaryOp::magnitude ? MeasureList{one(u.operand)} : MeasureList{};
+      },
+      [&](const ast::Component& c) { return unit_of_part(of(c.operand), axis_called(c.name.name)); },
+      [&](const OneOf<ast::Text, ast::Name, ast::Call, ast::Tuple, ast::Offsets, ast::Error> auto&) {
+        return std::move(given);
+      });
+  return noted_.insert_or_assign(&e.node(), std::pair(e, unit)).first->second.second;
 }
 
 MeasureList Measures::define(const std::string& name, const ast::Expr& formula) {
@@ -267,7 +267,7 @@ MeasureList Measures::of(const ast::Expr& e) {
     return list;
   }
   const auto noted = noted_.find(&e.node());
-  return noted == noted_.end() || noted->second.empty() ? nothing() : noted->second;
+  return noted == noted_.end() || noted->second.second.empty() ? nothing() : noted->second.second;
 }
 
 void Measures::note_call(Diagnostic& diagnostic) const {

@@ -117,7 +117,8 @@ class Measures {
   MeasuredAxes axes_;
   std::map<std::string, Measure> names_;
   std::map<std::string, MeasureList> lets_;
-  std::unordered_map<const ast::Node*, MeasureList> noted_;
+  /// By node. The formula is held, so that no later one is at its address.
+  std::unordered_map<const ast::Node*, std::pair<ast::Expr, MeasureList>> noted_;
   std::vector<SourceRange> calls_;          // nested calls of functions
   std::set<std::pair<int, int>> reported_;  // positions: a function is read at each call
   DiagnosticSink misfits_;
