@@ -130,7 +130,7 @@ void add_check(CLI::App& app, Console& console) {
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, console, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
-  verb->add_flag("--all", options->all, "all that is known, and each warning; else what decides");
+  verb->add_flag("--all", options->all, "print all that is known, and each warning");
   verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
   verb->add_flag("--all-cells", options->all_cells,
                  "look at what products fold back on large grids, too: it may take minutes");

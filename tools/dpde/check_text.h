@@ -15,8 +15,8 @@ class CheckText {
  public:
   explicit CheckText(bool shows_all) : shows_all_(shows_all) {}
 
-  /// A line and the indented lines after it belong together: they are left out where another task of this scene has
-  /// the same. Details are left out too, with their number, unless all is shown.
+  /// A line and the indented lines after it belong together. They are left out if an earlier task of this scene had the
+  /// same. Details are left out too, unless all is shown; a last line says what --all adds.
   void tell(Job& job, const std::string& scene, const report::Report& report);
 
  private:

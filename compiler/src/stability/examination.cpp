@@ -401,8 +401,8 @@ class Examination {
   void look_at_runs(const CoupledRuns& runs) {
     if (verdict_.limit.kind == StepLimit::Kind::never) return;
     verdict_.runs = StabilityReport::Runs::made;
-    const bool is_curved = problem_.metric.has_value();
-    if (is_curved && !do_runs_decide()) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
+    const bool is_curved = problem_.metric.has_value(), takes_late_growth = is_curved && !do_runs_decide();
+    if (takes_late_growth) verdict_.growth_rate = runs.late_growth_rate(verdict_.step);
     verdict_.growth_by_events = std::max(verdict_.growth_by_events, runs.growth_by_events());
     const auto is_stable = [&](double step) {
       look_.says(fmt::format("a step of {:.4g}: runs on the scene's own grid", step));
@@ -425,7 +425,7 @@ class Examination {
     if (is_lower && !has_limit) verdict_.limit.order = std::max(1.0, runs.order_of_growth(verdict_.step));
     if (const double power = has_limit ? runs.power_of_growth(verdict_.limit.step) : 0; power > 0)
       verdict_.limit = {StepLimit::Kind::never, 0, power, verdict_.limit.wave, verdict_.limit.state};
-    if (!is_curved || do_runs_decide()) {
+    if (!takes_late_growth) {
       const double step = verdict_.limit.step > 0 ? std::min(verdict_.step, verdict_.limit.step) : verdict_.step;
       verdict_.growth_rate = std::max(verdict_.growth_rate, runs.growth_rate(step));
     }

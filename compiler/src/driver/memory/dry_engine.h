@@ -18,7 +18,6 @@ class DryEngine {
   /// `compiled` must outlive it.
   explicit DryEngine(const Compiled& compiled, const StorageOptions& options = {});
 
-  Engine& operator*() { return *engine_; }
   Engine* operator->() { return &*engine_; }
   MemoryCount& count() { return *count_; }
   /// Runs a program of the scene once, on states of the caller; nothing if there is none of that name.
