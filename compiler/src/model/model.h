@@ -52,6 +52,9 @@ struct Axis {
 double wave_unit(const std::vector<Axis>& axes);
 inline constexpr double shell_rounding = 1e-9;
 
+/// Systems that pictures draw as they are: polar is (r, theta), maybe with z; cylinder is r, maybe with z; sphere is
+/// (longitude, latitude) in radians. Of a given metric the lengths alone are known.
+enum class CoordinateSystem : unsigned char { given, polar, cylinder, sphere };
 /// Orthogonal curvilinear coordinates. scales[i], a formula of numbers and coordinates, is the length of a unit of axis
 /// i. The volume of a cell is the product of all scales and spacings, times `around`, the length of the way around an
 /// axis of symmetry.
@@ -60,6 +63,7 @@ struct Metric {
   std::vector<Expr> scales;
   Expr around = 1.0;
   std::vector<std::string> axes = {};  // names of the first axes: r, theta
+  CoordinateSystem system = CoordinateSystem::given;
 };
 /// "x.low". On a descending axis the low side is the one with the high coordinate.
 std::string side_name(const Axis& axis, bool is_low);

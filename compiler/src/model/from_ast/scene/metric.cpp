@@ -14,6 +14,7 @@
 #include "model/from_ast/formulas/formula_scope.h"
 #include "model/from_ast/parts.h"
 #include "model/from_ast/scene/coordinates.h"
+#include "support/assert.h"
 #include "support/maths/evaluate.h"
 
 namespace dpde::model {
@@ -42,11 +43,20 @@ constexpr const char* kinds_hint =
     "write coordinates polar (x is r, y is theta), cylinder (x is r, y is z), sphere(a) (x is the longitude, y the "
     "latitude) or metric(h_x, h_y), lengths of units of x and y";
 
-std::vector<std::string> names_of_axes(const std::string& kind) {
-  if (kind == "polar") return {"r", "theta"};
-  if (kind == "cylinder") return {"r"};
-  if (kind == "sphere") return {"lon", "lat"};
-  return {};
+CoordinateSystem system_of(const std::string& kind) {
+  if (kind == "polar") return CoordinateSystem::polar;
+  if (kind == "cylinder") return CoordinateSystem::cylinder;
+  return kind == "sphere" ? CoordinateSystem::sphere : CoordinateSystem::given;
+}
+
+std::vector<std::string> names_of_axes(CoordinateSystem system) {
+  switch (system) {
+    case CoordinateSystem::given: return {};
+    case CoordinateSystem::polar: return {"r", "theta"};
+    case CoordinateSystem::cylinder: return {"r"};
+    case CoordinateSystem::sphere: return {"lon", "lat"};
+  }
+  unreachable("coordinate system");
 }
 
 class MetricBinder {
@@ -56,7 +66,8 @@ class MetricBinder {
   void bind() {
     auto metric = made();
     if (!metric || !is_positive(*metric) || !closes(*metric)) return;
-    metric->axes = names_of_axes(line_.kind);
+    metric->system = system_of(line_.kind);
+    metric->axes = names_of_axes(metric->system);
     elaboration_.problem.metric = metric;
   }
 
@@ -334,7 +345,7 @@ class Poles {
 
 void bind_axis_names(Elaboration& elaboration) {
   const auto line = written(elaboration);
-  const std::vector<std::string> names = line ? names_of_axes(line->kind) : std::vector<std::string>{};
+  const std::vector<std::string> names = line ? names_of_axes(system_of(line->kind)) : std::vector<std::string>{};
   for (std::size_t a = 0; a < names.size(); ++a) elaboration.names.axis_names.emplace(names[a], static_cast<int>(a));
 }
 
