@@ -71,7 +71,7 @@ TEST_F(FilesForOthers, AxesAreCalledAsTheirCoordinatesHaveThem) {
   EXPECT_EQ(file.text("y", "dpde_axis"), "lat");
   ASSERT_EQ(dpde("plot o/earth.nc --quiet --out p").status, 0);
   for (const std::string picture : {"o/earth.svg", "p/earth_u.svg"})
-    EXPECT_NE(content(path(picture)).find(">lon<"), std::string::npos) << picture;
+    EXPECT_NE(content(path(picture)).find(">lon [\u00b0]<"), std::string::npos) << picture;
   EXPECT_EQ(content(path("p/earth_u.svg")).find(">7<"), std::string::npos) << "numbers of cells";
   const std::string fields = dpde("plot o/earth.nc --field w").err;
   EXPECT_NE(fields.find("it holds the fields u\n"), std::string::npos) << fields;

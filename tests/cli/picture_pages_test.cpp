@@ -4,34 +4,13 @@
 #include <filesystem>
 #include <set>
 
-#include "command_support.h"
+#include "picture_scripts.h"
 
 namespace dpde::testing {
 namespace {
 
-class PicturePages : public Command {
+class PicturePages : public PictureScripts {
  protected:
-  void SetUp() override {
-    Command::SetUp();
-    fs::create_directory(path("bin"));
-    write("bin/gnuplot", "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\ncat \"$1\" >> scripts.gp\ntouch \"${1%.gp}\"\n");
-    shell("chmod +x bin/gnuplot");
-  }
-  /// All scripts of the command.
-  std::string scripts_of(const std::string& arguments) const {
-    fs::remove(path("scripts.gp"));
-    const Outcome outcome = shell("PATH=$PWD/bin:$PATH $DPDE " + arguments);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return content(path("scripts.gp"));
-  }
-  static std::vector<std::string> lines_with(const std::string& script, const std::string& begin) {
-    std::vector<std::string> found;
-    std::istringstream lines(script);
-    for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with(begin)) found.push_back(line);
-    }
-    return found;
-  }
   void write_block() const {
     write("block.dpde",
           "model m { field u; dt(u) = -u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, "
@@ -107,8 +86,14 @@ TEST_F(PicturePages, WhatIsComparedHasOneScale) {
         "  using lbfgs(), iterations 1\n}\n");
   const std::string script = scripts_of("optimize plate.dpde t --quiet --out o");
   const std::vector<std::string> ranges = lines_with(script, "set cbrange");
-  ASSERT_GE(ranges.size(), 2u) << script;
-  for (const std::string& range : ranges) EXPECT_EQ(range, ranges[0]);
+  ASSERT_EQ(ranges.size(), 6u) << script;  // PNG and SVG
+  EXPECT_EQ(ranges[0], ranges[1]);
+  double low = 0, high = 0, lowest = 0, highest = 0;
+  ASSERT_EQ(std::sscanf(ranges[0].c_str(), "set cbrange [%lf:%lf]", &low, &high), 2);
+  ASSERT_EQ(std::sscanf(ranges[2].c_str(), "set cbrange [%lf:%lf]", &lowest, &highest), 2);
+  EXPECT_NEAR(highest, high - low, 1e-8 * high) << "the difference, on colours of the same scale";
+  EXPECT_EQ(lowest, -highest);
+  EXPECT_EQ(lines_with(script, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 1,3"));
 }
 
 TEST_F(PicturePages, ColoursAndDashesDiffer) {
@@ -171,10 +156,31 @@ TEST_F(PicturePages, FilmsAreOneFile) {
       lines_with(scripts_of("plot o/s.nc --film --range each --slice z=0.5 --out p"), "set cbrange");
   ASSERT_EQ(own.size(), 5u);
   EXPECT_NE(own[0], own[4]);
-  if (shell("command -v gnuplot").status != 0) return;  // output of a real gnuplot
+  if (shell("command -v gnuplot").status != 0) return;  // output of real programs
+  const bool has_encoder = shell("command -v ffmpeg").status == 0;
   const Outcome film = dpde("plot o/s.nc --film --json --out q");
-  EXPECT_EQ(film.json()["files"], Json({"q/s_u.gif"})) << film.err;
-  EXPECT_TRUE(content(path("q/s_u.gif")).starts_with("GIF89a"));
+  EXPECT_EQ(film.json()["files"], Json({has_encoder ? "q/s_u.mp4" : "q/s_u.gif"})) << film.err;
+  if (has_encoder)
+    EXPECT_EQ(content(path("q/s_u.mp4")).substr(4, 4), "ftyp");
+  else
+    EXPECT_TRUE(content(path("q/s_u.gif")).starts_with("GIF89a"));
+}
+
+/// If ffmpeg is installed: all frames in order, and one MP4. Its failure is an error, and nothing is left half-written.
+TEST_F(PicturePages, FilmsAreEncodedWhereThereIsAnEncoder) {
+  write_block();
+  ASSERT_EQ(dpde("run block.dpde --quiet --out o").status, 0);
+  write("bin/ffmpeg",
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho \"$@\" > call\n[ -e broken ] && exit 1\n"
+        "ls \"$(dirname \"$7\")\" | grep -c 'frame.*png$' > frames\nfor film; do :; done\necho film > \"$film\"\n");
+  scripts_of("plot o/s.nc --film --slice z=0.5 --quiet --out p");
+  EXPECT_EQ(content(path("p/s_u.mp4")), "film\n") << content(path("call"));
+  EXPECT_EQ(content(path("frames")), "5\n");
+  write("broken", "");
+  const Outcome failed = shell("PATH=$PWD/bin:$PATH $DPDE plot o/s.nc --film --out q");
+  EXPECT_EQ(failed.status, 3) << failed.err;
+  EXPECT_NE(failed.err.find("ffmpeg failed"), std::string::npos) << failed.err;
+  EXPECT_FALSE(fs::exists(path("q/s_u.mp4")));
 }
 
 }  // namespace

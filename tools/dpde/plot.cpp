@@ -143,7 +143,7 @@ void add_plot(CLI::App& app, Console& console) {
       ->type_name("T");
   verb->add_option("--slice", options->slice, "of three axes: this plane, in place of those through the middle")
       ->type_name("AXIS=PLACE");
-  verb->add_flag("--film", options->film, "of a .nc file: all stored states as one GIF");
+  verb->add_flag("--film", options->film, "of a .nc file: all stored states as one film (MP4 by ffmpeg, else GIF)");
   verb->add_flag("--video", options->video, "of a .nc file: a PNG for each stored state");
   verb->add_option("--range", options->range, "of the colours of films and videos: of all states, or of each")
       ->check(CLI::IsMember({"common", "each"}))

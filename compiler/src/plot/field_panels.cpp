@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "plot/curve.h"
+#include "plot/map_shape.h"
 #include "support/names/number_text.h"
 
 namespace dpde::plot {
@@ -35,23 +36,19 @@ Panel line_of(const StoredField& field, std::size_t state, const std::optional<V
 
 Panel map_of(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
              const std::optional<ValueRange>& range) {
-  const StoredAxis &x = field.axes[slice && slice->axis == 0 ? 1 : 0],
-                   &y = field.axes[!slice || slice->axis == 2 ? 1 : 2];
+  const std::size_t a = slice && slice->axis == 0 ? 1 : 0, b = !slice || slice->axis == 2 ? 1 : 2;
+  const StoredAxis &x = field.axes[a], &y = field.axes[b];
   MapPanel panel;
   panel.title = title_of(field, state);
-  panel.x_label = label_of(x.name, x.unit);
-  panel.y_label = label_of(y.name, y.unit);
+  set_axes(panel, field.system, {a, x.name, x.unit}, {b, y.name, y.unit});
   panel.value_label = label_of(field.name, field.unit);
-  panel.nx = static_cast<int>(x.cells);
-  panel.ny = static_cast<int>(y.cells);
-  panel.x_low = x.low;
-  panel.x_high = x.high;
-  panel.y_low = y.low;
-  panel.y_high = y.high;
-  panel.x_faces = x.faces;
-  panel.y_faces = y.faces;
+  for (const auto& [axis, shown] : {std::pair(&x, &panel.x), std::pair(&y, &panel.y)}) {
+    shown->cells = static_cast<int>(axis->cells);
+    shown->low = axis->low;
+    shown->high = axis->high;
+    shown->faces = axis->faces;
+  }
   panel.range = range;
-  panel.is_to_scale = x.unit == y.unit;
   panel.values = field.states[state];
   if (!slice) return panel;
   const StoredAxis& across = field.axes[slice->axis];

@@ -9,7 +9,9 @@
 #include <cmath>
 
 #include "files/files.h"
-#include "plot/layout.h"
+#include "plot/draw/layout.h"
+#include "plot/draw/pixels.h"
+#include "plot/draw/readable_values.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/process.h"
@@ -18,8 +20,6 @@ namespace dpde::plot {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr int most_pixels = 2 * png_scale * panel_width;  // of a map along an axis: it may have a row of its own
 
 /// A gnuplot string in single quotes, in which only the quote itself is special.
 std::string quoted(const std::string& text) {
@@ -46,81 +46,17 @@ std::string data_of(const LinePanel& panel, int index) {
   return text;
 }
 
-/// Range of cells covered by one pixel; `end` is excluded.
-struct Span {
-  int begin = 0, end = 0;
-};
-
-/// Splits cells into at most `most` equal pixels: each has the cells whose centres it covers, else the cell at its
-/// middle.
-std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces, int most) {
-  const auto face = [&](int i) {
-    return faces.empty() ? double(i) / cells : (faces[std::size_t(i)] - faces.front()) / (faces.back() - faces.front());
-  };
-  double narrowest = 1;
-  for (int i = 0; i < cells; ++i) narrowest = std::min(narrowest, face(i + 1) - face(i));
-  const double wanted = faces.empty() ? cells : std::max<double>(cells, 2 * std::ceil(1 / narrowest));
-  const int pixels = static_cast<int>(std::min<double>(most, wanted));
-  std::vector<Span> below;
-  for (int i = 0, cell = 0, first = 0; i < pixels; ++i) {
-    while (cell + 1 < cells && face(cell + 1) <= (i + 0.5) / pixels) ++cell;
-    while (first < cells && face(first) + face(first + 1) < 2.0 * i / pixels) ++first;
-    int end = first;
-    while (end < cells && face(end) + face(end + 1) < 2.0 * (i + 1) / pixels) ++end;
-    below.push_back(end > first ? Span{first, end} : Span{cell, cell + 1});
-  }
-  return below;
-}
-
-/// Flips the map so that coordinates increase to the right and upwards.
-MapPanel with_rising_places(MapPanel panel) {
-  const auto row = [&](int y) { return panel.values.begin() + std::ptrdiff_t{y} * panel.nx; };
-  if (panel.x_low > panel.x_high) {
-    for (int y = 0; y < panel.ny; ++y) std::reverse(row(y), row(y + 1));
-    std::reverse(panel.x_faces.begin(), panel.x_faces.end());
-    std::swap(panel.x_low, panel.x_high);
-  }
-  if (panel.y_low > panel.y_high) {
-    for (int y = 0; y < panel.ny / 2; ++y) std::swap_ranges(row(y), row(y + 1), row(panel.ny - 1 - y));
-    std::reverse(panel.y_faces.begin(), panel.y_faces.end());
-    std::swap(panel.y_low, panel.y_high);
-  }
-  return panel;
-}
-
-/// Resamples the panel to equal pixels, at most as many as the picture has. Each is the mean of its cells, so a value
-/// that is not finite stays visible. Colours are those of the values.
-MapPanel with_pixels(MapPanel panel) {
-  panel = with_rising_places(std::move(panel));
-  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= most_pixels && panel.ny <= most_pixels)
-    return panel;
-  if (!panel.range) panel.range = range_of(panel.values);
-  const std::vector<Span> columns = cells_below_pixels(panel.nx, panel.x_faces, most_pixels);
-  const std::vector<Span> rows = cells_below_pixels(panel.ny, panel.y_faces, most_pixels);
-  std::vector<double> values;
-  for (const Span row : rows) {
-    for (const Span column : columns) {
-      double sum = 0;
-      for (int y = row.begin; y < row.end; ++y) {
-        for (int x = column.begin; x < column.end; ++x)
-          sum += panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)];
-      }
-      values.push_back(sum / (double(row.end - row.begin) * (column.end - column.begin)));
-    }
-  }
-  panel.values = std::move(values);
-  panel.nx = static_cast<int>(columns.size());
-  panel.ny = static_cast<int>(rows.size());
-  panel.x_faces = panel.y_faces = {};
-  return panel;
-}
-
-LinePanel with_pixels(LinePanel panel) { return panel; }
-
 std::string data_of(const MapPanel& panel, int index) {
   std::string text = fmt::format("$p{} << EOD\n", index);
-  for (int y = 0; y < panel.ny; ++y) {
-    for (int x = 0; x < panel.nx; ++x) text += number(panel.values[std::size_t(y) * panel.nx + x]) + " ";
+  for (int y = 0; y < panel.y.cells; ++y) {
+    for (int x = 0; x < panel.x.cells; ++x) text += number(panel.values[std::size_t(y) * panel.x.cells + x]) + " ";
+    text += "\n";
+  }
+  text += "EOD\n";
+  if (panel.lines.empty()) return text;
+  text += fmt::format("$p{}lines << EOD\n", index);
+  for (const Polyline& line : panel.lines) {
+    for (const auto& [x, y] : line) text += number(x) + " " + number(y) + "\n";
     text += "\n";
   }
   return text + "EOD\n";
@@ -201,7 +137,7 @@ std::string plot_of(const LinePanel& panel, int index) {
                       panel.log_y ? format_of_decades(panel, &Curve::y) : "%g");
   text += fmt::format("{}set format x '{}'\n", panel.log_x ? "set logscale x\n" : "",
                       panel.log_x ? format_of_decades(panel, &Curve::x) : "%g");
-  text += "set autoscale\n" + limits_of(panel);
+  text += "set xtics autofreq\nset ytics autofreq\nset autoscale\n" + limits_of(panel);
   // Margin above and below; a constant curve has no extent of its own.
   if (panel.range) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
@@ -225,7 +161,7 @@ std::string plot_of(const LinePanel& panel, int index) {
 }
 
 std::string plot_of(const MapPanel& panel, int index) {
-  const double hx = (panel.x_high - panel.x_low) / panel.nx, hy = (panel.y_high - panel.y_low) / panel.ny;
+  const double hx = (panel.x.high - panel.x.low) / panel.x.cells, hy = (panel.y.high - panel.y.low) / panel.y.cells;
   const std::optional<ValueRange> range = panel.range ? panel.range : range_of(panel.values);
   double low = range ? range->low : INFINITY, high = range ? range->high : -INFINITY;
   if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // constant or no values
@@ -237,7 +173,7 @@ std::string plot_of(const MapPanel& panel, int index) {
   constexpr double little = 0.1;
   const double bound = std::max(std::abs(low), std::abs(high));
   const bool is_signed = std::min(-low, high) > little * bound;
-  std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
+  std::string text = labels_of(panel.title, panel.x.label, panel.y.label);
   text +=
       "unset label\nunset object\nunset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format "
       "cb '%g'\n";
@@ -245,12 +181,14 @@ std::string plot_of(const MapPanel& panel, int index) {
                     : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
   text += fmt::format("set cblabel {} noenhanced offset 1,0\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
-  text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x_low), number(panel.x_high),
-                      number(panel.y_low), number(panel.y_high));
+  text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x.low), number(panel.x.high),
+                      number(panel.y.low), number(panel.y.high));
+  text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";
   text += aspect_of(panel) > 0 ? "set size ratio -1\n" : "set size noratio\n";
-  text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image\nset size noratio\n", index,
-                      number(panel.x_low + hx / 2), number(hx), number(panel.y_low + hy / 2), number(hy));
-  return text;
+  text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image", index, number(panel.x.low + hx / 2),
+                      number(hx), number(panel.y.low + hy / 2), number(hy));
+  if (!panel.lines.empty()) text += fmt::format(", $p{}lines using 1:2 with lines lc rgb '#222222' lw 1.2", index);
+  return text + "\nset size noratio\n";
 }
 
 /// Colours that are distinguishable with red-green colour blindness (Okabe and Ito, jfly.uni-koeln.de/color, without
@@ -268,9 +206,7 @@ std::string line_types() {
 }
 
 /// One picture: its data, and its panels in rows.
-std::string page_of(const std::vector<Panel>& given) {
-  std::vector<Panel> panels;
-  for (const Panel& panel : given) panels.push_back(match(panel, [](const auto& p) { return Panel(with_pixels(p)); }));
+std::string page_of(const std::vector<Panel>& panels) {
   std::string text;
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return data_of(panel, static_cast<int>(p)); });
@@ -297,6 +233,17 @@ struct Format {
   std::string extension, terminal;
 };
 
+/// Panels as they are drawn.
+std::vector<Panel> drawn(const std::vector<Panel>& panels) {
+  std::vector<Panel> all;
+  for (const Panel& panel : panels) {
+    all.push_back(match(
+        panel, [](const LinePanel& lines) { return Panel(with_readable_values(lines)); },
+        [](const MapPanel& map) { return Panel(with_readable_values(with_pixels(map))); }));
+  }
+  return all;
+}
+
 /// Runs gnuplot for the pages and returns the final file name; "" after a diagnostic.
 std::string draw_as(const Format& format, const fs::path& stem, const std::vector<std::vector<Panel>>& pages,
                     const TemporaryFolder& folder, DiagnosticSink& sink) {
@@ -315,7 +262,7 @@ std::string draw_as(const Format& format, const fs::path& stem, const std::vecto
 std::vector<std::string> draw_all(const std::vector<Format>& formats, const fs::path& stem,
                                   const std::vector<std::vector<Panel>>& pages, DiagnosticSink& sink) {
   std::vector<std::string> files;
-  if (pages.empty() || pages.front().empty() || !have_gnuplot()) return files;
+  if (pages.empty() || pages.front().empty()) return files;
   const TemporaryFolder folder;
   if (folder.path().empty()) {
     sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
@@ -332,6 +279,39 @@ std::vector<std::string> draw_all(const std::vector<Format>& formats, const fs::
 std::string size_of(const std::vector<Panel>& panels, int scale) {
   const Layout layout = layout_of(panels);
   return fmt::format("size {},{}", scale * layout.columns * layout.width, scale * layout.rows * layout.height);
+}
+
+Format png_of(const std::vector<Panel>& panels) {
+  return {".png",
+          fmt::format("pngcairo {} font 'Helvetica,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
+                      size_of(panels, png_scale), png_scale, png_scale, png_scale)};
+}
+
+constexpr int hundredths_a_page = 8;
+
+/// Writes `stem`.mp4: frames as PNG, encoded by ffmpeg. H.264 wants even numbers of pixels, which PNGs have.
+std::vector<std::string> encode(const fs::path& stem, const std::vector<std::vector<Panel>>& frames,
+                                DiagnosticSink& sink) {
+  const TemporaryFolder folder;
+  const fs::path target = stem.string() + ".mp4";
+  const auto fail = [&](const std::string& why) {
+    sink.report("cannot-write", {}, {target.string(), why});
+    return std::vector<std::string>{};
+  };
+  if (folder.path().empty()) return fail("no temporary folder could be made");
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const fs::path frame = folder.path() / fmt::format("frame_{:06}", k);
+    if (draw_as(png_of(frames[k]), frame, {frames[k]}, folder, sink).empty()) return {};
+  }
+  const fs::path film = folder.path() / "film.mp4";
+  const std::string rate = fmt::format("100/{}", hundredths_a_page);
+  if (!run_process({"ffmpeg", "-loglevel", "error", "-y", "-framerate", rate, "-i",
+                    (folder.path() / "frame_%06d.png").string(), "-pix_fmt", "yuv420p", film.string()})
+           .succeeded())
+    return fail("ffmpeg failed");
+  const std::optional<std::string> bytes = files::read_file(film, {}, sink);
+  if (!bytes || !files::write_file(target, *bytes, sink)) return {};
+  return {target.string()};
 }
 
 }  // namespace
@@ -369,7 +349,7 @@ std::vector<double> plane_of(const std::vector<double>& values, const std::array
   return plane;
 }
 
-void share_range(std::vector<Panel>& panels) {
+void share_range(std::span<Panel> panels) {
   std::vector<double> ends;
   for (const Panel& panel : panels) {
     const MapPanel* map = std::get_if<MapPanel>(&panel);
@@ -386,12 +366,11 @@ bool have_gnuplot() {
   return found;
 }
 
-std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
+std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& given, DiagnosticSink& sink,
                               Formats formats) {
-  std::vector<Format> wanted{
-      {".png",
-       fmt::format("pngcairo {} font 'Helvetica,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
-                   size_of(panels, png_scale), png_scale, png_scale, png_scale)}};
+  if (!have_gnuplot()) return {};
+  const std::vector<Panel> panels = drawn(given);
+  std::vector<Format> wanted{png_of(panels)};
   const std::string svg = fmt::format("svg {} dynamic font 'Helvetica,13' background rgb 'white'", size_of(panels, 1));
   if (formats == Formats::svg_and_png) wanted.insert(wanted.begin(), {".svg", svg});
   return draw_all(wanted, stem, {panels}, sink);
@@ -399,10 +378,12 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
 
 std::vector<std::string> draw_film(const fs::path& stem, const std::vector<std::vector<Panel>>& pages,
                                    DiagnosticSink& sink) {
-  constexpr int hundredths_a_page = 8;
-  if (pages.empty()) return {};
-  const std::string size = size_of(pages.front(), 1);
-  return draw_all({{".gif", fmt::format("gif animate delay {} loop 0 {}", hundredths_a_page, size)}}, stem, pages,
+  if (pages.empty() || !have_gnuplot()) return {};
+  std::vector<std::vector<Panel>> frames;
+  for (const std::vector<Panel>& page : pages) frames.push_back(drawn(page));
+  if (run_process({"ffmpeg", "-version"}).succeeded()) return encode(stem, frames, sink);
+  const std::string size = size_of(frames.front(), 1);
+  return draw_all({{".gif", fmt::format("gif animate delay {} loop 0 {}", hundredths_a_page, size)}}, stem, frames,
                   sink);
 }
 

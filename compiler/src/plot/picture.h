@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures as SVG and PNG by gnuplot: panels with curves and coloured maps, two in a row.
+// Pictures as SVG and PNG by gnuplot: panels with curves and coloured maps.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -37,16 +39,25 @@ struct LinePanel {
   std::string corner;        // small text at the upper right
   double wall = 0;           // everything left of it is grey; 0: none
 };
-/// Values of shape (ny, nx), x fastest.
+/// What a map's coordinates are. to_scale: lengths of one unit; stretched: drawn without a common scale; polar: x is r
+/// and y is theta; sphere: longitude and latitude in radians.
+enum class MapShape { to_scale, stretched, polar, sphere };
+using Polyline = std::vector<std::pair<double, double>>;  // in the map's coordinates
+struct MapAxis {
+  std::string label;
+  int cells = 0;
+  double low = 0, high = 1;
+  std::vector<double> faces = {};  // for cells of different widths, one more than cells; else empty
+};
+/// Values of shape (y.cells, x.cells), x fastest.
 struct MapPanel {
-  std::string title, x_label, y_label, value_label;
-  int nx = 0, ny = 0;
-  double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
-  std::vector<double> x_faces,
-      y_faces;  // for cells of different widths, one more than cells; else empty
+  std::string title, value_label;
+  MapAxis x, y;
   std::vector<double> values;
   std::optional<ValueRange> range;
-  bool is_to_scale = true;  // both axes are lengths in the same unit
+  MapShape shape = MapShape::to_scale;
+  bool is_in_degrees = false;
+  std::vector<Polyline> lines;  // drawn over the map: outlines of bodies
 };
 using Panel = std::variant<LinePanel, MapPanel>;
 
@@ -57,7 +68,7 @@ std::vector<double> plane_of(const std::vector<double>& values, const std::array
                              std::int64_t index);
 
 /// Sets the common range of all maps in each of them.
-void share_range(std::vector<Panel>& panels);
+void share_range(std::span<Panel> panels);
 
 /// The range of the finite values; nullopt if there are none.
 std::optional<ValueRange> range_of(const std::vector<double>& values);
@@ -68,9 +79,9 @@ bool spans_decades(const std::vector<Curve>& curves);
 enum class Formats { svg_and_png, png };
 /// Writes `stem`.svg and `stem`.png and returns their paths. Without gnuplot it returns nothing and reports nothing
 /// (see have_gnuplot). Failures of gnuplot and of the disk are reported.
-std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
+std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& given, DiagnosticSink& sink,
                               Formats formats = Formats::svg_and_png);
-/// Writes `stem`.gif, a film of pages with equal layout.
+/// Writes a film of pages with equal layout: `stem`.mp4 if ffmpeg is installed, else `stem`.gif.
 std::vector<std::string> draw_film(const std::filesystem::path& stem, const std::vector<std::vector<Panel>>& pages,
                                    DiagnosticSink& sink);
 

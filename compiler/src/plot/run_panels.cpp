@@ -1,14 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plot/run_panels.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
+#include "driver/report/centres.h"
 #include "driver/report/run_description.h"
+#include "model/analyse/flows.h"
 
 namespace dpde::plot {
 
-std::vector<Panel> panels_of_run(const SceneView& scene, const DrawnRun& run) {
-  if (!run.course.empty()) return {panel_of_course(scene.problem, run.course)};
+namespace {
+
+/// Slopes along an axis at the centres: central differences, at walls one-sided.
+std::vector<double> slopes(const std::vector<double>& values, const std::vector<model::Axis>& axes, std::size_t along) {
+  const model::Axis& axis = axes[along];
+  const int cells = axis.cells;
+  const std::size_t stride = along == 0 ? 1 : static_cast<std::size_t>(axes[0].cells);
+  const double length = axis.face(cells) - axis.face(0);
+  const bool is_periodic = axis.topology == Topology::periodic;
+  std::vector<double> result(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int at = static_cast<int>(i / stride) % cells;
+    const bool wraps_below = at == 0 && is_periodic, wraps_above = at + 1 == cells && is_periodic;
+    const int below = wraps_below ? cells - 1 : std::max(at - 1, 0),
+              above = wraps_above ? 0 : std::min(at + 1, cells - 1);
+    const double distance = axis.centre(above) - axis.centre(below) + (wraps_below + wraps_above) * length;
+    const auto value = [&](int cell) {
+      return values[i + static_cast<std::size_t>(cell) * stride - static_cast<std::size_t>(at) * stride];
+    };
+    result[i] = distance == 0 ? 0 : (value(above) - value(below)) / distance;
+  }
+  return result;
+}
+
+/// dx(u.y) - dy(u.x) at the centres.
+std::vector<double> vorticity_of(const SceneView& scene, const std::string& flow, const DrawnRun& run) {
+  const auto component = [&](const std::string& name) {
+    return driver::at_centres(scene.problem, scene.axes, name, run.at_end(name));
+  };
+  std::vector<double> vorticity = slopes(component(flow + ".y"), scene.axes, 0);
+  const std::vector<double> other = slopes(component(flow + ".x"), scene.axes, 1);
+  for (std::size_t i = 0; i < vorticity.size(); ++i) vorticity[i] -= other[i];
+  return vorticity;
+}
+
+}  // namespace
+
+std::vector<Panel> panels_of_run(const SceneView& given, const DrawnRun& run) {
+  if (!run.course.empty()) return {panel_of_course(given.problem, run.course)};
+  SceneView scene = given;
+  scene.time = run.time;
   const std::string when = time_text(scene.problem, run.time);
   std::vector<Panel> panels;
   const auto add = [&](const std::string& title, const std::string& field, std::vector<double> values) {
@@ -17,6 +61,10 @@ std::vector<Panel> panels_of_run(const SceneView& scene, const DrawnRun& run) {
   };
   for (const std::string& state : run.states) add(state, state, run.at_end(state));
   for (const std::string& output : run.outputs) add(output, output, run.at_end(output));
+  for (const std::string& flow : model::flows_in_plane(scene.problem))
+    add_state(
+        panels, scene, when,
+        {"vorticity of " + flow, vorticity_of(scene, flow, run), {}, fmt::format("dx({0}.y) \u2212 dy({0}.x)", flow)});
   if (scene.axes.size() > 1 || run.at_start == nullptr) return panels;
   for (const std::string& state : run.states) add(state + " at the start", state, run.at_start(state));
   return panels;

@@ -5,10 +5,13 @@
 
 #include <cstddef>
 #include <set>
+#include <span>
 
 #include "driver/report/run_description.h"
 #include "model/analyse/placement.h"
+#include "plot/bodies.h"
 #include "plot/curve.h"
+#include "plot/map_shape.h"
 #include "support/names/number_text.h"
 
 namespace dpde::plot {
@@ -22,22 +25,25 @@ std::vector<double> faces_of(const model::Axis& axis) {
   return faces;
 }
 
-/// A map of the plane of axes a and b, without values.
-MapPanel empty_map(const model::Problem& problem, const std::string& title, const model::Axis& a,
-                   const model::Axis& b) {
+/// A map of the plane, without values. `axes`: those of the field's placement.
+MapPanel empty_map(const SceneView& scene, const std::vector<model::Axis>& axes, const std::string& title,
+                   const Plane& plane) {
+  const model::Problem& problem = scene.problem;
+  const model::Axis &a = axes[plane.a], &b = axes[plane.b];
   MapPanel panel;
   panel.title = title;
-  panel.x_label = label_of(problem, a.name);
-  panel.y_label = label_of(problem, b.name);
-  panel.nx = a.cells;
-  panel.ny = b.cells;
-  panel.x_faces = faces_of(a);
-  panel.y_faces = faces_of(b);
-  panel.x_low = a.face(0);
-  panel.x_high = a.face(a.cells);
-  panel.y_low = b.face(0);
-  panel.y_high = b.face(b.cells);
-  panel.is_to_scale = !problem.metric && problem.unit_of(a.name) == problem.unit_of(b.name);
+  const auto named = [&](std::size_t axis) {
+    return AxisName{axis, driver::called(problem, axes[axis].name), problem.unit_of(axes[axis].name)};
+  };
+  set_axes(panel, problem.metric ? std::optional(problem.metric->system) : std::nullopt, named(plane.a),
+           named(plane.b));
+  for (const auto& [axis, shown] : {std::pair(&a, &panel.x), std::pair(&b, &panel.y)}) {
+    shown->cells = axis->cells;
+    shown->low = axis->face(0);
+    shown->high = axis->face(axis->cells);
+    shown->faces = faces_of(*axis);
+  }
+  panel.lines = outlines(scene.problem, scene.axes, plane, scene.time);
   return panel;
 }
 
@@ -45,24 +51,34 @@ MapPanel empty_map(const model::Problem& problem, const std::string& title, cons
 std::vector<Panel> maps_of(const SceneView& scene, const std::string& title, NamedState state) {
   const std::vector<model::Axis> axes = model::axes_at(scene.axes, state.placement);
   if (axes.size() == 2) {
-    MapPanel panel = empty_map(scene.problem, title, axes[0], axes[1]);
+    MapPanel panel = empty_map(scene, axes, title, {});
     panel.value_label = state.label;
     panel.values = std::move(state.values);
     return {std::move(panel)};
   }
   std::vector<Panel> panels;
-  for (int across = 2; across >= 0; --across) {
-    const int middle = axes[std::size_t(across)].cells / 2, a = across == 0 ? 1 : 0, b = across == 2 ? 1 : 2;
-    const model::Axis& cut = axes[std::size_t(across)];
+  for (const std::size_t across : {2, 1, 0}) {
+    const Plane plane{across == 0 ? 1u : 0u, across == 2 ? 1u : 2u, across};
+    const model::Axis& cut = axes[across];
+    const int middle = cut.cells / 2;
     const std::string where = fmt::format("{}, {} = {:.4g}{}", title, driver::called(scene.problem, cut.name),
                                           cut.centre(middle), behind_number(scene.problem.unit_of(cut.name)));
-    MapPanel panel = empty_map(scene.problem, where, axes[std::size_t(a)], axes[std::size_t(b)]);
+    MapPanel panel = empty_map(scene, axes, where, plane);
     panel.value_label = state.label;
-    panel.values = plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, across, middle);
+    panel.values =
+        plane_of(state.values, {axes[0].cells, axes[1].cells, axes[2].cells}, static_cast<int>(across), middle);
     panels.push_back(std::move(panel));
   }
   share_range(panels);
   return panels;
+}
+
+/// The second minus the first.
+NamedState difference_of(const NamedState& first, const NamedState& second) {
+  NamedState difference = second;
+  difference.title = fmt::format("{} \u2212 {}", second.title, first.title);
+  for (std::size_t i = 0; i < difference.values.size(); ++i) difference.values[i] -= first.values[i];
+  return difference;
 }
 
 }  // namespace
@@ -106,15 +122,23 @@ void add_state(std::vector<Panel>& panels, const SceneView& scene, const std::st
 }
 
 std::vector<Panel> panels_of(const SceneView& scene, const std::string& title, std::vector<NamedState> states) {
+  const bool are_compared = states.size() == 2 && scene.axes.size() > 1;
+  if (are_compared) states.push_back(difference_of(states[0], states[1]));
   const std::size_t count = states.size();
   std::vector<Panel> panels;
   for (NamedState& state : states) add_state(panels, scene, title, std::move(state));
-  share_range(panels);
+  const std::size_t planes = panels.size() / count;
+  const std::span differences = std::span(panels).subspan(are_compared ? 2 * planes : panels.size());
+  share_range(std::span(panels).first(panels.size() - differences.size()));
+  const MapPanel* first = std::get_if<MapPanel>(&panels.front());
+  if (first != nullptr && first->range) {
+    const double extent = first->range->high - first->range->low;
+    for (Panel& panel : differences) std::get<MapPanel>(panel).range = ValueRange{-extent, extent};
+  }
   if (scene.axes.size() < 3 || count < 2) return panels;
   std::vector<Panel> side_by_side;  // the same plane of all states
-  for (std::size_t plane = 0; plane < panels.size() / count; ++plane) {
-    for (std::size_t s = 0; s < count; ++s)
-      side_by_side.push_back(std::move(panels[s * panels.size() / count + plane]));
+  for (std::size_t plane = 0; plane < planes; ++plane) {
+    for (std::size_t s = 0; s < count; ++s) side_by_side.push_back(std::move(panels[s * planes + plane]));
   }
   return side_by_side;
 }

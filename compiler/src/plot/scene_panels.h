@@ -13,10 +13,13 @@ namespace dpde::plot {
 
 /// Scene of the panels, and its axes with the cells of a run.
 struct SceneView {
-  SceneView(const driver::Session& session) : problem(session.problem()), axes(session.axes()) {}  // NOLINT: a view
-  SceneView(const model::Problem& of, const std::vector<model::Axis>& with) : problem(of), axes(with) {}
+  SceneView(const driver::Session& session)  // NOLINT: a view
+      : SceneView(session.problem(), session.axes()) {}
+  SceneView(const model::Problem& of, const std::vector<model::Axis>& with)
+      : problem(of), axes(with), time(of.t_begin) {}
   const model::Problem& problem;
   const std::vector<model::Axis>& axes;
+  double time;  // of moving bodies
 };
 
 /// "x [m]"; only the name if the unit is unknown.
@@ -33,7 +36,8 @@ struct NamedState {
 };
 
 /// 1-D: one panel with one curve for each state. 2-D: one map each; 3-D: the three middle planes each. All maps share
-/// one colour range, so that states can be compared.
+/// one colour range, so that states can be compared. Beside two maps stands their difference, on colours of the same
+/// scale around 0.
 std::vector<Panel> panels_of(const SceneView& scene, const std::string& title, std::vector<NamedState> states);
 /// Adds the states one by one, so that only drawn values are kept.
 void add_state(std::vector<Panel>& panels, const SceneView& scene, const std::string& title, NamedState state);

@@ -11,6 +11,7 @@
 #include "dpde/runtime/netcdf.h"
 #include "dpde/runtime/npy.h"
 #include "files/files.h"
+#include "model/boundary/metric.h"
 
 namespace dpde::plot {
 
@@ -34,6 +35,8 @@ class NetcdfFields {
   StoredField field(const std::string& name) const {
     const NetcdfReader::Variable& variable = *file_.find(name);
     StoredField field{name, {}, {}, {}, unit_of(name), has_time(variable) ? unit_of(variable.dimensions[0]) : ""};
+    const std::string coordinates = file_.text("", "dpde_coordinates").value_or("");
+    if (!coordinates.empty()) field.system = model::system_of(coordinates);
     for (std::size_t d = variable.shape.size(); d-- > (has_time(variable) ? 1u : 0u);) {
       field.axes.push_back(axis(variable.dimensions[d], variable.shape[d]));
     }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/model.h"
 #include "source/diagnostic.h"
 
 namespace dpde::plot {
@@ -24,6 +25,7 @@ struct StoredField {
   std::vector<double> times;     // empty: one state without a time
   std::vector<std::vector<double>> states;
   std::string unit = {}, time_unit = {};
+  std::optional<model::CoordinateSystem> system = {};  // of curved coordinates
 };
 
 /// One field of a .npy file, or fields of a .nc file: `field`, or all on the axes of the first one (""). Only the last

@@ -18,6 +18,7 @@
 #include "driver/memory/cost.h"
 #include "driver/memory/dry_engine.h"
 #include "driver/scene/data.h"
+#include "model/analyse/flows.h"
 
 namespace dpde::driver {
 
@@ -135,8 +136,11 @@ double bytes_of_outputs(const Compiled& compiled) {
   const double stored = compiled.real() == Precision::f32 ? 4 : 8;
   const double part = std::max(cells, std::min(cells * (problem.steps + 1), NetcdfContent::values_at_once));
   const double written = (8 + (stored < 8 ? stored : 0)) * part + 3 * stored * NetcdfContent::values_at_once;
-  // Pictures need all of a plane; of a line or a volume they need a negligible part.
-  const double pictures = problem.axes.size() == 2 ? 8 * of_end * cells : 0;
+  // Pictures need all of a plane; of a line or a volume they need a negligible part. The vorticity of a flow is
+  // computed from both components and two slopes.
+  const std::size_t flows = model::flows_in_plane(problem).size();
+  const double of_flows = flows > 0 ? static_cast<double>(flows) + 3 : 0;
+  const double pictures = problem.axes.size() == 2 ? 8 * (of_end + of_flows) * cells : 0;
   return std::max(8 * fields * cells, written) + 8 * numbers_of_axes(problem) + pictures;
 }
 

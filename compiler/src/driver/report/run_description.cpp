@@ -5,6 +5,7 @@
 
 #include "files/imports.h"
 #include "model/analyse/placement.h"
+#include "model/boundary/metric.h"
 #include "model/print/print_model.h"
 #include "support/version.h"
 
@@ -92,11 +93,13 @@ NetcdfAttributes attributes_of(const model::Problem& problem, const SourceFile& 
   for (const std::string& setting : origin.set) command += " --set " + setting;
   if (!origin.scheme.empty()) command += " --scheme " + origin.scheme;
   command += fmt::format(" --backend {} --seed {}", origin.backend, origin.seed);
+  const std::string coordinates = problem.metric ? model::word_of(problem.metric->system) : "";
   return {{"Conventions", "CF-1.8"},
           {"title", fmt::format("scene {} of {}", problem.scene, origin.file)},
           {"source", version},
           {"history", command},
           {"dpde_scene", problem.scene},
+          {"dpde_coordinates", coordinates},
           {"dpde_settings", settings},
           {"dpde_scheme", model::print(problem.scheme)},
           {"dpde_problem", model::print(problem)},

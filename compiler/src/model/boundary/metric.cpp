@@ -7,6 +7,7 @@
 #include "model/analyse/formula.h"
 #include "model/analyse/placement.h"
 #include "model/build.h"
+#include "support/assert.h"
 
 namespace dpde::model {
 
@@ -158,6 +159,24 @@ bool reads_across_pole(const Problem& problem, const Expr& e) {
     if ((low || high) && ReadsAcross{problem, axis, low, high}(e, false)) return true;
   }
   return false;
+}
+
+std::string word_of(CoordinateSystem system) {
+  switch (system) {
+    case CoordinateSystem::given: return "metric";
+    case CoordinateSystem::polar: return "polar";
+    case CoordinateSystem::cylinder: return "cylinder";
+    case CoordinateSystem::sphere: return "sphere";
+  }
+  unreachable("coordinate system");
+}
+
+CoordinateSystem system_of(const std::string& word) {
+  for (const CoordinateSystem system :
+       {CoordinateSystem::polar, CoordinateSystem::cylinder, CoordinateSystem::sphere}) {
+    if (word_of(system) == word) return system;
+  }
+  return CoordinateSystem::given;
 }
 
 Expr size_of(const Metric& metric, const std::array<bool, 3>& over, std::size_t axes) {

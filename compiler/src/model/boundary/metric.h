@@ -10,6 +10,10 @@
 
 namespace dpde::model {
 
+/// The word of the language, `metric` for lengths that are given. And the system of a word; given for other words.
+std::string word_of(CoordinateSystem system);
+CoordinateSystem system_of(const std::string& word);
+
 /// The product of all scales and of the length of the way around.
 Expr volume_of(const Metric& metric);
 /// The same over some of the axes; the way around counts only for volumes.

@@ -43,12 +43,6 @@ constexpr const char* kinds_hint =
     "write coordinates polar (x is r, y is theta), cylinder (x is r, y is z), sphere(a) (x is the longitude, y the "
     "latitude) or metric(h_x, h_y), lengths of units of x and y";
 
-CoordinateSystem system_of(const std::string& kind) {
-  if (kind == "polar") return CoordinateSystem::polar;
-  if (kind == "cylinder") return CoordinateSystem::cylinder;
-  return kind == "sphere" ? CoordinateSystem::sphere : CoordinateSystem::given;
-}
-
 std::vector<std::string> names_of_axes(CoordinateSystem system) {
   switch (system) {
     case CoordinateSystem::given: return {};

@@ -15,7 +15,8 @@ struct Layout {
   int columns = 1, rows = 1;
   int width = panel_width, height = panel_height;  // of a panel
 };
-/// Two panels in a row. If all are maps to scale, panels are as high as these need, and wide ones take a row each.
+/// Two or three panels in a row. If all are maps to scale, panels are as high as these need, and wide ones take a row
+/// each.
 Layout layout_of(const std::vector<Panel>& panels);
 
 /// Height of the map over its width, if one unit is to be as long along both axes; else 0. Very long or high maps are

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plot/layout.h"
+#include "plot/draw/layout.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,10 @@ namespace dpde::plot {
 
 namespace {
 
-constexpr int most_columns = 2;
+/// Three in a row if that leaves none over: the components and pressure of a flow, three planes, two maps and their
+/// difference.
+int columns_of(int panels) { return panels % 3 == 0 ? 3 : std::min(panels, 2); }
+
 constexpr int name_height = 15, names_with_room = 4;  // of curve names below a picture
 // Pixels besides the map itself: title, labels and numbers; the colour bar with its label.
 constexpr int margin_above_and_below = 96, margin_beside = 172;
@@ -39,8 +42,8 @@ int names_height(const std::vector<Panel>& panels) {
 
 double aspect_of(const MapPanel& panel) {
   constexpr double most = 12;
-  if (!panel.is_to_scale) return 0;
-  const double aspect = std::abs((panel.y_high - panel.y_low) / (panel.x_high - panel.x_low));
+  if (panel.shape != MapShape::to_scale) return 0;
+  const double aspect = std::abs((panel.y.high - panel.y.low) / (panel.x.high - panel.x.low));
   return aspect <= most && aspect >= 1 / most ? aspect : 0;
 }
 
@@ -49,12 +52,12 @@ Layout layout_of(const std::vector<Panel>& panels) {
   constexpr double highest = 1;  // higher maps become narrower
   const int count = static_cast<int>(panels.size());
   Layout layout;
-  layout.columns = std::min(most_columns, count);
+  layout.columns = columns_of(count);
   const double aspect = largest_aspect(panels);
   if (aspect > 0) {
     if (aspect < wide) {
       layout.columns = 1;
-      layout.width = most_columns * panel_width;
+      layout.width = 2 * panel_width;
     }
     const double map_height = std::min(aspect, highest) * (layout.width - margin_beside);
     layout.height = static_cast<int>(std::lround(map_height)) + margin_above_and_below;
