@@ -119,5 +119,13 @@ TEST_F(EditorCommands, TellsItsVersion) {
     EXPECT_NE(told.out.find(line), std::string::npos) << told.out;
 }
 
+/// Builds install these files, so that they run nothing that they have built: tools/bless shells writes them.
+TEST_F(EditorCommands, InstalledTextsOfShellsAreTheirs) {
+  const fs::path shells = fs::path(DPDE_SOURCE_DIR) / "tools/shells";
+  for (const auto& [command, file] : {std::pair("man", "dpde.1"), std::pair("completion bash", "dpde"),
+                                      std::pair("completion zsh", "_dpde"), std::pair("completion fish", "dpde.fish")})
+    EXPECT_EQ(content(shells / file), dpde(command).out) << command;
+}
+
 }  // namespace
 }  // namespace dpde::testing

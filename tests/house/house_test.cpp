@@ -51,6 +51,7 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"codegen", {"support", "network", "source", "loop", "dpde"}},
     {"codegen/cpp", {"support", "source", "loop", "codegen", "dpde"}},
     {"codegen/llvm", {"support", "source", "loop", "codegen", "dpde"}},
+    {"codegen/no_llvm", {"support", "source", "loop", "codegen", "codegen/cpp", "codegen/llvm", "dpde"}},
     {"files", {"support", "network", "source", "syntax", "model", "codegen", "dpde"}},
     {"driver",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "loop", "codegen", "codegen/cpp",

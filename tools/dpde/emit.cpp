@@ -9,6 +9,7 @@
 
 #include "codegen/cpp/emit_cpp.h"
 #include "codegen/llvm/emit_llvm.h"
+#include "codegen/llvm/jit.h"
 #include "command.h"
 #include "driver/scene/param_values.h"
 #include "driver/scene/scene_text.h"
@@ -94,6 +95,12 @@ std::string stage_text(Job& job, const EmitOptions& options) {
   compile_options->backend.reset();
   compile_options->tangent = options.stage == "tangent";
   compile_options->adjoint = options.stage.starts_with("adjoint");
+  const bool is_of_llvm = options.stage.ends_with("llvm") || options.stage.ends_with("asm");
+  if (is_of_llvm && !codegen::has_llvm()) {
+    job.sink().report("bad-option", {}, {fmt::format("--stage {}: this dpde was built without LLVM", options.stage)},
+                      "write --stage cpp, or build with -DDPDE_LLVM=ON");
+    return "";
+  }
   const Preparing preparing(job, "stopped before anything was emitted");
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return "";

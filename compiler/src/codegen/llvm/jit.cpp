@@ -129,6 +129,8 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
   return result;
 }
 
+bool has_llvm() { return true; }
+
 std::string host_description() {
   unsigned major = 0, minor = 0, patch = 0;
   LLVMGetVersion(&major, &minor, &patch);  // of the loaded library, not of its headers

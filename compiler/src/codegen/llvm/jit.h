@@ -23,6 +23,9 @@ struct JitResult {
   double link_s = 0;      // machine code, and linking it into the process
 };
 
+/// False in a build without LLVM, where the system's C++ compiler does all this (codegen/no_llvm).
+bool has_llvm();
+
 JitResult jit(const loop::Module& module, const JitOptions& options = {}, CodeCache* cache = nullptr);
 
 /// Names the processor that code is made for, and the LLVM version.
