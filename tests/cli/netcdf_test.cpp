@@ -226,7 +226,7 @@ TEST_F(Netcdf, PlotsTheLastStateOrAllAsFrames) {
   const Outcome plot = dpde("plot o/rod.nc --field u --json");
   ASSERT_EQ(plot.status, 0) << plot.err;
   EXPECT_EQ(plot.json()["files"], Json({"o/rod_u.svg", "o/rod_u.png"}));
-  EXPECT_NE(content(path("o/rod_u.svg")).find("u at t = 1"), std::string::npos);
+  EXPECT_NE(content(path("o/rod_u.svg")).find("u, t = 1"), std::string::npos);
   const Outcome video = dpde("plot o/rod.nc --video --json --out v");
   EXPECT_EQ(video.json()["files"], Json({"v/rod_u_0000.png", "v/rod_u_0001.png", "v/rod_u_0002.png"}));
   EXPECT_EQ(content(path("v/rod_u_0002.png")).substr(1, 3), "PNG");

@@ -162,5 +162,24 @@ TEST_F(PictureShapes, LittleDifferencesAreReadable) {
   }
 }
 
+/// u = x + 10 t at all recorded times, also of intervals that differ: rows from below are times.
+TEST_F(PictureShapes, MapsOverSpaceAndTime) {
+  write("line.dpde",
+        "model m { field u; dt(u) = 10 }\nscene s : m {\n  grid x = 0 .. 4 in m, cells 4, periodic\n"
+        "  initial u = x\n  time 0 .. 1, step 1/4\n  output u every 1/4\n}\n");
+  ASSERT_EQ(dpde("run line.dpde --quiet --out o").status, 0);
+  const std::string script = scripts_of("plot o/s.nc --space-time --out p");
+  EXPECT_EQ(block_of(script, "$p0"),
+            (Rows{{0.5, 1.5, 2.5, 3.5}, {3, 4, 5, 6}, {5.5, 6.5, 7.5, 8.5}, {8, 9, 10, 11}, {10.5, 11.5, 12.5, 13.5}}));
+  EXPECT_EQ(range_of(script, "yrange"), (std::pair(0.0, 1.0)));
+  EXPECT_FALSE(lines_with(script, "set ylabel 't'").empty());
+  EXPECT_EQ(dpde("plot o/s.nc --space-time --film").status, 2);
+  write("plane.dpde",
+        "model m { field u; dt(u) = 10 }\nscene s : m {\n  grid x = 0 .. 4, cells 4, periodic\n"
+        "  grid y = 0 .. 4, cells 4, periodic\n  initial u = x\n  time 0 .. 1, step 1/4\n}\n");
+  ASSERT_EQ(dpde("run plane.dpde --quiet --out o").status, 0);
+  EXPECT_EQ(dpde("plot o/s.nc --space-time").status, 2);
+}
+
 }  // namespace
 }  // namespace dpde::testing

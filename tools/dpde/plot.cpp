@@ -25,9 +25,9 @@ namespace {
 struct PlotOptions : CommonOptions {
   std::string field, slice, range = "common";
   std::optional<double> time;
-  bool video = false, film = false;
+  bool video = false, film = false, space_time = false;
 
-  bool all_states() const { return video || film || time.has_value(); }
+  bool all_states() const { return video || film || space_time || time.has_value(); }
 };
 
 /// The slice through the cell that contains the position; nullopt after a diagnostic.
@@ -74,6 +74,21 @@ bool tell_of_values_left_out(Job& job, const plot::StoredField& field) {
 }
 
 /// False after a diagnostic.
+bool check_space_time(Job& job, const PlotOptions& options, const plot::StoredField& field) {
+  const auto refuse = [&](const std::string& why, const std::string& hint) {
+    job.sink().report("bad-option", {}, {"--space-time: " + why}, hint);
+    return false;
+  };
+  if (!options.space_time) return true;
+  if (options.video || options.film || options.time)
+    return refuse("--time or a film", "a map over space and time has all states");
+  if (field.axes.size() != 1)
+    return refuse(fmt::format("{} has {} axes", field.name, field.axes.size()), "fields on one axis have such a map");
+  if (field.times.size() > 1) return true;
+  return refuse(fmt::format("{} has one state", field.name), "write output " + field.name + " every ... in the scene");
+}
+
+/// False after a diagnostic.
 bool check_time(Job& job, const PlotOptions& options, const plot::StoredField& field) {
   const auto refuse = [&](const std::string& why, const std::string& hint) {
     job.sink().report("bad-option", {}, {why}, hint);
@@ -115,10 +130,16 @@ void plot(Job& job, const PlotOptions& options) {
   std::vector<std::optional<plot::Slice>> slices;
   std::string name = fs::path(options.file).stem().string();
   for (const plot::StoredField& field : *fields) {
-    if (!check_time(job, options, field) || !tell_of_values_left_out(job, field)) return;
+    if (!check_time(job, options, field) || !check_space_time(job, options, field) ||
+        !tell_of_values_left_out(job, field))
+      return;
     slices.push_back(options.slice.empty() ? std::nullopt : slice_at(job, field, options.slice));
     if (job.failed()) return;
     if (field.name != name) name += "_" + field.name;  // does not overwrite the picture of dpde run
+    if (options.space_time) {
+      panels.push_back(plot::space_time_map(field));
+      continue;
+    }
     plot::add_panels(field, plot::state_at(field, options.time), slices.back(), std::nullopt, panels);
     if (const plot::LinePanel* line = std::get_if<plot::LinePanel>(&panels.back()))
       job.say(plot::text_plot(*line, plot::terminal_is_utf8()));
@@ -141,6 +162,7 @@ void add_plot(CLI::App& app, Console& console) {
   verb->add_option("--field", options->field, "of a .nc file: this field only")->type_name("NAME");
   verb->add_option("--time", options->time, "of a .nc file: the state nearest to it, in place of the last")
       ->type_name("T");
+  verb->add_flag("--space-time", options->space_time, "of one axis and a .nc file: a map of all states over x and t");
   verb->add_option("--slice", options->slice, "of three axes: this plane, in place of those through the middle")
       ->type_name("AXIS=PLACE");
   verb->add_flag("--film", options->film, "of a .nc file: all stored states as one film (MP4 by ffmpeg, else GIF)");

@@ -221,6 +221,7 @@ complete -c dpde -n '__fish_seen_subcommand_from plot' -s q -l quiet -d 'no text
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l json -d 'one JSON object on standard output and nothing else'
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l field -r -d 'of a .nc file: this field only'
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l time -r -d 'of a .nc file: the state nearest to it, in place of the last'
+complete -c dpde -n '__fish_seen_subcommand_from plot' -l space-time -d 'of one axis and a .nc file: a map of all states over x and t'
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l slice -r -d 'of three axes: this plane, in place of those through the middle'
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l film -d 'of a .nc file: all stored states as one film (MP4 by ffmpeg, else GIF)'
 complete -c dpde -n '__fish_seen_subcommand_from plot' -l video -d 'of a .nc file: a PNG for each stored state'

@@ -93,7 +93,8 @@ bool is_beaten(const chart::MethodMarks& method, const chart::Mark& mark) {
 
 LinePanel chart_panel(const ChartText& text, const std::vector<chart::MethodMarks>& methods, double uncertainty,
                       double tolerance) {
-  LinePanel panel{text.title, text.x_label, text.y_label, true, true, {}, {}, true};
+  LinePanel panel{text.title, text.x_label, text.y_label};
+  panel.log_x = panel.log_y = panel.names_below = true;
   const Extent extent = extent_of(methods);
   panel.corner = text.machine;
   if (extent.least_memory < extent.most_memory)

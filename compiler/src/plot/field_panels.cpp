@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <ranges>
 #include <string>
 #include <utility>
 
@@ -19,7 +20,7 @@ namespace {
 
 std::string title_of(const StoredField& field, std::size_t state) {
   if (field.times.empty()) return field.name;
-  return fmt::format("{} at t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
+  return fmt::format("{}, t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
 }
 
 Panel line_of(const StoredField& field, std::size_t state, const std::optional<ValueRange>& range) {
@@ -29,6 +30,7 @@ Panel line_of(const StoredField& field, std::size_t state, const std::optional<V
   panel.x_label = label_of(x.name, x.unit);
   panel.y_label = label_of(field.name, field.unit);
   panel.range = range;
+  panel.x_range = ValueRange{std::min(x.low, x.high), std::max(x.low, x.high)};
   panel.curves.push_back(curve_of(panel.title, field.states[state],
                                   [&](std::size_t i) { return centre_of(x, static_cast<std::int64_t>(i)); }));
   return panel;
@@ -93,6 +95,31 @@ void add_panels(const StoredField& field, std::size_t state, const std::optional
     planes.push_back(map_of(field, state, Slice{across, field.axes[across].cells / 2}, range));
   if (!range) share_range(planes);
   std::ranges::move(planes, std::back_inserter(panels));
+}
+
+MapPanel space_time_map(const StoredField& field) {
+  const StoredAxis& x = field.axes[0];
+  MapPanel panel;
+  panel.title = field.name;
+  panel.value_label = label_of(field.name, field.unit);
+  panel.x = {label_of(x.name, x.unit), static_cast<int>(x.cells), x.low, x.high, x.faces};
+  panel.y = {label_of("t", field.time_unit), static_cast<int>(field.times.size()), 0, 0};
+  // A row reaches halfway to the times before and after.
+  std::vector<double>& faces = panel.y.faces;
+  const std::vector<double>& times = field.times;
+  faces.push_back(times[0] - (times[1] - times[0]) / 2);
+  for (std::size_t k = 0; k + 1 < times.size(); ++k) faces.push_back((times[k] + times[k + 1]) / 2);
+  faces.push_back(2 * times.back() - faces.back());
+  panel.y.low = faces.front();
+  panel.y.high = faces.back();
+  const double row = (panel.y.high - panel.y.low) / panel.y.cells;
+  const auto is_even = [&](std::size_t k) { return std::abs(times[k] - times[0] - double(k) * row) < 1e-6 * row; };
+  if (std::ranges::all_of(std::views::iota(std::size_t{0}, times.size()), is_even)) faces.clear();
+  panel.y.frame = ValueRange{times.front(), times.back()};
+  panel.shape = MapShape::stretched;
+  for (const std::vector<double>& state : field.states)
+    panel.values.insert(panel.values.end(), state.begin(), state.end());
+  return panel;
 }
 
 std::vector<std::vector<Panel>> pages_of(const std::vector<StoredField>& fields,

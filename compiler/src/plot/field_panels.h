@@ -28,6 +28,9 @@ std::size_t state_at(const StoredField& field, const std::optional<double>& time
 void add_panels(const StoredField& field, std::size_t state, const std::optional<Slice>& slice,
                 const std::optional<ValueRange>& range, std::vector<Panel>& panels);
 
+/// A map of a field on one axis over this axis and time. There are at least two times.
+MapPanel space_time_map(const StoredField& field);
+
 /// One page for each state, with an optional slice for each field. Pages share one range, as in a film, or each has its
 /// own.
 std::vector<std::vector<Panel>> pages_of(const std::vector<StoredField>& fields,

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "driver/report/run_description.h"
 
@@ -86,9 +87,12 @@ void add_unknowns(const Found& found, const Eigen::VectorXd& x, std::vector<Pane
   for (const driver::Inverse::Part& part : found.inverse.parts()) {
     if (part.is_control()) panels.push_back(control_panel(found, part.name, part.of(x)));
     if (!part.is_field()) continue;
+    std::vector<std::pair<std::string, std::vector<double>>> fields{{"recovered", part.of(x)}};
+    const std::vector<double>& own = found.inverse.own(part);
+    const bool is_constant = std::ranges::adjacent_find(own, std::not_equal_to<>()) == own.end();
+    if (!is_constant) fields.insert(fields.begin(), {"the scene's own", own});
     const auto both = panels_of_field(found.session, part.name, part.name + (part.is_initial() ? " at the start" : ""),
-                                      label_of(found.session.problem(), part.name),
-                                      {{"the scene's own", found.inverse.own(part)}, {"recovered", part.of(x)}});
+                                      label_of(found.session.problem(), part.name), fields);
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }

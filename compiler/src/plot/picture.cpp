@@ -100,7 +100,8 @@ std::string symbol_of(Symbol symbol) {
 /// Plot command for the curve's data block, with its title.
 std::string plot_of(const Curve& curve, const std::string& data, std::size_t number, const std::string& title) {
   const std::string line =
-      curve.colour.empty() ? fmt::format("lt {}", number + 1) : fmt::format("lc rgb '{}'", curve.colour);
+      (curve.colour.empty() ? fmt::format("lt {}", number + 1) : fmt::format("lc rgb '{}'", curve.colour)) +
+      (curve.is_dashed ? " dt 2" : "");
   if (!curve.low.empty() && !curve.sizes.empty())
     return fmt::format(
         "{0} using 1:2:3:4 with yerrorlines {1} lw 1.5 pt 7 ps 0.1 title {2}, {0} using 1:2:5 with points {1} pt 7 ps "
@@ -119,30 +120,37 @@ std::string limits_of(const LinePanel& panel) {
   return std::ranges::all_of(panel.curves, is_line) ? "set autoscale xfix\n" : "";
 }
 
-/// Format 1, 10, 100 if that is short, else 1e-07.
-const char* format_of_decades(const LinePanel& panel, std::vector<double> Curve::*values) {
-  constexpr double least = 1e-3, most = 1e4;
-  const auto is_short = [](double value) { return !std::isfinite(value) || (value >= least && value <= most); };
-  return std::ranges::all_of(panel.curves,
-                             [&](const Curve& curve) { return std::ranges::all_of(curve.*values, is_short); })
-             ? "%g"
-             : "%.0e";
+/// A logarithmic axis: labels 1, 10, 100 if that is short, else powers of ten; ticks between them only if there is
+/// room.
+std::string decades_of(const LinePanel& panel, const char* axis, std::vector<double> Curve::*values) {
+  constexpr double least = 1e-3, most = 1e4, with_ticks = 1e6;
+  std::vector<double> ends;
+  for (const Curve& curve : panel.curves) {
+    if (const std::optional<ValueRange> range = range_of(curve.*values))
+      ends.insert(ends.end(), {range->low, range->high});
+  }
+  const ValueRange range = range_of(ends).value_or(ValueRange{1, 1});
+  return fmt::format("set logscale {0}\nset format {0} '{1}'\nset m{0}tics {2}\n", axis,
+                     range.low >= least && range.high <= most ? "%g" : "10^{%T}",
+                     range.high > with_ticks * range.low ? "1" : "default");
 }
+
+std::string linear_axis(const char* axis) { return fmt::format("set format {0} '%g'\nunset m{0}tics\n", axis); }
 
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   if (panel.names_below || panel.curves.size() > 1)  // a second line separates them from the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
-  text += fmt::format("unset logscale\n{}set format y '{}'\n", panel.log_y ? "set logscale y\n" : "",
-                      panel.log_y ? format_of_decades(panel, &Curve::y) : "%g");
-  text += fmt::format("{}set format x '{}'\n", panel.log_x ? "set logscale x\n" : "",
-                      panel.log_x ? format_of_decades(panel, &Curve::x) : "%g");
-  text += "set xtics autofreq\nset ytics autofreq\nset autoscale\n" + limits_of(panel);
+  text += "unset logscale\n" + (panel.log_y ? decades_of(panel, "y", &Curve::y) : linear_axis("y"));
+  text += panel.log_x ? decades_of(panel, "x", &Curve::x) : linear_axis("x");
+  text += "set border 3\nset tics in\nset xtics autofreq\nset ytics autofreq\nset autoscale\n" + limits_of(panel);
   // Margin above and below; a constant curve has no extent of its own.
   if (panel.range) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
     text += fmt::format("set yrange [{}:{}]\n", number(panel.range->low - room), number(panel.range->high + room));
   }
+  if (panel.x_range)
+    text += fmt::format("set xrange [{}:{}]\n", number(panel.x_range->low), number(panel.x_range->high));
   text += fmt::format("unset label\nset label {} at graph 0.99,0.96 right font ',8' tc rgb '#777777' noenhanced\n",
                       quoted(panel.corner));
   text += "unset object\n";
@@ -160,29 +168,26 @@ std::string plot_of(const LinePanel& panel, int index) {
   return text + "\n";
 }
 
+std::string frame_of(const char* axis, const MapAxis& shown) {
+  const ValueRange range = shown.frame.value_or(ValueRange{shown.low, shown.high});
+  return fmt::format("set {}range [{}:{}]\n", axis, number(range.low), number(range.high));
+}
+
 std::string plot_of(const MapPanel& panel, int index) {
   const double hx = (panel.x.high - panel.x.low) / panel.x.cells, hy = (panel.y.high - panel.y.low) / panel.y.cells;
-  const std::optional<ValueRange> range = panel.range ? panel.range : range_of(panel.values);
-  double low = range ? range->low : INFINITY, high = range ? range->high : -INFINITY;
-  if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // constant or no values
-    const double middle = std::isfinite(low) ? low : 0, half = middle == 0 ? 1 : std::abs(middle) / 10;
-    low = middle - half;
-    high = middle + half;
-  }
-  // Signed data: red and blue around zero. Data of one sign, allowing slight excess beyond 0: a single hue.
-  constexpr double little = 0.1;
-  const double bound = std::max(std::abs(low), std::abs(high));
-  const bool is_signed = std::min(-low, high) > little * bound;
+  const Colours colours = colours_of(panel.range ? panel.range : range_of(panel.values));
   std::string text = labels_of(panel.title, panel.x.label, panel.y.label);
   text +=
-      "unset label\nunset object\nunset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format "
+      "set border 15\nset tics out\nunset mxtics\nunset mytics\nunset label\nunset object\nunset logscale\nunset "
+      "grid\nunset key\nset "
+      "colorbox\nset format y '%g'\nset format "
       "cb '%g'\n";
-  text += is_signed ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
-                    : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+  text += colours.is_signed
+              ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
+              : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
   text += fmt::format("set cblabel {} noenhanced offset 1,0\n", quoted(typeset(panel.value_label)));
-  text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
-  text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x.low), number(panel.x.high),
-                      number(panel.y.low), number(panel.y.high));
+  text += fmt::format("set cbrange [{}:{}]\n", number(colours.range.low), number(colours.range.high));
+  text += frame_of("x", panel.x) + frame_of("y", panel.y);
   text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";
   text += aspect_of(panel) > 0 ? "set size ratio -1\n" : "set size noratio\n";
   text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image", index, number(panel.x.low + hx / 2),
@@ -193,8 +198,9 @@ std::string plot_of(const MapPanel& panel, int index) {
 
 /// Colours that are distinguishable with red-green colour blindness (Okabe and Ito, jfly.uni-koeln.de/color, without
 /// the yellow, which is invisible on white); further curves repeat them dashed.
+constexpr std::array colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
+
 std::string line_types() {
-  constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
   constexpr int dashes[] = {1, 2, 4};
   std::string text;
   int number = 0;
@@ -224,7 +230,7 @@ std::string script_for(const std::vector<std::vector<Panel>>& pages, const std::
                        const fs::path& output) {
   std::string text =
       fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
-  text += line_types() + "set border 3\nset tics nomirror\n";
+  text += line_types() + "set tics nomirror\n";
   for (const std::vector<Panel>& page : pages) text += page_of(page);
   return text + "unset output\n";
 }
@@ -282,9 +288,10 @@ std::string size_of(const std::vector<Panel>& panels, int scale) {
 }
 
 Format png_of(const std::vector<Panel>& panels) {
-  return {".png",
-          fmt::format("pngcairo {} font 'Helvetica,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
-                      size_of(panels, png_scale), png_scale, png_scale, png_scale)};
+  return {
+      ".png",
+      fmt::format("pngcairo {} font 'DejaVu Sans,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
+                  size_of(panels, png_scale), png_scale, png_scale, png_scale)};
 }
 
 constexpr int hundredths_a_page = 8;
@@ -315,6 +322,21 @@ std::vector<std::string> encode(const fs::path& stem, const std::vector<std::vec
 }
 
 }  // namespace
+
+Colours colours_of(const std::optional<ValueRange>& range) {
+  double low = range ? range->low : INFINITY, high = range ? range->high : -INFINITY;
+  if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // constant or no values
+    const double middle = std::isfinite(low) ? low : 0, half = middle == 0 ? 1 : std::abs(middle) / 10;
+    low = middle - half;
+    high = middle + half;
+  }
+  constexpr double little = 0.1;
+  const double bound = std::max(std::abs(low), std::abs(high));
+  const bool is_signed = std::min(-low, high) > little * bound;
+  return is_signed ? Colours{{-bound, bound}, true} : Colours{{low, high}, false};
+}
+
+std::string colour_of_curve(std::size_t number) { return colours[number % colours.size()]; }
 
 std::optional<ValueRange> range_of(const std::vector<double>& values) {
   ValueRange range{INFINITY, -INFINITY};
@@ -371,7 +393,8 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& gi
   if (!have_gnuplot()) return {};
   const std::vector<Panel> panels = drawn(given);
   std::vector<Format> wanted{png_of(panels)};
-  const std::string svg = fmt::format("svg {} dynamic font 'Helvetica,13' background rgb 'white'", size_of(panels, 1));
+  const std::string svg =
+      fmt::format("svg {} dynamic font 'DejaVu Sans,13' background rgb 'white'", size_of(panels, 1));
   if (formats == Formats::svg_and_png) wanted.insert(wanted.begin(), {".svg", svg});
   return draw_all(wanted, stem, {panels}, sink);
 }

@@ -25,7 +25,11 @@ struct Curve {
   std::vector<double> sizes = {};     // sizes of these marks, 1: default; empty: all equal
   Symbol symbol = Symbol::small_dot;  // for marks instead of a line
   std::string colour = {};            // "#999999"; "": by the curve's number
+  bool is_dashed = false;             // shows a curve that it covers
 };
+/// Colour of the curve with this number.
+std::string colour_of_curve(std::size_t number);
+
 /// Range of the axis or colours, common to pictures that are compared.
 struct ValueRange {
   double low = 0, high = 1;
@@ -33,7 +37,7 @@ struct ValueRange {
 struct LinePanel {
   std::string title, x_label, y_label;
   bool log_x = false, log_y = false;
-  std::optional<ValueRange> range;  // nullopt: range of the values
+  std::optional<ValueRange> range = {}, x_range = {};  // nullopt: those of the values
   std::vector<Curve> curves;
   bool names_below = false;  // put the names below the picture, for many curves or long names
   std::string corner;        // small text at the upper right
@@ -47,7 +51,8 @@ struct MapAxis {
   std::string label;
   int cells = 0;
   double low = 0, high = 1;
-  std::vector<double> faces = {};  // for cells of different widths, one more than cells; else empty
+  std::vector<double> faces = {};        // for cells of different widths, one more than cells; else empty
+  std::optional<ValueRange> frame = {};  // what is shown; nullopt: all
 };
 /// Values of shape (y.cells, x.cells), x fastest.
 struct MapPanel {
@@ -72,6 +77,14 @@ void share_range(std::span<Panel> panels);
 
 /// The range of the finite values; nullopt if there are none.
 std::optional<ValueRange> range_of(const std::vector<double>& values);
+
+/// Colours of a map with values in this range. Signed values: red and blue around zero. Values of one sign, with slight
+/// excess beyond 0: a single hue.
+struct Colours {
+  ValueRange range;
+  bool is_signed = false;
+};
+Colours colours_of(const std::optional<ValueRange>& range);
 
 /// Whether the curves need a logarithmic axis: positive, with the largest value above 1000 times the smallest.
 bool spans_decades(const std::vector<Curve>& curves);

@@ -66,7 +66,12 @@ std::vector<Panel> panels_of_run(const SceneView& given, const DrawnRun& run) {
         panels, scene, when,
         {"vorticity of " + flow, vorticity_of(scene, flow, run), {}, fmt::format("dx({0}.y) \u2212 dy({0}.x)", flow)});
   if (scene.axes.size() > 1 || run.at_start == nullptr) return panels;
-  for (const std::string& state : run.states) add(state + " at the start", state, run.at_start(state));
+  LinePanel& lines = std::get<LinePanel>(panels.front());
+  for (std::size_t s = 0; s < run.states.size(); ++s) {
+    add(run.states[s] + " at the start", run.states[s], run.at_start(run.states[s]));
+    lines.curves.back().colour = colour_of_curve(s);
+    lines.curves.back().is_dashed = true;
+  }
   return panels;
 }
 

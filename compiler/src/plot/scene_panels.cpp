@@ -3,9 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <set>
 #include <span>
+#include <tuple>
 
 #include "driver/report/run_description.h"
 #include "model/analyse/placement.h"
@@ -25,6 +28,12 @@ std::vector<double> faces_of(const model::Axis& axis) {
   return faces;
 }
 
+/// From end to end, also of an axis whose coordinates decrease.
+ValueRange extent_of(const model::Axis& axis) {
+  const double first = axis.face(0), last = axis.face(axis.cells);
+  return {std::min(first, last), std::max(first, last)};
+}
+
 /// A map of the plane, without values. `axes`: those of the field's placement.
 MapPanel empty_map(const SceneView& scene, const std::vector<model::Axis>& axes, const std::string& title,
                    const Plane& plane) {
@@ -37,11 +46,13 @@ MapPanel empty_map(const SceneView& scene, const std::vector<model::Axis>& axes,
   };
   set_axes(panel, problem.metric ? std::optional(problem.metric->system) : std::nullopt, named(plane.a),
            named(plane.b));
-  for (const auto& [axis, shown] : {std::pair(&a, &panel.x), std::pair(&b, &panel.y)}) {
+  const model::Axis &grid_a = scene.axes[plane.a], &grid_b = scene.axes[plane.b];
+  for (const auto& [axis, grid, shown] : {std::tuple(&a, &grid_a, &panel.x), std::tuple(&b, &grid_b, &panel.y)}) {
     shown->cells = axis->cells;
     shown->low = axis->face(0);
     shown->high = axis->face(axis->cells);
     shown->faces = faces_of(*axis);
+    shown->frame = extent_of(*grid);
   }
   panel.lines = outlines(scene.problem, scene.axes, plane, scene.time);
   return panel;
@@ -81,6 +92,18 @@ NamedState difference_of(const NamedState& first, const NamedState& second) {
   return difference;
 }
 
+/// Colours of the same scale as those of the compared maps, around 0; wider only if the difference is larger than that.
+/// The title says how large it is.
+void set_range_of_difference(MapPanel& panel, const std::optional<ValueRange>& compared) {
+  const std::optional<ValueRange> own = range_of(panel.values);
+  if (!own || !compared) return;
+  const double size = std::max(std::abs(own->low), std::abs(own->high));
+  const ValueRange shown = colours_of(compared).range;
+  const double bound = std::max((shown.high - shown.low) / 2, size);
+  if (bound > 0) panel.range = ValueRange{-bound, bound};
+  panel.title += fmt::format(", at most {:.2g}", size);
+}
+
 }  // namespace
 
 /// Appends a name to an axis label, without duplicates; the label is empty if it would be too long.
@@ -113,7 +136,9 @@ void add_state(std::vector<Panel>& panels, const SceneView& scene, const std::st
   if (panels.empty()) {
     LinePanel panel;
     panel.title = title;
-    panel.x_label = label_of(scene.problem, scene.axes[0].name);
+    const model::Axis& axis = scene.axes[0];
+    panel.x_label = label_of(scene.problem, axis.name);
+    panel.x_range = extent_of(axis);
     panels.push_back(std::move(panel));
   }
   LinePanel& panel = std::get<LinePanel>(panels.back());
@@ -127,14 +152,13 @@ std::vector<Panel> panels_of(const SceneView& scene, const std::string& title, s
   const std::size_t count = states.size();
   std::vector<Panel> panels;
   for (NamedState& state : states) add_state(panels, scene, title, std::move(state));
+  if (LinePanel* lines = std::get_if<LinePanel>(&panels.front()); lines != nullptr && count == 2)
+    lines->curves[1].is_dashed = true;
   const std::size_t planes = panels.size() / count;
   const std::span differences = std::span(panels).subspan(are_compared ? 2 * planes : panels.size());
   share_range(std::span(panels).first(panels.size() - differences.size()));
-  const MapPanel* first = std::get_if<MapPanel>(&panels.front());
-  if (first != nullptr && first->range) {
-    const double extent = first->range->high - first->range->low;
-    for (Panel& panel : differences) std::get<MapPanel>(panel).range = ValueRange{-extent, extent};
-  }
+  for (Panel& panel : differences)
+    set_range_of_difference(std::get<MapPanel>(panel), std::get<MapPanel>(panels.front()).range);
   if (scene.axes.size() < 3 || count < 2) return panels;
   std::vector<Panel> side_by_side;  // the same plane of all states
   for (std::size_t plane = 0; plane < planes; ++plane) {

@@ -3,29 +3,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace dpde::plot {
 
 namespace {
 
-/// Three in a row if that leaves none over: the components and pressure of a flow, three planes, two maps and their
-/// difference.
-int columns_of(int panels) { return panels % 3 == 0 ? 3 : std::min(panels, 2); }
+/// Three in a row, as the components and the pressure of a flow, three planes, or two maps and their difference; four
+/// fill a square.
+int columns_of(int panels) { return panels == 3 || panels > 4 ? 3 : std::min(panels, 2); }
 
 constexpr int name_height = 15, names_with_room = 4;  // of curve names below a picture
 // Pixels besides the map itself: title, labels and numbers; the colour bar with its label.
 constexpr int margin_above_and_below = 96, margin_beside = 172;
 
-/// The largest aspect of the maps; 0 if a panel is not to scale.
-double largest_aspect(const std::vector<Panel>& panels) {
-  double largest = 0;
+/// The smallest and the largest aspect of the maps; nullopt if a panel is not to scale.
+std::optional<ValueRange> aspects_of(const std::vector<Panel>& panels) {
+  std::vector<double> aspects;
   for (const Panel& panel : panels) {
     const MapPanel* map = std::get_if<MapPanel>(&panel);
     const double aspect = map == nullptr ? 0 : aspect_of(*map);
-    if (aspect == 0) return 0;
-    largest = std::max(largest, aspect);
+    if (aspect == 0) return std::nullopt;
+    aspects.push_back(aspect);
   }
-  return largest;
+  return range_of(aspects);
 }
 
 /// For the names below the panels.
@@ -43,24 +44,29 @@ int names_height(const std::vector<Panel>& panels) {
 double aspect_of(const MapPanel& panel) {
   constexpr double most = 12;
   if (panel.shape != MapShape::to_scale) return 0;
-  const double aspect = std::abs((panel.y.high - panel.y.low) / (panel.x.high - panel.x.low));
+  const auto length = [](const MapAxis& axis) {
+    return axis.frame ? axis.frame->high - axis.frame->low : std::abs(axis.high - axis.low);
+  };
+  const double aspect = length(panel.y) / length(panel.x);
   return aspect <= most && aspect >= 1 / most ? aspect : 0;
 }
 
 Layout layout_of(const std::vector<Panel>& panels) {
-  constexpr double wide = 0.4;   // maps flatter than this take a row each
-  constexpr double highest = 1;  // higher maps become narrower
+  constexpr double wide = 0.4;       // maps flatter than this take a row each
+  constexpr double highest = 1;      // higher maps become narrower
+  constexpr double narrowest = 250;  // for titles
   const int count = static_cast<int>(panels.size());
   Layout layout;
   layout.columns = columns_of(count);
-  const double aspect = largest_aspect(panels);
-  if (aspect > 0) {
-    if (aspect < wide) {
+  if (const std::optional<ValueRange> aspects = aspects_of(panels)) {
+    if (aspects->high < wide) {
       layout.columns = 1;
       layout.width = 2 * panel_width;
     }
-    const double map_height = std::min(aspect, highest) * (layout.width - margin_beside);
-    layout.height = static_cast<int>(std::lround(map_height)) + margin_above_and_below;
+    const double height = std::min(aspects->high, highest) * (layout.width - margin_beside);
+    const double width = std::max(height / aspects->low, narrowest);
+    layout.height = static_cast<int>(std::lround(height)) + margin_above_and_below;
+    layout.width = std::min(layout.width, static_cast<int>(std::lround(width)) + margin_beside);
   } else {
     layout.height += names_height(panels);
   }

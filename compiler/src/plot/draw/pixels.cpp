@@ -87,6 +87,7 @@ MapPanel in_degrees(MapPanel panel) {
   for (MapAxis* axis : {&panel.x, &panel.y}) {
     axis->low *= degree;
     axis->high *= degree;
+    if (axis->frame) axis->frame = ValueRange{axis->frame->low * degree, axis->frame->high * degree};
     for (double& face : axis->faces) face *= degree;
   }
   for (Polyline& line : panel.lines) {
@@ -161,6 +162,7 @@ MapPanel as_disc(MapPanel panel) {
     for (auto& [x, y] : line) std::tie(x, y) = std::pair(x * std::cos(y), x * std::sin(y));
   }
   disc.x.faces = disc.y.faces = {};
+  disc.x.frame = disc.y.frame = std::nullopt;
   disc.x.low = box.x_low, disc.x.high = box.x_high, disc.y.low = box.y_low, disc.y.high = box.y_high;
   disc.shape = MapShape::to_scale;
   return disc;
