@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "command_support.h"
+#include "manual_search.h"
 
 namespace dpde::testing {
 namespace {
@@ -125,6 +126,30 @@ TEST_F(EditorCommands, InstalledTextsOfShellsAreTheirs) {
   for (const auto& [command, file] : {std::pair("man", "dpde.1"), std::pair("completion bash", "dpde"),
                                       std::pair("completion zsh", "_dpde"), std::pair("completion fish", "dpde.fish")})
     EXPECT_TRUE(content(shells / file) == dpde(command).out) << "dpde " << command << ": tools/bless shells";
+}
+
+TEST_F(EditorCommands, HelpSearchesTheManual) {
+  const Outcome upwind = dpde("help upwind");
+  EXPECT_EQ(upwind.status, 0);
+  EXPECT_NE(upwind.out.find("schemes.md, Advection\n"), std::string::npos) << upwind.out;
+  EXPECT_NE(upwind.out.find("more places, in "), std::string::npos);
+  for (const std::string mark : {"](", "**", "<!--", "```"})
+    EXPECT_EQ(upwind.out.find(mark), std::string::npos) << mark;
+  EXPECT_LE(std::ranges::count(upwind.out, '\n'), 80);
+  EXPECT_EQ(dpde("help UPWIND").out, upwind.out);
+  EXPECT_TRUE(dpde("help rk4").out.find("`rk4`") != std::string::npos);
+  EXPECT_EQ(dpde("help rk").status, 2) << "words, not parts of words";
+  EXPECT_NE(dpde("help upwnd").err.find("did you mean upwind?"), std::string::npos);
+  EXPECT_EQ(dpde("help run").out, dpde("run --help").out);
+  EXPECT_EQ(dpde("help").out, dpde("--help").out);
+  EXPECT_EQ(dpde("help E0301").out, dpde("explain E0301").out);
+}
+
+/// Every word that the manual sets as code is found in it.
+TEST_F(EditorCommands, HelpKnowsEachWordOfTheManual) {
+  const std::vector<std::string> words = tools::words_of(tools::manual_pages());
+  EXPECT_GT(words.size(), 300u);
+  for (const std::string& word : words) EXPECT_FALSE(tools::blocks_with(word, tools::manual_pages()).empty()) << word;
 }
 
 }  // namespace

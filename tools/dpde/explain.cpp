@@ -24,6 +24,8 @@ std::string marked(std::string text, std::string_view code) {
   return text;
 }
 
+}  // namespace
+
 int explain(const std::string& code, const Streams& streams) {
   const auto* kind = std::ranges::find(diagnostic_kinds, code, &DiagnosticKind::code);
   if (kind == std::end(diagnostic_kinds)) {
@@ -40,8 +42,6 @@ int explain(const std::string& code, const Streams& streams) {
     fmt::print(streams.out, "\nFor example:\n\n{}", marked(std::string(found->text), kind->code));
   return flushed(static_cast<int>(Exit::done), streams);
 }
-
-}  // namespace
 
 void add_explain(CLI::App& app, Console& console) {
   const auto code = std::make_shared<std::string>();

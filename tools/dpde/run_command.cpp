@@ -69,6 +69,7 @@ void add_verbs(CLI::App& app, Console& console) {
   add_fmt(app, console);
   add_new(app, console);
   add_explain(app, console);
+  add_help(app, console);
   add_lsp(app, console);
   add_completion(app, console);
   add_man(app, console);
@@ -81,7 +82,7 @@ int run_command(const std::vector<std::string>& arguments, const Streams& stream
   app.set_version_flag("--version", version_text);
   app.require_subcommand(1);
   app.footer(
-      "First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
+      "First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde    dpde help WORD\n"
       "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed; by a signal: Ctrl-C and "
       "others");
   Console console{streams};

@@ -237,6 +237,8 @@ complete -c dpde -n '__fish_seen_subcommand_from new' -s q -l quiet -d 'no text 
 complete -c dpde -n '__fish_seen_subcommand_from new' -l json -d 'one JSON object on standard output and nothing else'
 complete -c dpde -n __fish_use_subcommand -f -a explain -d 'what an error code says, with a model that has the mistake'
 complete -c dpde -n '__fish_seen_subcommand_from explain' -s h -l help -d 'Print this help message and exit'
+complete -c dpde -n __fish_use_subcommand -f -a help -d 'what the manual says of a word, an error code or a verb'
+complete -c dpde -n '__fish_seen_subcommand_from help' -s h -l help -d 'Print this help message and exit'
 complete -c dpde -n __fish_use_subcommand -f -a lsp -d 'the language server for editors, on standard input and output'
 complete -c dpde -n '__fish_seen_subcommand_from lsp' -s h -l help -d 'Print this help message and exit'
 complete -c dpde -n '__fish_seen_subcommand_from lsp' -l stdio -d 'the same: some editors say so'
