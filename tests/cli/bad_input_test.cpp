@@ -223,6 +223,12 @@ TEST_F(BadInput, CodesAreExplainedByAnExample) {
   EXPECT_NE(dpde("explain E0801").out.find("# $ dpde run blow-up.dpde\n"), std::string::npos);
   EXPECT_EQ(dpde("explain E0807").status, 0);  // no example
   EXPECT_EQ(dpde("explain E9999").status, 2);
+  write("twice.dpde",
+        "model m { field u; dt(u) = v + w }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; time 0 .. 1, step 0.1 "
+        "}\n");
+  const Outcome checked = dpde("check twice.dpde --explain");
+  EXPECT_EQ(checked.status, 2);
+  EXPECT_EQ(checked.out, "\n" + dpde("explain E0301").out) << "once, after all else";
 }
 
 }  // namespace

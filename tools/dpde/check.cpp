@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "check_text.h"
 #include "command.h"
@@ -27,7 +28,7 @@ namespace dpde::tools {
 namespace {
 
 struct CheckOptions : TaskOptions {
-  bool all = false, waves = false, all_cells = false, measure = false;
+  bool all = false, explain = false, waves = false, all_cells = false, measure = false;
 };
 
 stability::Look look_of(const CheckOptions& options) {
@@ -111,6 +112,16 @@ Json check_one(Job& job, const CheckOptions& options, CheckText& text) {
   return result;
 }
 
+/// What each code that was reported means, with an example.
+void explain_codes(const DiagnosticSink& sink, const Streams& streams) {
+  std::set<std::string_view> codes;
+  for (const Diagnostic& diagnostic : sink.all()) codes.insert(diagnostic.kind->code);
+  for (const std::string_view code : codes) {
+    fmt::print(streams.out, "\n");
+    explain(std::string(code), streams);
+  }
+}
+
 int check(const CheckOptions& options) {
   Job job(options);
   if (!options.all) job.tell_kinds_once("--all");
@@ -120,7 +131,9 @@ int check(const CheckOptions& options) {
     if (job.load_source()) result = job.of_each_task([&] { return check_one(job, options, text); });
   });
   if (!result.contains("diagnostics")) result["diagnostics"] = Json::array();
-  return job.finish(std::move(result));
+  const int status = job.finish(std::move(result));
+  if (options.explain && !options.json && !options.quiet) explain_codes(job.sink(), options.streams);
+  return status;
 }
 
 }  // namespace
@@ -131,6 +144,7 @@ void add_check(CLI::App& app, Console& console) {
   add_common_options(*verb, *options, console, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
   verb->add_flag("--all", options->all, "print all that is known, and each warning");
+  verb->add_flag("--explain", options->explain, "what each code means, with an example, after the rest");
   verb->add_flag("--waves", options->waves, "how a step damps and delays waves of 4, 8, 16 and 32 cells");
   verb->add_flag("--all-cells", options->all_cells,
                  "look at what products fold back on large grids, too: it may take minutes");

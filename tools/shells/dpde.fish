@@ -37,6 +37,7 @@ complete -c dpde -n '__fish_seen_subcommand_from check' -l json -d 'one JSON obj
 complete -c dpde -n '__fish_seen_subcommand_from check' -l memory -r -d 'bytes for stored states, with K, M or G; the steps between are computed again'
 complete -c dpde -n '__fish_seen_subcommand_from check' -l checkpoints-in -r -d 'keep the stored states in a file in this folder, as many as fit --memory'
 complete -c dpde -n '__fish_seen_subcommand_from check' -l all -d 'print all that is known, and each warning'
+complete -c dpde -n '__fish_seen_subcommand_from check' -l explain -d 'what each code means, with an example, after the rest'
 complete -c dpde -n '__fish_seen_subcommand_from check' -l waves -d 'how a step damps and delays waves of 4, 8, 16 and 32 cells'
 complete -c dpde -n '__fish_seen_subcommand_from check' -l all-cells -d 'look at what products fold back on large grids, too: it may take minutes'
 complete -c dpde -n '__fish_seen_subcommand_from check' -l measure -d 'measure again what this machine can do; else once'

@@ -159,7 +159,7 @@ std::string plot_of(const LinePanel& panel, int index) {
         "set object 1 rectangle from graph 0, graph 0 to first {}, graph 1 fc rgb '#eeeeee' fs solid noborder behind\n",
         number(panel.wall));
   text += fmt::format("set grid lc rgb '#dddddd'\nset key {} noenhanced\nunset colorbox\nplot ",
-                      panel.names_below ? "below left Left reverse maxcols 2" : "below center horizontal");
+                      panel.names_below ? "below left Left reverse maxcols 2" : "below center horizontal Left reverse");
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     if (c > 0) text += ", ";
     const Curve& curve = panel.curves[c];

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "driver/report/centres.h"
@@ -47,6 +48,26 @@ std::vector<double> vorticity_of(const SceneView& scene, const std::string& flow
   return vorticity;
 }
 
+/// The size that all but a hundredth of the values keep.
+double size_of_most(std::vector<double> values) {
+  for (double& value : values) value = std::abs(value);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Shear in the cells at walls and bodies may be many times that of vortices, which would be pale then: colours end at
+/// the size that a hundredth of the cells exceeds, and the label says so.
+void add_vorticity(std::vector<Panel>& panels, const SceneView& scene, const std::string& flow, const DrawnRun& run) {
+  std::vector<double> values = vorticity_of(scene, flow, run);
+  const double most = size_of_most(values);
+  const std::optional<ValueRange> range = range_of(values);
+  const bool is_cut = range && std::max(-range->low, range->high) > 2 * most && most > 0;
+  const std::string label = fmt::format("dx({0}.y) \u2212 dy({0}.x){1}", flow, is_cut ? ", in 1 % larger" : "");
+  add_state(panels, scene, time_text(scene.problem, run.time), {"vorticity of " + flow, std::move(values), {}, label});
+  if (is_cut) std::get<MapPanel>(panels.back()).range = ValueRange{-most, most};
+}
+
 }  // namespace
 
 std::vector<Panel> panels_of_run(const SceneView& given, const DrawnRun& run) {
@@ -61,10 +82,7 @@ std::vector<Panel> panels_of_run(const SceneView& given, const DrawnRun& run) {
   };
   for (const std::string& state : run.states) add(state, state, run.at_end(state));
   for (const std::string& output : run.outputs) add(output, output, run.at_end(output));
-  for (const std::string& flow : model::flows_in_plane(scene.problem))
-    add_state(
-        panels, scene, when,
-        {"vorticity of " + flow, vorticity_of(scene, flow, run), {}, fmt::format("dx({0}.y) \u2212 dy({0}.x)", flow)});
+  for (const std::string& flow : model::flows_in_plane(scene.problem)) add_vorticity(panels, scene, flow, run);
   if (scene.axes.size() > 1 || run.at_start == nullptr) return panels;
   LinePanel& lines = std::get<LinePanel>(panels.front());
   for (std::size_t s = 0; s < run.states.size(); ++s) {
