@@ -42,10 +42,10 @@ double error_of(const Eigen::MatrixXd& part, std::complex<double> value) {
   return std::isfinite(error) ? std::min(error, error_of_double) : error_of_double;
 }
 
-Eigen::Index count_growing(const Eigen::MatrixXd& part) {
+Eigen::Index count_growing(const Eigen::MatrixXd& part, double least) {
   return std::ranges::count_if(stability::eigenvalues(part), [&](const std::complex<double> value) {
     const double growth = std::log(std::abs(value));
-    return growth > small_growth && growth > error_of(part, value);
+    return growth > least && growth > error_of(part, value);
   });
 }
 
@@ -254,8 +254,9 @@ StepsByRuns::Answer StepsByRuns::answer(const Group& group, const Eigen::MatrixX
                high = group.by_events + 2 * std::max(0.0, group.rate.high) * step;
   const double way = on_the_way(group, part, step, time);
   const bool is_counted = group.rate.low > 0 && group.by_events < small_growth;
-  if (found.low > high || way > 1.1 || (is_counted && count_growing(part) > group.lasting)) return Answer::grows;
-  return found.high > low + small_growth || way > 0.9 ? Answer::unclear : Answer::stable;
+  const auto are_more = [&](double least) { return is_counted && count_growing(part, least) > group.lasting; };
+  if (found.low > high || way > 1.1 || are_more(small_growth)) return Answer::grows;
+  return found.high > low + small_growth || way > 0.9 || are_more(0) ? Answer::unclear : Answer::stable;
 }
 
 StepsByRuns::Answer StepsByRuns::answer(double step) const {

@@ -35,6 +35,9 @@ double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
 /// circle is the same in all these matrices if rounding |a| |(z - a)^-1| < 1 for all z on it (L. N. Trefethen and M.
 /// Embree, Spectra and Pseudospectra, 2005, chapter 2).
 bool are_surely_above_one(Eigen::MatrixXd a, Eigen::Index count, double rounding);
+/// The largest radius up to `below` that is surely between eigenvalues: all matrices next to `a` have the same number
+/// of them inside the circle. If `is_of_rates`, the same of the real part and vertical lines. None: 0, or -infinity.
+double sure_boundary(Eigen::MatrixXd a, bool is_of_rates, double below, double rounding);
 /// A bound on the error of the largest Ritz value as an eigenvalue of the operator: |x|/|y.x| times the residual, which
 /// is `rest` times the last component of its vector (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011,
 /// 6.2), or times the worst rounding error. A double eigenvalue moves by the root of that.

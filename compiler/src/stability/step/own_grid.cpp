@@ -23,7 +23,6 @@ constexpr double most_unknowns = 256, most_with_solves = 128;  // solves reach a
 constexpr int first_doublings = 9, all_doublings = 18;         // of steps: 512, and a quarter of a million
 constexpr int doublings_of_parts = 3;                          // of a step: eighths
 constexpr double tenfold = 10, hundredfold = 100;
-constexpr double slow = 1e-3;                // rates of decay, of the largest
 constexpr double rounding_of_steps = 1e-14;  // of the entries of a step's matrix
 constexpr double left_out = 1e-9;            // truncation error of differences, relative to the largest rate
 constexpr double sum_tolerance = 1e-9;       // of the check that colours did not mix columns
@@ -160,13 +159,18 @@ void OwnGrid::measure_rates(double step) {
     if (rate.real() > largest.real()) largest = rate;
   }
   if (largest.real() == 0) return;
+  const double truncation = smooth > 0 ? 0 : 10 * left_out * fastest_;  // left_out has it elsewhere
   const double uncertain =
       smooth > 0 ? left_out * sensitivity(matrix, largest)
-                 : 10 * left_out * fastest_ +
-                       rounding_of_steps / length * sensitivity(std::move(matrix), std::exp(largest * length));
+                 : truncation + rounding_of_steps / length * sensitivity(matrix, std::exp(largest * length));
   if (largest.real() > uncertain) {
     rate_ = largest.real();
-    growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > -slow * fastest_; });
+    const double decay =
+        smooth > 0
+            ? sure_boundary(std::move(matrix), true, 0, left_out)
+            : std::log(sure_boundary(std::move(matrix), false, std::exp(-truncation * length), rounding_of_steps)) /
+                  length;
+    growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > decay; });
   } else if (largest.real() > left_out * fastest_) {  // growth of the equations remains in shorter steps
     const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
     if (by_shorter > 0.7 * rate) rate_ = by_shorter;
