@@ -81,7 +81,7 @@ double distance(const Outcome& got, const Outcome& wanted) {
     if (!got.sums.contains(sum)) return INFINITY;
     add(got.sums.at(sum), value);
   }
-  return worst / largest(wanted);
+  return worst / std::max(largest(got), largest(wanted));
 }
 
 Module lowered(Module module, bool with_passes) {

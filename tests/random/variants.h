@@ -28,7 +28,9 @@ RunInputs inputs_for(const stencil::Module& module, const std::string& program, 
 /// The largest value, or 1.
 double largest(const Outcome& outcome);
 
-/// The largest difference relative to the largest value (or 1); infinite where a value is missing or not a number.
+/// The largest difference relative to the largest value of both (or 1); infinite where a value is missing or not a
+/// number. At most 2 otherwise, whichever is `got`: where rounding leaves no digit, as of products of many slopes of
+/// the sine of large values, results differ by powers of ten, and none of them is the right one.
 double distance(const Outcome& got, const Outcome& wanted);
 
 /// The module from which code is generated, with or without all passes.
