@@ -224,7 +224,8 @@ TEST_F(BadInput, CodesAreExplainedByAnExample) {
   EXPECT_EQ(dpde("explain E0807").status, 0);  // no example
   EXPECT_EQ(dpde("explain E9999").status, 2);
   write("twice.dpde",
-        "model m { field u; dt(u) = v + w }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; time 0 .. 1, step 0.1 "
+        "model m { field u; dt(u) = v + w }\nscene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = 1; time 0 "
+        ".. 1, step 0.1 "
         "}\n");
   const Outcome checked = dpde("check twice.dpde --explain");
   EXPECT_EQ(checked.status, 2);

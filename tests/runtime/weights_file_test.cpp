@@ -95,8 +95,8 @@ TEST(WeightsFile, SafetensorsThatAreNone) {
             "w.safetensors is not a usable .safetensors file: it ends inside its header");
   EXPECT_NE(message_of(safetensors("[]", ""), file).find("its header lacks a '{'"), std::string::npos);
   EXPECT_NE(message_of(safetensors("{\"a\":{", ""), file).find("its header lacks a '\"'"), std::string::npos);
-  EXPECT_EQ(parse_weights(entry(R"("dtype":"BF16","shape":[1],"data_offsets":[0,2])", "ab"), file)[0].other_type,
-            "BF16");
+  EXPECT_EQ(parse_weights(entry(R"("dtype":"F8_E5M2","shape":[1],"data_offsets":[0,1])", "a"), file)[0].other_type,
+            "F8_E5M2");
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[2],"data_offsets":[0,8])", raw<float>({1})), file)
                 .find("a ends at byte 8 of 4: the file was cut off"),
             std::string::npos);
@@ -289,10 +289,10 @@ TEST(WeightsFile, ArraysBesideThoseOfTheNetwork) {
   std::vector<NamedArray> arrays = arrays_of(small.network, weights);
   arrays.push_back({"net.count", {}, {}, "I64"});
   EXPECT_EQ(weights_of(small.network, arrays, "f"), weights);
-  arrays[1] = {"net.v1.bias", {4}, {}, "F16"};
+  arrays[1] = {"net.v1.bias", {4}, {}, "I8"};
   EXPECT_NE(message([&] {
               weights_of(small.network, arrays, "f");
-            }).find("the numbers of net.v1.bias are of type F16; F32 and F64 are supported"),
+            }).find("the numbers of net.v1.bias are of type I8; F64, F32, F16 and BF16 are supported"),
             std::string::npos);
 }
 
@@ -336,6 +336,20 @@ TEST(WeightsFile, ArraysOfAnotherNetwork) {
             }).find("they are the weights of another network"),
             std::string::npos);
   EXPECT_NE(wrong([](auto& arrays) { arrays.clear(); }).find("it has none"), std::string::npos);
+}
+
+/// Bits of 1, -2, the largest, the smallest subnormal and a third (IEEE 754 binary16; bfloat16 is the upper half of
+/// binary32).
+TEST(WeightsFile, HalfPrecisionIsRead) {
+  const auto read = [](const std::string& type, std::initializer_list<uint16_t> bits) {
+    const std::string data = raw<uint16_t>(bits);
+    const std::string header = "{\"a\":{\"dtype\":\"" + type + "\",\"shape\":[5],\"data_offsets\":[0,10]}}";
+    return parse_weights(safetensors(header, data), "w.safetensors")[0].values;
+  };
+  EXPECT_EQ(read("F16", {0x3c00, 0xc000, 0x7bff, 0x0001, 0x3555}),
+            (std::vector<double>{1, -2, 65504, std::ldexp(1, -24), std::ldexp(1365, -12)}));
+  EXPECT_EQ(read("BF16", {0x3f80, 0xc000, 0x7f7f, 0x0001, 0x3eab}),
+            (std::vector<double>{1, -2, std::ldexp(255, 120), std::ldexp(1, -133), std::ldexp(171, -9)}));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -151,18 +152,31 @@ class SafetensorsHeaderReader : public HeaderText {
 template <class Number>
 std::vector<double> numbers(std::string_view data) {
   std::vector<Number> raw(data.size() / sizeof(Number));
-  if (!data.empty()) std::memcpy(raw.data(), data.data(), data.size());
-  return {raw.begin(), raw.end()};
+  if (!data.empty()) std::memcpy(static_cast<void*>(raw.data()), data.data(), data.size());
+  std::vector<double> values;
+  for (const Number number : raw) values.push_back(static_cast<double>(number));
+  return values;
 }
+
+/// How numbers of a type are read.
+struct NumberType {
+  std::string_view name;
+  std::size_t bytes;
+  std::vector<double> (*read)(std::string_view data);
+};
+constexpr NumberType number_types[] = {{"F64", 8, numbers<double>},
+                                       {"F32", 4, numbers<float>},
+                                       {"F16", 2, numbers<Eigen::half>},
+                                       {"BF16", 2, numbers<Eigen::bfloat16>}};
 
 NamedArray array_of(const SafetensorsHeaderReader& reader, const std::string& name, const TensorEntry& entry,
                     std::string_view data) {
-  const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
+  const auto* const type = std::ranges::find(number_types, entry.type, &NumberType::name);
   const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
   if (end > data.size())
     reader.fail(fmt::format("{} ends at byte {} of {}: the file was cut off", name, end, data.size()));
-  if (bytes == 0) return {name, entry.shape, {}, entry.type.substr(0, 40)};
-  std::size_t count = bytes;
+  if (type == std::end(number_types)) return {name, entry.shape, {}, entry.type.substr(0, 40)};
+  std::size_t count = type->bytes;
   for (const int64_t size : entry.shape) {
     if (__builtin_mul_overflow(count, static_cast<std::size_t>(size), &count))
       reader.fail(fmt::format("the shape of {} is too large", name));
@@ -170,8 +184,7 @@ NamedArray array_of(const SafetensorsHeaderReader& reader, const std::string& na
   if (count != end - begin)
     reader.fail(
         fmt::format("{} bytes of {} do not fit its shape ({})", end - begin, name, fmt::join(entry.shape, ", ")));
-  data = data.substr(begin, count);
-  return {name, entry.shape, bytes == 8 ? numbers<double>(data) : numbers<float>(data)};
+  return {name, entry.shape, type->read(data.substr(begin, count))};
 }
 
 /// The format requires that every byte belongs to exactly one entry.

@@ -167,7 +167,8 @@ std::vector<double> weights_of(const dpde_network& network, std::span<const Name
                                others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", "))));
     }
     if (!array->other_type.empty())
-      refuse(file, fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, array->other_type));
+      refuse(file, fmt::format("the numbers of {} are of type {}; F64, F32, F16 and BF16 are supported", name,
+                               array->other_type));
     if (array->shape != place.shape) {
       refuse(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name,
                                fmt::join(array->shape, ", "), network.name, fmt::join(place.shape, ", ")));
