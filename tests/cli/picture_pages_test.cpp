@@ -27,7 +27,7 @@ TEST_F(PicturePages, ThreeColumnsAndNoMore) {
         "  initial c = x\n  initial d = x\n  initial e = x\n  time 0 .. 1, step 1/8\n}\n");
   const std::string script = scripts_of("run five.dpde --quiet --out o");
   EXPECT_EQ(lines_with(script, "set multiplot"), std::vector<std::string>(2, "set multiplot layout 2,3")) << script;
-  EXPECT_NE(script.find("pngcairo size 3840,2256"), std::string::npos) << "square maps";
+  EXPECT_NE(script.find("pngcairo size 2880,1616"), std::string::npos) << "square maps";
 }
 
 /// Of a channel five times as long as high each map takes a row, at the height that its scale needs.

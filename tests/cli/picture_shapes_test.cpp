@@ -181,5 +181,19 @@ TEST_F(PictureShapes, MapsOverSpaceAndTime) {
   EXPECT_EQ(dpde("plot o/s.nc --space-time").status, 2);
 }
 
+TEST_F(PictureShapes, LongTimesAreInDays) {
+  for (const auto& [end, unit, title] : {std::tuple("432000", " in s", "u, t = 5 d"),
+                                         {"86400", " in s", "u, t = 86400 s"},
+                                         {"1296000", "", "u, t = 1296000"}}) {
+    write("s.dpde",
+          std::string("model m { field u; dt(u) = 0*u }\nscene s : m {\n  grid x = 0 .. 1 in m, cells 4, periodic\n") +
+              "  grid y = 0 .. 1 in m, cells 4, periodic\n  initial u = 1\n  time 0 .. " + end + unit + ", step " +
+              end + "\n}\n");
+    const std::string run = scripts_of("run s.dpde --quiet --out o"), script = run + scripts_of("plot o/s.nc --out p");
+    EXPECT_EQ(lines_with(script, std::string("set title '") + title + "'").size(), 4u)
+        << end << unit << script.substr(0, 400);
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

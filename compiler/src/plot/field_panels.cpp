@@ -12,6 +12,7 @@
 
 #include "plot/curve.h"
 #include "plot/map_shape.h"
+#include "plot/scene_panels.h"
 #include "support/names/number_text.h"
 
 namespace dpde::plot {
@@ -20,15 +21,15 @@ namespace {
 
 std::string title_of(const StoredField& field, std::size_t state) {
   if (field.times.empty()) return field.name;
-  return fmt::format("{}, t = {:.6g}{}", field.name, field.times[state], behind_number(field.time_unit));
+  return field.name + ", " + time_text(field.times[state], field.time_unit);
 }
 
 Panel line_of(const StoredField& field, std::size_t state, const std::optional<ValueRange>& range) {
   const StoredAxis& x = field.axes[0];
   LinePanel panel;
   panel.title = title_of(field, state);
-  panel.x_label = label_of(x.name, x.unit);
-  panel.y_label = label_of(field.name, field.unit);
+  panel.x_label = dpde::label_of(x.name, x.unit);
+  panel.y_label = dpde::label_of(field.name, field.unit);
   panel.range = range;
   panel.x_range = ValueRange{std::min(x.low, x.high), std::max(x.low, x.high)};
   panel.curves.push_back(curve_of(panel.title, field.states[state],
@@ -43,7 +44,7 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   MapPanel panel;
   panel.title = title_of(field, state);
   set_axes(panel, field.system, {a, x.name, x.unit}, {b, y.name, y.unit});
-  panel.value_label = label_of(field.name, field.unit);
+  panel.value_label = dpde::label_of(field.name, field.unit);
   for (const auto& [axis, shown] : {std::pair(&x, &panel.x), std::pair(&y, &panel.y)}) {
     shown->cells = static_cast<int>(axis->cells);
     shown->low = axis->low;
@@ -101,9 +102,9 @@ MapPanel space_time_map(const StoredField& field) {
   const StoredAxis& x = field.axes[0];
   MapPanel panel;
   panel.title = field.name;
-  panel.value_label = label_of(field.name, field.unit);
-  panel.x = {label_of(x.name, x.unit), static_cast<int>(x.cells), x.low, x.high, x.faces};
-  panel.y = {label_of("t", field.time_unit), static_cast<int>(field.times.size()), 0, 0};
+  panel.value_label = dpde::label_of(field.name, field.unit);
+  panel.x = {dpde::label_of(x.name, x.unit), static_cast<int>(x.cells), x.low, x.high, x.faces};
+  panel.y = {dpde::label_of("t", field.time_unit), static_cast<int>(field.times.size()), 0, 0};
   // A row reaches halfway to the times before and after.
   std::vector<double>& faces = panel.y.faces;
   const std::vector<double>& times = field.times;

@@ -290,7 +290,7 @@ std::string size_of(const std::vector<Panel>& panels, int scale) {
 Format png_of(const std::vector<Panel>& panels) {
   return {
       ".png",
-      fmt::format("pngcairo {} font 'DejaVu Sans,10' fontscale {} linewidth {} pointscale {} background rgb 'white'",
+      fmt::format("pngcairo {} font 'DejaVu Sans,12' fontscale {} linewidth {} pointscale {} background rgb 'white'",
                   size_of(panels, png_scale), png_scale, png_scale, png_scale)};
 }
 
@@ -394,7 +394,7 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& gi
   const std::vector<Panel> panels = drawn(given);
   std::vector<Format> wanted{png_of(panels)};
   const std::string svg =
-      fmt::format("svg {} dynamic font 'DejaVu Sans,13' background rgb 'white'", size_of(panels, 1));
+      fmt::format("svg {} dynamic font 'DejaVu Sans,15' background rgb 'white'", size_of(panels, 1));
   if (formats == Formats::svg_and_png) wanted.insert(wanted.begin(), {".svg", svg});
   return draw_all(wanted, stem, {panels}, sink);
 }

@@ -118,9 +118,14 @@ std::string label_of(const model::Problem& problem, const std::string& name) {
   return dpde::label_of(driver::called(problem, name), problem.unit_of(name));
 }
 
-std::string time_text(const model::Problem& problem, double t) {
-  return fmt::format("t = {:.6g}{}", t, behind_number(problem.unit_of("t")));
+std::string time_text(double t, const std::string& unit) {
+  constexpr double day = 86400, most_digits = 1e9;
+  if (unit == "s" && std::abs(t) >= 2 * day) return fmt::format("t = {:.6g} d", t / day);
+  const bool is_whole = t == std::floor(t) && std::abs(t) < most_digits;
+  return fmt::format("t = {}{}", is_whole ? fmt::format("{:.0f}", t) : fmt::format("{:.6g}", t), behind_number(unit));
 }
+
+std::string time_text(const model::Problem& problem, double t) { return time_text(t, problem.unit_of("t")); }
 
 Curve curve_of(const SceneView& scene, const NamedState& state) {
   const model::Axis axis = model::axes_at(scene.axes, state.placement)[0];

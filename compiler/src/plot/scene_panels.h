@@ -24,7 +24,8 @@ struct SceneView {
 
 /// "x [m]"; only the name if the unit is unknown.
 std::string label_of(const model::Problem& problem, const std::string& name);
-/// "t = 0.5 s"
+/// "t = 0.5 s"; from two days of seconds on "t = 15 d".
+std::string time_text(double t, const std::string& unit);
 std::string time_text(const model::Problem& problem, double t);
 
 /// A state without ghost cells (x fastest) with a title for the picture.

@@ -58,10 +58,11 @@ Layout layout_of(const std::vector<Panel>& panels) {
   const int count = static_cast<int>(panels.size());
   Layout layout;
   layout.columns = columns_of(count);
+  if (layout.columns == 3) layout.width = panel_width_of_three;
   if (const std::optional<ValueRange> aspects = aspects_of(panels)) {
     if (aspects->high < wide) {
       layout.columns = 1;
-      layout.width = 2 * panel_width;
+      layout.width = row_width;
     }
     const double height = std::min(aspects->high, highest) * (layout.width - margin_beside);
     const double width = std::max(height / aspects->low, narrowest);

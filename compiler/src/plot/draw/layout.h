@@ -10,6 +10,10 @@ namespace dpde::plot {
 
 /// Pixels of an SVG. A PNG has `png_scale` as many in each direction.
 inline constexpr int panel_width = 640, panel_height = 440, png_scale = 2;
+/// Of three panels in a row: letters are then larger for their size, since the row is as wide as a page, too.
+inline constexpr int panel_width_of_three = 480;
+/// Of a map that takes a row.
+inline constexpr int row_width = 2 * panel_width;
 
 struct Layout {
   int columns = 1, rows = 1;

@@ -11,7 +11,7 @@ namespace dpde::plot {
 
 namespace {
 
-constexpr int most_pixels = 2 * png_scale * panel_width;  // of a map along an axis: it may have a row of its own
+constexpr int most_pixels = png_scale * row_width;  // of a map along an axis: it may have a row of its own
 
 /// Range of cells covered by one pixel; `end` is excluded.
 struct Span {
