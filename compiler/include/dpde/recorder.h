@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run goes through, on disk, in the files that `dpde run --every N --out FOLDER` writes, to the byte.
+// Records a run on disk, in the files and bytes of `dpde run --every N --out FOLDER`.
 //
 //   dpde::Simulation sim = dpde::compile_file("heat.dpde");
 //   dpde::Recorder recorder(sim, "results", 10);
 //   recorder.run();
 //   recorder.finish();
 //
-// States go to a file without a name in that folder as they come; finish() makes the others of it: SCENE.nc, on three
-// axes SCENE.xdmf, STATE.npy and STATE_over_time.npy, observables.csv, and with gnuplot the pictures SCENE and
-// SCENE_observables as .svg and .png. Each is whole or not there.
+// States are written at once to a file without a name in that folder. finish() makes the output files from it:
+// SCENE.nc, on three axes SCENE.xdmf, STATE.npy and STATE_over_time.npy, observables.csv, and with gnuplot the pictures
+// SCENE and SCENE_observables as .svg and .png. Each file is either complete or absent.
 #pragma once
 
 #include <memory>
@@ -20,40 +20,41 @@
 
 namespace dpde {
 
+/// Steps a simulation and records its states.
 class Recorder {
  public:
-  /// Of a simulation that compile_file() or compile_text() made, which stays where it is. Recorded are the state that
-  /// the first of the calls below begins with, that of each step whose number `every` divides, and the one at finish();
-  /// for every = 0 what the `output` lines of the scene say, as `dpde run` does without --every. The folder is made
-  /// where there is none.
-  /// @throws Error(input) for a scene of `dpde build` and for every < 0, Error(machine) when there can be no folder.
+  /// For a simulation of compile_file() or compile_text(), which must outlive the recorder and must not be moved.
+  /// Recorded are the state before the first of the calls below, the state after each step whose number is a multiple
+  /// of `every`, and the state at finish(). With every = 0 it records the `output` lines of the scene, as `dpde run`
+  /// does without --every. The folder is made if it does not exist.
+  /// @throws Error(input) for a scene of `dpde build` and for every < 0, Error(machine) if the folder cannot be made.
   Recorder(Simulation& simulation, const std::string& folder, int every);
   ~Recorder();
   Recorder(Recorder&&) noexcept;
   Recorder& operator=(Recorder&&) noexcept;
 
-  /// As those of the simulation. @throws what they do; and Error(input) where a reset() has begun another run.
+  /// Like the functions of the simulation with these names. @throws what those throw, and Error(input) if a reset() has
+  /// started another run.
   bool step(int count = 1);
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
-  /// Writes FOLDER/SCENE.restart, and SCENE.frames with the recorded states: what resume() goes on from, in a process
-  /// that may follow a kill. Each is whole or not there. @throws Error(machine), Error(run) for states that are not
-  /// finite
+  /// Writes FOLDER/SCENE.restart, and SCENE.frames with the recorded states. From these resume() continues, also in a
+  /// later process. Each file is either complete or absent. @throws Error(machine) if it cannot be written, Error(run)
+  /// for states that are not finite.
   void checkpoint();
-  /// The same behind each step whose number `steps` divides and whose states are finite; 0: none. What cannot be
-  /// written does not end the run: finish() says so.
+  /// Writes a checkpoint after each step whose number is a multiple of `steps` and whose states are finite; 0: none. A
+  /// checkpoint that cannot be written does not end the run: finish() throws.
   void checkpoint_every(int steps);
-  /// Where the folder has a checkpoint of the same scene, parameters, initial states, controls, coefficients and
-  /// weights, simulation and record stand where it was written, and steps give the same bits as without a stop; false:
-  /// there is none. Before anything is recorded, and behind what the host sets. Those of `dpde run` are of another
-  /// kind.
-  /// @throws Error(input) for one that is damaged or of another run, which it names.
+  /// Continues from the checkpoint of the folder, if there is one: simulation and record then have the state in which
+  /// it was written, and further steps give the same bits as a run without a stop. Returns false if there is none. Call
+  /// it after all values are set and before any step. Scene, parameters, initial states, controls, coefficients and
+  /// weights must be the same. Checkpoints of `dpde run` have another format.
+  /// @throws Error(input) for a checkpoint that is damaged or of another run; the message says what differs.
   bool resume();
 
-  /// Records the present state too and writes the files, also after an error of a run: the names of what it wrote. A
-  /// run behind it is recorded anew. @throws Error(machine) where a file, or the states on their way, could not be
-  /// written.
+  /// Records the present state, writes the files and returns their names; also after an error of a run. A later run is
+  /// a new record. @throws Error(machine) if a file or a recorded state could not be written.
   std::vector<std::string> finish();
 
  private:

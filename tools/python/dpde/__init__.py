@@ -23,7 +23,10 @@ _backends = {"jit": 0, "cpp": 1, "interpreter": 2}
 
 
 class Model:
-    """A text whose scenes and tasks make sense; scene() compiles one of them."""
+    """A checked .dpde text; scene() compiles one of its scenes or tasks.
+
+    `scenes` and `tasks` are the lists of their names.
+    """
 
     def __init__(self, core):
         self._core = core
@@ -32,11 +35,21 @@ class Model:
 
     def scene(self, name="", *, settings=None, scheme="", inputs=(), backend="jit", threads=1, slots=0, force=False,
               certify=None, second_order=False, checkpoint_bytes=None, **more):
-        """A scene or a task in machine code; `name` may be left out where there is just one.
+        """Compiles a scene or a task to machine code and returns a Scene.
 
-        settings: what `--set` says, {"cells.x": 64, "time": "rk4"}; names without a dot may be given as keywords.
-        inputs: of a scene, the initial states, parameters, coefficients ... by which vjp() differentiates its end.
-        The other arguments are those of HostOptions in dpde/dpde.h. What the compiler warns of is a CompilerWarning.
+        - `name`: the scene or the task. It may be left out if there is just one.
+        - `settings`: the settings of `--set`, {"cells.x": 64, "time": "rk4"}. Names without a dot may be keywords.
+        - `scheme`: a scheme block of the text that replaces the scene's.
+        - `inputs`: of a scene, the initial states, parameters, coefficients, controls and networks by which vjp()
+          differentiates its end.
+        - `backend`: "jit", "cpp" (the system's C++ compiler) or "interpreter".
+        - `threads`: the number of threads of this scene.
+        - `checkpoint_bytes`, `slots`: the memory, or the number, of stored states of a gradient.
+        - `force`: True runs a scene whose step is unstable.
+        - `certify`: True or False, whether the derivatives are checked first; None: if that is cheap.
+        - `second_order`: True for hessian_vector().
+
+        Raises InputError for a name, a setting or a text that is wrong. The compiler's warnings are a CompilerWarning.
         """
         if not isinstance(name, str):
             raise TypeError(f"the name of a scene or a task is wanted, not {type(name).__name__}")
@@ -65,9 +78,10 @@ def _text(value):
 
 
 def compile(text_or_path, path="text.dpde"):
-    """The model of a text (anything with a line break or a brace) or of the file at a path.
+    """Reads and checks a text (a string with a line break or a brace) or the file at a path, and returns a Model.
 
-    `path` names a text in messages; files that it loads are looked for beside it.
+    `path` names a text in messages; files that it loads are searched in its folder. Raises InputError for mistakes in
+    the text and for a file that cannot be read.
     """
     if not isinstance(text_or_path, (str, os.PathLike)):
         raise TypeError(f"a text or a path is wanted, not {type(text_or_path).__name__}")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Message(NamedTuple):
-    """One diagnostic; line and column count from 1, 0 where there is no place."""
+    """One diagnostic; line and column count from 1, and are 0 if there is no place in a text."""
 
     code: str
     severity: str
@@ -18,7 +18,7 @@ class Message(NamedTuple):
 
 
 class Error(Exception):
-    """Its text shows source lines and carets; `messages` are the same as data."""
+    """The base class. Its text shows source lines and carets; `messages` is the list of the same as Message."""
 
     def __init__(self, text, messages=()):
         super().__init__(text)
@@ -29,7 +29,7 @@ class Error(Exception):
 
 
 class InputError(Error, ValueError):
-    """What was given is wrong: a text, a name, a shape."""
+    """An argument is wrong: a text, a name, a shape."""
 
 
 class RunError(Error, RuntimeError):
@@ -49,7 +49,7 @@ class Stopped(Error):
 
 
 class CompilerWarning(UserWarning):
-    """What the compiler warns of; `messages` are the same as data."""
+    """A warning of the compiler; `messages` is the list of the same as Message."""
 
     def __init__(self, text, messages=()):
         super().__init__(text)

@@ -6,9 +6,9 @@
     end = dpde.jax.end(model.scene("rod", inputs=["u"]))         # a scene and what its end is differentiated by
     end({"u": u0})["u"]
 
-A callback costs some tens of microseconds and a copy of what goes in and out. Without jax_enable_x64 arrays of JAX are
-float32: they are converted, and what comes back is float32. loss() computes the gradient with the value when it is
-differentiated; end() runs the scene, and its derivative runs it again, with the adjoint. There are no second
+A callback costs some tens of microseconds and a copy of its inputs and outputs. Without jax_enable_x64 arrays of JAX
+are float32: they are converted, and the results are float32. loss() computes the gradient with the value if it is
+differentiated. end() runs the scene, and its derivative runs it again, with the adjoint. There are no second
 derivatives and no forward mode.
 """
 import inspect
@@ -55,7 +55,7 @@ def _check(scene, inputs):
 
 
 def loss(scene):
-    """The task's loss as a function of a dictionary of its unknowns."""
+    """The loss of a task as a function of a dictionary of its unknowns: arrays of float64 or float32, or numbers."""
     number = jax.ShapeDtypeStruct((), _number_type())
 
     def value(inputs):
@@ -88,7 +88,10 @@ def loss(scene):
 
 
 def end(scene):
-    """The states at the end of a scene opened with inputs, a dictionary, as a function of a dictionary of inputs."""
+    """The dictionary of the states at the end of a scene, as a function of a dictionary of its inputs.
+
+    The scene must have been opened with `inputs`.
+    """
     if not scene.has_seeds:
         raise ValueError("end() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
     states = {name: jax.ShapeDtypeStruct(scene.shape, _number_type()) for name in scene.states}

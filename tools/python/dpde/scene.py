@@ -17,7 +17,11 @@ from .pictures import picture
 
 
 class Progress(NamedTuple):
-    """What `progress` is called with: steps of a run or a gradient, updates of an optimiser."""
+    """The argument of `progress`.
+
+    `done` of `total` steps of a run or a gradient, or updates of an optimiser (`total` is 0); `time` of the present
+    state; `loss` and `gradient_norm` of an optimiser, else 0.
+    """
 
     done: int
     total: int
@@ -27,6 +31,8 @@ class Progress(NamedTuple):
 
 
 class Optimised(NamedTuple):
+    """The result of optimise(): the loss at the values found, counts, and the reason for the stop in words."""
+
     loss: float
     iterations: int
     evaluations: int
@@ -35,7 +41,11 @@ class Optimised(NamedTuple):
 
 
 class Result:
-    """The states that a run has reached: result.u, result["v.x"]; of a vector v all components, the first axis."""
+    """The states at the end of a run: result.u, result["v.x"].
+
+    A state is an array of the scene's shape. A vector v has all components, along the first axis. `states` is the
+    dictionary of all states, `time` the time and `steps` the number of steps.
+    """
 
     def __init__(self, states, time, steps):
         self.states, self.time, self.steps = states, time, steps
@@ -78,7 +88,16 @@ def _is_false(answer):
 
 
 class Scene:
-    """What Model.scene() gives. One thread at a time may use it; `lock` is for those that share one."""
+    """A compiled scene or task, made by Model.scene(). One thread at a time may use it; threads that share
+    it hold `lock`.
+
+    Lists of names: `params`, `states`, `outputs` (those with a formula), `unknowns` (of a task, or the inputs),
+    `networks`. `shape` is that of a field: numbers of cells, x last. Arrays are float64; a vector has its components
+    along a first axis. Unknown names raise InputError, wrong shapes ValueError, other types TypeError.
+
+    `values` of a method is a dictionary for names that are no keywords, {"v.x": array}; `**named` are the others. Both
+    are kept until they are set again.
+    """
 
     def __init__(self, core, name):
         self._core, self.name = core, name
@@ -111,17 +130,20 @@ class Scene:
     # Values
 
     def coordinates(self, axis=0):
-        """Centres of cells along x (0), y, z."""
+        """The centres of the cells along an axis: 0 is x, 1 is y, 2 is z."""
         centres = np.empty(self.shape[-1 - axis] if 0 <= axis < len(self.shape) else 0)
         self._core.coordinates(axis, centres)
         return centres
 
     def unit(self, name):
-        """The unit of a field, parameter, observable, axis or "t" as the text tells it: "m/s"; "" where it tells none."""
+        """The unit of a field, parameter, observable, axis or "t" in the text: "m/s"; "" if it has none."""
         return self._core.unit(name)
 
     def set(self, name, value):
-        """A parameter, an initial state, a coefficient, a control, data of the task or a network's weights."""
+        """Sets a parameter, an initial state, a coefficient, a control, data of the task or the weights of a network.
+
+        A parameter is a number; an array has the shape of shape_of(name).
+        """
         kind, shape = self._places.get(name) or self._find(name)
         self._sets.update(self._vectors.get(name, [name]))
         if kind == _core.PARAM:
@@ -133,7 +155,7 @@ class Scene:
             self._core.set(kind, name, shaped(name, value, shape))
 
     def shape_of(self, name):
-        """The shape of the values that set() wants."""
+        """The shape of the values of set(): () for a parameter."""
         return (self._places.get(name) or self._find(name))[1]
 
     @staticmethod
@@ -169,7 +191,7 @@ class Scene:
             raise InputError(f"{error}; {hint}", error.messages) from None
 
     def assign(self, values=None, /, **named):
-        """Several at once, by name; a dictionary is for names with a dot and those that Python does not allow."""
+        """Sets several values, by name; a dictionary is for names with a dot and those that Python does not allow."""
         given = {**(values or {}), **named}
         self._require_once(given)
         for name, value in given.items():
@@ -196,6 +218,7 @@ class Scene:
                              "would be at another point: call backward first, or give that value to each call")
 
     def param(self, name):
+        """The value of a parameter."""
         value = np.empty(1)
         self._core.get(_core.PARAM, name, value)
         return float(value[0])
@@ -211,54 +234,66 @@ class Scene:
         return values
 
     def state(self, name, out=None):
-        """The state now, in a new array or in `out`."""
+        """The state at the present time, in a new array or in `out`."""
         return self._field(_core.STATE, name, out)
 
     def set_state(self, name, value):
+        """Sets the state at the present time."""
         self._core.set(_core.STATE, name, shaped(name, value, self.shape))
 
     def initial(self, name, out=None):
+        """The initial state, in a new array or in `out`."""
         return self._field(_core.INITIAL, name, out)
 
     def weights(self, network):
+        """All weights of a network, as one array."""
         values = np.empty(self._core.size(_core.WEIGHTS, network))
         self._core.get(_core.WEIGHTS, network, values)
         return values
 
     def observe(self, name):
+        """An observable of the scene at the present time, a number."""
         return self._core.observe(name)
 
     def output(self, name, out=None):
-        """An output of the scene with a formula (`outputs`: their names) now, in a new array or in `out`."""
+        """An output of the scene with a formula at the present time, in a new array or in `out`."""
         return self._field(_core.OUTPUT, name, out)
 
     # Runs
 
     @property
     def time(self):
+        """The present time."""
         return self._core.time()
 
     @property
     def time_step(self):
+        """The length of a step."""
         return self._core.time_step()
 
     @property
     def steps_done(self):
+        """The number of steps since the initial state."""
         return self._core.steps_done()
 
     def reset(self):
-        """The initial state becomes the present one."""
+        """Makes the initial state the present one."""
         self._core.reset()
         self._told_growth = ""
 
     def step(self, count=1):
+        """Makes `count` steps from the present state. Raises NotFiniteError if a state is no longer finite."""
         while count > 64:  # Ctrl-C ends it between two parts
             self._core.step(64)
             count -= 64
         self._core.step(count)
 
     def run_to(self, until=None, *, progress=None, every=64):
-        """From the present state to a time, or to the end of the scene."""
+        """Runs from the present state to the first step that ends at `until` or later; None: to the end of the scene.
+
+        `progress` is called every `every` steps; if it returns False, the run ends with Stopped. Raises NotFiniteError
+        if the run blows up, RunError if a solve has no solution.
+        """
         self._core.run(until, _called(progress, every), every)
         self._warn_of_growth()
 
@@ -270,7 +305,10 @@ class Scene:
             warnings.warn(CompilerWarning(text, [Message("W0801", "warning", text, "", 0, 0, "")]), stacklevel=3)
 
     def run(self, values=None, /, *, until=None, progress=None, every=64, **named):
-        """From the initial state, with these values: run(u=u0, nu=0.01)."""
+        """Sets these values, runs from the initial state, and returns a Result: run(u=u0, nu=0.01).
+
+        `until`, `progress` and `every` are those of run_to().
+        """
         self.assign(values, **named)
         self.reset()
         self._core.run(until, _called(progress, every), every)
@@ -279,14 +317,17 @@ class Scene:
 
     @contextlib.contextmanager
     def record(self, folder, every=1, checkpoint_every=0, resume=False):
-        """`with scene.record("results", every=10): scene.run()` writes what `dpde run --every 10 --out results` does:
-        SCENE.nc, STATE.npy, STATE_over_time.npy, observables.csv, and with gnuplot SCENE.svg and .png. every=0 records
-        the outputs of the scene. It takes the memory of one state. Where the run ends by an error, the files hold what
-        was recorded until then. One run: a second one is an InputError.
+        """A context that records a run: `with scene.record("results", every=10): scene.run()`.
 
-        checkpoint_every=500 keeps a checkpoint in the folder. With resume=True the scene stands at that checkpoint,
-        where there is one of the same run, and `as is_resumed` is True: `scene.run_to()` goes on from it to the same
-        bits. `run()`, which begins anew, is refused then."""
+        It writes the files of `dpde run --every 10 --out results`: SCENE.nc, STATE.npy, STATE_over_time.npy,
+        observables.csv, and with gnuplot SCENE.svg and .png. every=0 records the outputs of the scene. Recording takes
+        the memory of one state. If the run ends with an error, the files hold the states recorded until then. A record
+        is of one run: a second one is an InputError.
+
+        checkpoint_every=500 writes a checkpoint to the folder every 500 steps. With resume=True the scene starts from
+        the checkpoint of the same run, if there is one, and `as is_resumed` is True: `scene.run_to()` continues from it
+        with the same bits. `run()`, which starts again, is refused then.
+        """
         self._core.record(os.fspath(folder), every)
         try:
             self._core.record_checkpoints(checkpoint_every)
@@ -300,6 +341,7 @@ class Scene:
             self._core.end_record()
 
     def result(self):
+        """The present states, as a Result."""
         return Result({name: self.state(name) for name in self.states}, self.time, self.steps_done)
 
     # Losses and derivatives
@@ -309,6 +351,7 @@ class Scene:
             raise InputError("a scene opened with inputs has no loss of its own: open a task, or use vjp()")
 
     def loss(self, values=None, /, **named):
+        """Sets these values and returns the loss of the task, computed from the initial state."""
         self._require_task()
         self.assign(values, **named)
         value = self._core.loss()
@@ -316,7 +359,11 @@ class Scene:
         return value
 
     def gradient(self, values=None, /, *, progress=None, every=256, **named):
-        """The task's loss, and its derivatives by name: an array for a field, a number for a parameter."""
+        """Sets these values and returns the loss of the task and the dictionary of its derivatives by each unknown.
+
+        A derivative has the shape of its unknown: an array for a field, a number for a parameter. `progress` and
+        `every` are those of run_to(); forward, recomputed and adjoint steps count.
+        """
         self._require_task()
         self.assign(values, **named)
         value = self._core.gradient(_called(progress, every), every)
@@ -333,8 +380,11 @@ class Scene:
         return self._values_like(name, values)
 
     def vjp(self, seeds, values=None, /, *, progress=None, every=256, **named):
-        """Of a scene opened with inputs: the transposed derivative of its end times `seeds`, an array for each state
-        (those that are left out are zero; of a vector all components), by input."""
+        """The transposed derivative of the states at the end times `seeds`, as a dictionary by input.
+
+        The scene must have been opened with `inputs`. `seeds` has an array for each state, or for a vector all
+        components; states that are left out have the seed 0. The other arguments are those of gradient().
+        """
         if not self.has_seeds:
             raise InputError("vjp() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
         self._require_once(seeds)
@@ -354,14 +404,17 @@ class Scene:
         return {name: self._derivative(name) for name in self.unknowns}
 
     def unknown(self, name):
-        """The value that gradients begin with."""
+        """The value of an unknown with which losses and gradients start."""
         values = np.empty(self._core.size(_core.UNKNOWN, name))
         self._core.get(_core.UNKNOWN, name, values)
         return self._values_like(name, values)
 
     def hessian_vector(self, direction, values=None, /, *, gauss_newton=False, progress=None, every=256, **named):
-        """The Hessian of the loss, or the Gauss-Newton matrix, times a direction; both by name. Unknowns that
-        `direction` leaves out do not move. Of tasks opened with second_order=True."""
+        """The Hessian of the loss, or the Gauss-Newton matrix, times `direction`, as a dictionary by unknown.
+
+        `direction` is a dictionary by unknown; unknowns that are left out have the direction 0. The task must have been
+        opened with second_order=True.
+        """
         self.assign(values, **named)
         vector, product = np.zeros(self._core.unknown_count()), np.empty(self._core.unknown_count())
         places, end = {}, 0
@@ -378,7 +431,11 @@ class Scene:
         return {name: self._values_like(name, product[place].copy()) for name, place in places.items()}
 
     def optimise(self, values=None, /, *, iterations=0, progress=None, **named):
-        """The task's own optimiser; unknown(name) is what it has found."""
+        """Sets these values, runs the optimiser of the task and returns an Optimised; unknown(name) is the value found.
+
+        `iterations` > 0 replaces the number of the task. `progress` is called before each update; if it returns False,
+        the optimiser ends without an error, with the values of the last update.
+        """
         self.assign(values, **named)
         self._sets.update(self.unknowns)
         return Optimised(*self._core.optimise(_called(progress), iterations))

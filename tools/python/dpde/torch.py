@@ -6,10 +6,10 @@
     end = dpde.torch.end(model.scene("rod", inputs=["u"]))       # a scene and what its end is differentiated by
     end(u=network(x))["u"]
 
-Tensors of float64 on the processor are read where they lie; others of float32 are converted, and so is their gradient.
-loss() computes the gradient with the value, and keeps it; end() runs the scene, and its backward runs it again, with
-the adjoint: what was not given to it, and was set with scene.set(), has to be as it was until then. There are no second
-derivatives.
+Tensors of float64 on the processor are read directly. Tensors of float32 are converted, and so are their gradients.
+loss() computes the gradient with the value and stores it. end() runs the scene. Its backward pass runs the scene again,
+with the adjoint: values that were set with scene.set() and not given to end() must be unchanged until then. There are
+no second derivatives.
 """
 import torch
 
@@ -106,7 +106,7 @@ class _End(torch.autograd.Function):
 
 
 def loss(scene):
-    """The task's loss, a tensor without axes, as a function of tensors by name."""
+    """The loss of a task as a function of tensors by name, loss(kappa=kappa); the result is a tensor without axes."""
 
     def call(values=None, /, **named):
         given = {**(values or {}), **named}
@@ -117,7 +117,10 @@ def loss(scene):
 
 
 def end(scene):
-    """The states at the end of a scene opened with inputs, a dictionary of tensors: a function of tensors by name."""
+    """The dictionary of the states at the end of a scene, as a function of tensors by name, end(u=u0).
+
+    The scene must have been opened with `inputs`.
+    """
     if not scene.has_seeds:
         raise ValueError("end() is of scenes that are opened with inputs: model.scene(name, inputs=[...])")
 

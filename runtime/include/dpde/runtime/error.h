@@ -10,6 +10,7 @@
 
 namespace dpde {
 
+/// What is at fault.
 enum class ErrorKind {
   input,    // invalid user input: a file, a shape, a missing binding, a memory limit
   run,      // the computation cannot go on
@@ -23,10 +24,12 @@ struct Message {
   std::string hint;
 };
 
+/// The exception of all calls.
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message, std::vector<Message> messages = {})
       : std::runtime_error(message), kind_(kind), text_(message), messages_(std::move(messages)) {}
+  /// The whole text, with the source lines of the compiler's messages.
   const char* what() const noexcept override { return text_.c_str(); }
   ErrorKind kind() const { return kind_; }
   /// The compiler's messages, warnings included; what() has the same as text with source lines. For errors of a run:

@@ -34,6 +34,7 @@ struct OptimiserProgress {
 /// Return false to stop the optimiser.
 using OptimiserCallback = std::function<bool(const OptimiserProgress&)>;
 
+/// Why an optimiser ended.
 enum class StopReason {
   iterations,     // all requested updates were made
   gradient_zero,  // the gradient's norm is below the tolerance
@@ -41,6 +42,7 @@ enum class StopReason {
   not_finite,     // the loss or the gradient is not a finite number
   observer,       // the observer stopped it
 };
+/// The same in words.
 std::string describe(StopReason reason);
 
 }  // namespace dpde

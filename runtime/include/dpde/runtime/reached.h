@@ -13,6 +13,7 @@ struct StepController {
   bool has_refused = false;
 };
 
+/// A present state with everything that the next step depends on.
 struct Reached {
   int step = 0;
   std::vector<std::vector<double>> states;  // interior values, x fastest, in the order of Simulation::states()

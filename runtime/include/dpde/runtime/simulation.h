@@ -51,6 +51,7 @@ struct Optimised {
   int iterations = 0, evaluations = 0, hessian_products = 0;
 };
 
+/// A compiled scene or task.
 class Simulation {
  public:
   /// The scene's data and programs must outlive the object; it holds `keep` (the code of a scene compiled in memory).
@@ -62,28 +63,37 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   // Unknown names and arrays of wrong length throw Error(input) with the valid choices.
+
+  /// Names of the parameters.
   std::vector<std::string> params() const;
+  /// Names of the fields that steps change; of a vector u on two axes u.x and u.y.
   std::vector<std::string> states() const;
   /// Initial states, then coefficients, parameters, controls; empty without a task.
   std::vector<std::string> unknowns() const;
+  /// Number of cells along each axis, x first.
   const std::vector<std::int64_t>& cells() const;
-  std::size_t size() const;  // number of values of a field
+  /// Number of values of a field: the product of cells().
+  std::size_t size() const;
   /// Cell centres along axis 0, 1, 2.
   std::vector<double> coordinates(int axis) const;
 
   /// For example "m/s": unit of a field, a component of one, a parameter, an observable, an axis or t; "" if none is
   /// declared. The text lives as long as the simulation.
   const char* unit(std::string_view name) const;
+
   /// Metadata of a run for dpde::Recorder (dpde/recorder.h); null for a scene that was compiled ahead of time. The
   /// compiler sets it for a scene compiled in memory.
   const std::shared_ptr<const RunDescription>& description() const;
   void describe(std::shared_ptr<const RunDescription> run);
 
+  /// Sets a parameter; the second returns its value. @throws Error(input) for a parameter from which the compiler has
+  /// computed a number, as an extent.
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
   /// All weights of a network, in the order of dpde/network_abi.h. Initially random, from the network's seed.
   void set_weights(std::string_view network, Values values);
   std::vector<double> weights(std::string_view network) const;
+  /// Names of the networks.
   std::vector<std::string> networks() const;
   /// Functions of a network that is declared with `host` in place of layers; needed before the first run. On first use
   /// the vector-Jacobian product is compared with finite differences of the value. @throws Error(input) for a network
@@ -92,6 +102,7 @@ class Simulation {
   /// One value for each interval of time; of a control field one field each, as in set_field.
   void set_control(std::string_view name, Values values);
   std::span<const double> control(std::string_view name) const;
+  /// size() values of a state, at the present time and for the start of runs, losses and gradients.
   void set_state(std::string_view name, Values values);
   void set_initial(std::string_view name, Values values);
   /// Values of a coefficient, a control field (one interval after the other) or data of the task (as many states as it
@@ -103,9 +114,11 @@ class Simulation {
   /// How many values set_field() expects, and whether they are numbers, one a time.
   std::size_t field_size(std::string_view name) const;
   bool is_number(std::string_view name) const;
+  /// size() values of a state at the present time, written to `to` or returned.
   /// @throws NotFinite once if a state is no longer finite; later calls return the values as they are.
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;
+  /// size() values of the initial state.
   std::vector<double> initial(std::string_view name);
   /// An observable of the scene, at the present state.
   double observe(std::string_view name);
@@ -118,6 +131,7 @@ class Simulation {
   /// Sets the time of the initial state, for formulas too, in place of the scene's begin. Effective on reset().
   /// Controls still go by the step number.
   void begin_at(double time);
+  /// The present time, the length of a step and the number of steps since reset().
   double time() const;
   double time_step() const;
   int steps_done() const;
@@ -131,9 +145,10 @@ class Simulation {
   std::uint64_t start_hash();
   /// Statistics of the solves of these steps, since the simulation was made.
   std::deque<SolveNote> solve_notes() const;
+  /// Makes the initial state the present one.
   void reset();
-  /// False when stopped. @throws NotFinite if a state is no longer finite (checked every 64 steps, by run and by
-  /// state).
+  /// Makes `count` steps. False when stopped. @throws NotFinite if a state is no longer finite (checked every 64 steps,
+  /// by run and by state).
   bool step(int count = 1);
   /// run_to(): to the first step that ends at `time` or later. run(): to the end of the scene; of one with `until
   /// steady`, to the steady state. @throws NoSolution if that is not reached within its steps; the present state is
@@ -146,6 +161,8 @@ class Simulation {
 
   // Only with a task. @throws NotFinite with state, step and cell if the run blows up; also if a loss, a gradient or a
   // product is not finite though all states are.
+
+  /// The loss, computed from the initial state.
   double loss();
   /// Returns the loss; stores its gradient with respect to each unknown.
   double gradient();
@@ -157,6 +174,7 @@ class Simulation {
   /// The values with which loss() and gradient() start, for one unknown and for all.
   std::vector<double> value_of(std::string_view unknown);
   std::vector<double> unknown_values();
+  /// Sets all unknowns from one vector in this order.
   void set_unknowns(Values values);
 
   /// Hessian of the loss at the present values of the unknowns, times a vector; NaN when stopped.

@@ -12,6 +12,7 @@
 
 namespace dpde {
 
+/// Options of a scene compiled ahead of time; HostOptions has them for one compiled in memory.
 struct SimulationOptions {
   std::vector<std::int64_t> cells;  // one number an axis, overrides the scene's
   int threads = 1;

@@ -18,6 +18,7 @@ struct OutOfReach {
   std::vector<std::string> made_of;
 };
 
+/// Statistics of one solve of the model.
 struct SolveNote {
   std::string unknown;                 // the field solved for
   std::string method, reason;          // of the last solve; "" before the first
