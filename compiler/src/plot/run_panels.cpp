@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "driver/report/centres.h"
@@ -86,7 +87,10 @@ std::vector<Panel> panels_of_run(const SceneView& given, const DrawnRun& run) {
   if (scene.axes.size() > 1 || run.at_start == nullptr) return panels;
   LinePanel& lines = std::get<LinePanel>(panels.front());
   for (std::size_t s = 0; s < run.states.size(); ++s) {
-    add(run.states[s] + " at the start", run.states[s], run.at_start(run.states[s]));
+    std::vector<double> start = run.at_start(run.states[s]);
+    const bool is_constant = std::ranges::adjacent_find(start, std::not_equal_to<>()) == start.end();
+    if (is_constant) continue;  // says nothing, as of fields that the step computes
+    add(run.states[s] + " at the start", run.states[s], std::move(start));
     lines.curves.back().colour = colour_of_curve(s);
     lines.curves.back().is_dashed = true;
   }

@@ -21,7 +21,8 @@ struct DrawnRun {
   std::vector<Curve> course = {};  // for one cell: time series of its states, drawn instead of the fields
 };
 
-/// Fields at the end; on one axis also states at the start, and for flows in a plane their vorticity.
+/// Fields at the end; on one axis also states at the start unless they are constant, and for flows in a plane their
+/// vorticity.
 std::vector<Panel> panels_of_run(const SceneView& scene, const DrawnRun& run);
 /// For one cell: the states over time.
 LinePanel panel_of_course(const model::Problem& problem, std::vector<Curve> course);
