@@ -195,5 +195,18 @@ TEST_F(PictureShapes, LongTimesAreInDays) {
   }
 }
 
+/// Values on faces reach half a cell beyond one end of the grid and not to the other: pictures of runs and files show
+/// the grid.
+TEST_F(PictureShapes, FacesAreShownOnTheGrid) {
+  write("faces.dpde",
+        "model m { vector u on faces; dt(u) = lap(u) }\nscene s : m {\n  grid x = 0 .. 4, cells 4\n"
+        "  grid y = 0 .. 2, cells 4\n  boundary u: all = 0\n  initial u = (1, 1)\n  time 0 .. 1e-3, step 1e-3\n}\n");
+  for (const char* command : {"run faces.dpde --quiet --out o", "plot o/s.nc --field u.x --out p"}) {
+    const std::string script = scripts_of(command);
+    EXPECT_EQ(range_of(script, "xrange"), (std::pair(0.0, 4.0))) << command;
+    EXPECT_EQ(range_of(script, "yrange"), (std::pair(0.0, 2.0))) << command;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -50,6 +50,7 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
     shown->low = axis->low;
     shown->high = axis->high;
     shown->faces = axis->faces;
+    if (axis->grid) shown->frame = ValueRange{axis->grid->first, axis->grid->second};
   }
   panel.range = range;
   panel.values = field.states[state];

@@ -185,7 +185,7 @@ std::string plot_of(const MapPanel& panel, int index) {
   text += colours.is_signed
               ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
               : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
-  text += fmt::format("set cblabel {} noenhanced offset 1,0\n", quoted(typeset(panel.value_label)));
+  text += fmt::format("set cblabel {} noenhanced\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\n", number(colours.range.low), number(colours.range.high));
   text += frame_of("x", panel.x) + frame_of("y", panel.y);
   text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";

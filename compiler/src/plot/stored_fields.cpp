@@ -89,11 +89,22 @@ class NetcdfFields {
   StoredAxis axis(const std::string& dimension, std::int64_t length) const {
     const std::vector<double> centres = places(dimension, length);
     const double half = length > 1 ? (centres.back() - centres.front()) / static_cast<double>(length - 1) / 2 : 0.5;
-    const std::string unit = unit_of(dimension);
-    if (are_uniform(centres))
-      return {name_of(dimension), centres.front() - half, centres.back() + half, length, {}, unit};
-    const std::vector<double> faces = faces_between(dimension, centres);
-    return {name_of(dimension), faces.front(), faces.back(), length, faces, unit};
+    StoredAxis axis{name_of(dimension), centres.front() - half, centres.back() + half, length, {}, unit_of(dimension)};
+    axis.grid = grid_of(dimension);
+    if (are_uniform(centres)) return axis;
+    axis.faces = faces_between(dimension, centres);
+    axis.low = axis.faces.front();
+    axis.high = axis.faces.back();
+    return axis;
+  }
+  /// For x_faces with the attribute axis X: the ends of x.
+  std::optional<std::pair<double, double>> grid_of(const std::string& dimension) const {
+    const std::string letter = file_.text(dimension, "axis").value_or("");
+    const std::string cells = letter.size() == 1 ? std::string(1, char(letter[0] - 'X' + 'x')) : "";
+    const NetcdfReader::Variable* bounds = file_.find(file_.text(cells, "bounds").value_or(""));
+    if (cells == dimension || bounds == nullptr) return std::nullopt;
+    const auto [low, high] = std::ranges::minmax(file_.read(*bounds));
+    return std::pair(low, high);
   }
   static bool are_uniform(const std::vector<double>& centres) {
     const double step =

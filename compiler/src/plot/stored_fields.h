@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/model.h"
@@ -18,6 +19,8 @@ struct StoredAxis {
   std::int64_t cells = 1;
   std::vector<double> faces = {};  // for cells of different widths, one more than cells; else empty
   std::string unit = {};           // "": unknown
+  /// Of values on faces: the ends of the grid.
+  std::optional<std::pair<double, double>> grid = {};
 };
 struct StoredField {
   std::string name;
