@@ -150,4 +150,27 @@ Json hover(const Document& document, int offset, const OrderText& order) {
   return {{"contents", {{"kind", "markdown"}, {"value", text}}}, {"range", document.places().range(word.range)}};
 }
 
+Json inlay_hints(const Document& document, const OrderText& order) {
+  const TextPlaces places = document.places();
+  Json hints = Json::array();
+  const auto add = [&](int offset, const std::string& label) {
+    hints.push_back(Json{{"position", places.position(offset)}, {"label", label}, {"paddingLeft", true}});
+  };
+  for (const DeclaredName& name : document.names()) {
+    if (document.whole().is_imported(name.range.begin)) continue;
+    const auto problem = document.problems().find(name.name);
+    const bool is_scene = name.block < 0 && name.word == "scene" && problem != document.problems().end();
+    if (is_scene) add(name.line.end, order(problem->second));
+    if (name.word != "let" && name.word != "observable") continue;
+    for (const auto& [block, scene] : document.problems()) {
+      const std::string unit =
+          blocks_known_to(document.file(), {block}).contains(name.block) ? unit_of(scene, name) : "";
+      if (unit.empty()) continue;
+      add(name.range.end, "in " + unit);
+      break;
+    }
+  }
+  return hints;
+}
+
 }  // namespace dpde::lsp

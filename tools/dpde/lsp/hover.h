@@ -9,4 +9,7 @@ namespace dpde::lsp {
 /// {contents, range}, or null.
 Json hover(const Document& document, int offset, const OrderText& order);
 
+/// What is shown in the text: the order of each scene, and the units of observables and names of formulas.
+Json inlay_hints(const Document& document, const OrderText& order);
+
 }  // namespace dpde::lsp

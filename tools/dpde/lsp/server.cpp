@@ -5,6 +5,7 @@
 
 #include "lsp/completion.h"
 #include "lsp/hover.h"
+#include "lsp/references.h"
 #include "syntax/parser.h"
 #include "syntax/print/print_ast.h"
 
@@ -16,7 +17,13 @@ namespace {
 constexpr int parse_error = -32700, invalid_request = -32600, method_not_found = -32601, invalid_params = -32602,
               internal_error = -32603, not_initialized = -32002;
 
+constexpr int request_failed = -32803;
+
 struct UnknownMethod {};
+/// A valid request that is not carried out.
+struct Refused {
+  std::string why;
+};
 
 int offset_in(const Document& document, const Json& parameters) {
   return document.places().offset(parameters.at("position"));
@@ -60,6 +67,8 @@ void Server::take(const Json& message) {
     send_({{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(result)}});
   } catch (const UnknownMethod&) {
     fail(id, method_not_found, "there is no method " + method);
+  } catch (const Refused& refused) {
+    fail(id, request_failed, refused.why);
   } catch (const JsonError& error) {
     if (is_request) fail(id, invalid_params, error.what());
   } catch (const std::exception& error) {
@@ -113,6 +122,17 @@ Json Server::answer(const std::string& method, const Json& parameters) {
     return {{"isIncomplete", false}, {"items", completions(text, offset_in(text, parameters))}};
   }
   if (method == "textDocument/definition") return definition(parameters);
+  if (method == "textDocument/references") return references(parameters);
+  if (method == "textDocument/rename") return rename(parameters);
+  if (method == "textDocument/signatureHelp") {
+    const Document& text = document(parameters);
+    return signature_help(text, offset_in(text, parameters));
+  }
+  if (method == "textDocument/inlayHint") {
+    Document& text = document(parameters);
+    look_at(text, Depth::model);
+    return inlay_hints(text, order_);
+  }
   if (method == "textDocument/formatting") return formatting(parameters);
   if (method == "textDocument/documentSymbol") return symbols(parameters);
   throw UnknownMethod();
@@ -130,6 +150,10 @@ Json Server::initialize(const Json& parameters) {
                        {"textDocumentSync", {{"openClose", true}, {"change", 1}}},
                        {"hoverProvider", true},
                        {"definitionProvider", true},
+                       {"referencesProvider", true},
+                       {"renameProvider", true},
+                       {"inlayHintProvider", true},
+                       {"signatureHelpProvider", {{"triggerCharacters", Json::array({"(", ","})}}},
                        {"completionProvider", {{"triggerCharacters", Json::array({":", "=", ","})}}},
                        {"documentFormattingProvider", true},
                        {"documentSymbolProvider", true}};
@@ -140,6 +164,35 @@ Json Server::definition(const Json& parameters) {
   const Document& text = document(parameters);
   const DeclaredName* name = text.find(offset_in(text, parameters));
   return name == nullptr ? Json() : location_of(text, *name);
+}
+
+Json Server::references(const Json& parameters) {
+  const Document& text = document(parameters);
+  const DeclaredName* name = text.find(offset_in(text, parameters));
+  if (name == nullptr) return Json::array();
+  const bool is_imported = text.whole().is_imported(name->range.begin);
+  const bool with_declaration = !parameters.contains("context") || parameters.at("context").at("includeDeclaration");
+  Json places = Json::array();
+  if (is_imported && with_declaration) places.push_back(location_of(text, *name));
+  for (const SourceRange use : uses_of(text, *name)) {
+    if (with_declaration || use.begin != name->range.begin)
+      places.push_back(Json{{"uri", text.uri()}, {"range", text.places().range(use)}});
+  }
+  return places;
+}
+
+Json Server::rename(const Json& parameters) {
+  const Document& text = document(parameters);
+  const int offset = offset_in(text, parameters);
+  const auto wanted = parameters.at("newName").get<std::string>();
+  const std::string why_not = why_not_renamed(text, offset, wanted);
+  if (!why_not.empty()) throw Refused{why_not};
+  Json edits = Json::array();
+  for (const SourceRange use : uses_of(text, *text.find(offset)))
+    edits.push_back(Json{{"range", text.places().range(use)}, {"newText", wanted}});
+  Json changes = Json::object();
+  changes[text.uri()] = std::move(edits);
+  return {{"changes", std::move(changes)}};
 }
 
 /// Returns null if the text has errors.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The language server protocol, version 3.17, with the capabilities stated in initialize: full-text synchronisation,
-// diagnostics, hover, definition, completion, formatting, symbols.
+// diagnostics, hover, definition, references, rename, signature help, inlay hints, completion, formatting, symbols.
 #pragma once
 
 #include <functional>
@@ -34,6 +34,8 @@ class Server {
   Json answer(const std::string& method, const Json& parameters);
   Json initialize(const Json& parameters);
   Json definition(const Json& parameters);
+  Json references(const Json& parameters);
+  Json rename(const Json& parameters);
   Json formatting(const Json& parameters);
   Json symbols(const Json& parameters);
   void publish(const Document& document) const;
