@@ -284,9 +284,22 @@ TEST(Eigenvalues, AboveOneForSureMayBeMultiple) {
                               {"one block", 1.1 * identity + nilpotent, 0},
                               {"small block", 1.1 * identity + 1e-3 * nilpotent, size}};
   for (const Row& row : rows) {
-    EXPECT_TRUE(row.count == 0 || are_surely_above_one(row.matrix, row.count, 1e-14)) << row.name;
-    EXPECT_FALSE(row.count < size && are_surely_above_one(row.matrix, row.count + 1, 1e-14)) << row.name;
+    const SureSpectrum spectrum(row.matrix, SureSpectrum::Of::factors, 1e-14);
+    EXPECT_TRUE(row.count == 0 || spectrum.are_beyond(1, row.count)) << row.name;
+    EXPECT_FALSE(row.count < size && spectrum.are_beyond(1, row.count + 1)) << row.name;
   }
+}
+
+/// Rates of 0.3, 0 and twice -1e-3 beside one of -1e3: a line leaves out what may be 0, and nothing else.
+TEST(SureSpectrum, SlowDecayIsToldApartFromNone) {
+  Eigen::MatrixXd rates = Eigen::Vector<double, 5>(0.3, 0, -1e-3, -1e-3, -1e3).asDiagonal();
+  rates(0, 4) = 7;
+  rates(2, 0) = -2;
+  const SureSpectrum spectrum(rates, SureSpectrum::Of::rates, 1e-9);
+  EXPECT_LT(spectrum.boundary_within(0), 0);
+  EXPECT_GT(spectrum.boundary_within(0), -1e-3);
+  EXPECT_TRUE(spectrum.are_beyond(-1e-3 / 2, 2));
+  EXPECT_FALSE(spectrum.are_beyond(-1e-3 / 2, 3));
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ TEST(NetworkPlaces, WhatIsKnownIsAsACoefficient) {
     return verdict_of(*session);
   };
   const std::string ring = ", periodic", wall = "\n  boundary u: x = 0";
-  for (const auto& [rate, side] : {std::pair{"N(x)*lap(u)", ring},
+  for (const auto& [rate, side] : {std::pair{std::string("N(x)*lap(u)"), ring},
                                    {"N(x)*lap(u)", wall},
                                    {"-N(x)*dx(u)", wall},
                                    {"-N(x)*u + lap(u)", wall},
@@ -134,7 +134,9 @@ TEST(NetworkPlaces, WhatIsKnownIsAsACoefficient) {
     const StabilityReport of_network = limit(rate, side, true), of_formula = limit(rate, side, false);
     ASSERT_EQ(of_network.limit.kind, of_formula.limit.kind) << rate << side << of_network.why;
     EXPECT_NEAR(of_network.limit.step, of_formula.limit.step, 2e-3 * of_formula.limit.step) << rate << side;
-    EXPECT_EQ(of_network.is_of_grid, of_formula.is_of_grid) << rate << side;
+    // On its own grid a network that changes with time is not analysed, a formula is.
+    const bool varies = rate.find("sin(3*t)") != std::string::npos;
+    EXPECT_EQ(of_network.is_of_grid, of_formula.is_of_grid && !varies) << rate << side;
     EXPECT_EQ(of_network.is_of_means, of_formula.is_of_means) << rate << side;
   }
 }

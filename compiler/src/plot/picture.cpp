@@ -80,9 +80,17 @@ std::string typeset(const std::string& label) {
   return text;
 }
 
-std::string labels_of(const std::string& title, const std::string& x_label, const std::string& y_label) {
-  return fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(title),
-                     quoted(typeset(x_label)), quoted(typeset(y_label)));
+/// A title that is longer than its panel is in smaller letters.
+std::string title_of(const std::string& title, int width) {
+  constexpr int letters = 12, least = 7;
+  constexpr double of_a_letter = 0.65;  // its width, in units of its height
+  const double fitting = width / (of_a_letter * static_cast<double>(std::max<std::size_t>(title.size(), 1)));
+  const std::string font = fitting < letters ? fmt::format(" font ',{}'", std::max(least, int(fitting))) : "";
+  return fmt::format("set title {} noenhanced{}\n", quoted(title), font);
+}
+
+std::string labels_of(const std::string& x_label, const std::string& y_label) {
+  return fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(typeset(x_label)), quoted(typeset(y_label)));
 }
 
 /// gnuplot's number and size of a symbol.
@@ -137,8 +145,8 @@ std::string decades_of(const LinePanel& panel, const char* axis, std::vector<dou
 
 std::string linear_axis(const char* axis) { return fmt::format("set format {0} '%g'\nunset m{0}tics\n", axis); }
 
-std::string plot_of(const LinePanel& panel, int index) {
-  std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
+std::string plot_of(const LinePanel& panel, int index, int width) {
+  std::string text = title_of(panel.title, width) + labels_of(panel.x_label, panel.y_label);
   if (panel.names_below || panel.curves.size() > 1)  // a second line separates them from the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
   text += "unset logscale\n" + (panel.log_y ? decades_of(panel, "y", &Curve::y) : linear_axis("y"));
@@ -173,10 +181,10 @@ std::string frame_of(const char* axis, const MapAxis& shown) {
   return fmt::format("set {}range [{}:{}]\n", axis, number(range.low), number(range.high));
 }
 
-std::string plot_of(const MapPanel& panel, int index) {
+std::string plot_of(const MapPanel& panel, int index, int width) {
   const double hx = (panel.x.high - panel.x.low) / panel.x.cells, hy = (panel.y.high - panel.y.low) / panel.y.cells;
   const Colours colours = colours_of(panel.range ? panel.range : range_of(panel.values));
-  std::string text = labels_of(panel.title, panel.x.label, panel.y.label);
+  std::string text = title_of(panel.title, width) + labels_of(panel.x.label, panel.y.label);
   text +=
       "set border 15\nset tics out\nunset mxtics\nunset mytics\nunset label\nunset object\nunset logscale\nunset "
       "grid\nunset key\nset "
@@ -185,7 +193,7 @@ std::string plot_of(const MapPanel& panel, int index) {
   text += colours.is_signed
               ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
               : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
-  text += fmt::format("set cblabel {} noenhanced\n", quoted(typeset(panel.value_label)));
+  text += fmt::format("set cblabel {} noenhanced offset 0.6,0\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\n", number(colours.range.low), number(colours.range.high));
   text += frame_of("x", panel.x) + frame_of("y", panel.y);
   text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";
@@ -220,7 +228,7 @@ std::string page_of(const std::vector<Panel>& panels) {
   const Layout layout = layout_of(panels);
   if (panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", layout.rows, layout.columns);
   for (std::size_t p = 0; p < panels.size(); ++p) {
-    text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p)); });
+    text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p), layout.width); });
   }
   return text + (panels.size() > 1 ? "unset multiplot\n" : "");
 }

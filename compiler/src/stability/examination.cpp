@@ -14,6 +14,7 @@
 #include "stability/step/coupled_means.h"
 #include "stability/step/folded_products.h"
 #include "stability/step/own_grid.h"
+#include "stability/step/own_grid_limit.h"
 #include "stability/step/step_search.h"
 #include "stability/step/wall_rates.h"
 #include "stability/substeps.h"
@@ -25,11 +26,10 @@ namespace {
 constexpr double told_growth = 0.1;      // ln of the growth over a run that is not reported
 constexpr double wall_tolerance = 1e-6;  // ln |g| of a dense matrix
 constexpr std::size_t most_places_between_walls = 5;
-constexpr double shortest = 1e-3, farthest = 4096;  // steps that are tried, as multiples of the scene's
-constexpr double precision_of_grid = 1e-3, precision_of_runs = 1e-3;  // of a limit
-constexpr double precision_of_guess = 2.5e-4;                         // of a limit
-constexpr double precision_with_folding = 2e-2;                       // of a limit, which falls as waves spread
-constexpr double safely = 0.9;                                        // of a limit: a step well below it
+constexpr double precision_of_runs = 1e-3;       // of a limit
+constexpr double precision_of_guess = 2.5e-4;    // of a limit
+constexpr double precision_with_folding = 2e-2;  // of a limit, which falls as waves spread
+constexpr double safely = 0.9;                   // of a limit: a step well below it
 
 bool has_walls(const model::Problem& problem) {
   return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
@@ -67,8 +67,8 @@ class Examination {
     verdict_.is_exact =
         !has_walls(problem_) && is_same_everywhere(session_, linear_, worst_.point) && !linear_.is_semi_lagrangian();
     if (verdict_.is_exact) return true;
-    if (const auto grid = own_grid()) {
-      look_at_own(*grid);
+    if (const std::vector<OwnGrid> grids = own_grids(points); !grids.empty()) {
+      look_at_own(grids);
       return true;
     }
     if (const auto runs = do_runs_decide() ? runs_about(worst_.point) : nullptr) {
@@ -100,8 +100,9 @@ class Examination {
     worst_ = points.front();
     const bool is_same = is_same_everywhere(session_, linear_, worst_.point) && !linear_.is_semi_lagrangian();
     const bool are_waves_all = is_same && !has_walls(problem_);
-    if (const auto grid = are_waves_all ? std::nullopt : own_grid())
-      return grid->is_stable(verdict_.step) && !grows_weakly(*grid);
+    if (const auto grids = are_waves_all ? std::vector<OwnGrid>() : own_grids(points); !grids.empty())
+      return std::ranges::all_of(
+          grids, [&](const OwnGrid& grid) { return grid.is_stable(verdict_.step) && !grows_weakly(grid); });
     for (const ScenePoint& point : points) {
       const auto found = growth_in_step(linear_, point.point, rank_, verdict_.step);
       if (!found || (grows(found->growth) && grows_beyond_equations(point))) return false;
@@ -173,12 +174,7 @@ class Examination {
         analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
             1e-9) {
       const StepLimit limit = limit_at(analysis, point);
-      const auto rank_of = [](const StepLimit& l) {
-        return l.kind == StepLimit::Kind::never   ? 0.0
-               : l.kind == StepLimit::Kind::limit ? l.step
-                                                  : std::numeric_limits<double>::infinity();
-      };
-      if (!is_any_ || rank_of(limit) < rank_of(verdict_.limit)) take(limit, point);
+      if (!is_any_ || limit.largest() < verdict_.limit.largest()) take(limit, point);
     }
     const Largest now = analysis.excess(verdict_.step);
     if (!is_any_ || now.value > verdict_.beyond) {
@@ -218,8 +214,15 @@ class Examination {
     verdict_.worst = point.point;
   }
 
-  std::optional<OwnGrid> own_grid() const {
-    return OwnGrid::make(session_, linear_, worst_.point, verdict_.step, equations_);
+  /// The scene's own grid at several moments if the step reads the time; empty if it is not analysed.
+  std::vector<OwnGrid> own_grids(const std::vector<ScenePoint>& points) const {
+    std::vector<OwnGrid> grids;
+    for (const FrozenPoint& moment : moments_of(worst_.point, points)) {
+      std::optional<OwnGrid> grid = OwnGrid::make(session_, linear_, moment, verdict_.step, equations_);
+      if (!grid) return {};
+      grids.push_back(std::move(*grid));
+    }
+    return grids;
   }
 
   std::vector<FrozenPoint> moments_of_means(const std::vector<ScenePoint>& points) const {
@@ -244,83 +247,38 @@ class Examination {
   }
 
   /// The result on the scene's own grid replaces that of waves: these have frozen coefficients, may be longer than the
-  /// grid, and see no walls.
-  void look_at_own(const OwnGrid& grid) {
-    verdict_.is_of_grid = true;
-    verdict_.is_exact =
-        !linear_.is_semi_lagrangian();  // its unstable steps may lie in narrow intervals, which a search can miss
-    verdict_.place.clear();
-    verdict_.growth_rate = grid.growth_rate();
-    verdict_.growth_by_events = grid.growth_by_events();
+  /// grid, and see no walls. It is exact if the step is the same at all times. Not for semi-Lagrangian steps: their
+  /// unstable steps may lie in narrow intervals, which a search can miss.
+  void look_at_own(const std::vector<OwnGrid>& grids) {
     const StepLimit by_waves = verdict_.limit;
-    verdict_.limit = without_sure_growth(weak_or(limit_on(grid), grid), grid);
+    verdict_.is_of_grid = true;
+    verdict_.is_exact = !linear_.is_semi_lagrangian() && is_linear_and_steady(session_, linear_);
+    verdict_.place.clear();
+    verdict_.growth_rate = verdict_.growth_by_events = verdict_.beyond = 0;
+    verdict_.growth = 1;
+    verdict_.limit = {};
+    for (const OwnGrid& grid : grids) {
+      verdict_.growth_rate = std::max(verdict_.growth_rate, grid.growth_rate());
+      verdict_.growth_by_events = std::max(verdict_.growth_by_events, grid.growth_by_events());
+      const StepLimit limit = limit_on(grid, verdict_.step, by_waves);
+      if (limit.largest() < verdict_.limit.largest()) {
+        verdict_.limit = limit;
+        verdict_.worst = grid.point();
+      }
+      if (verdict_.step <= limit.largest()) continue;
+      verdict_.growth = std::max(verdict_.growth, grid.growth(verdict_.step));
+      verdict_.beyond = std::max(verdict_.beyond, std::log(verdict_.growth) - grid.allowed(verdict_.step));
+    }
+    const bool is_lower = verdict_.limit.largest() < by_waves.largest();
+    verdict_.is_of_walls = has_walls(problem_) && is_lower;
     verdict_.limit.wave = by_waves.wave;
     verdict_.limit.state = by_waves.state;
-    const bool is_lower = by_waves.kind != StepLimit::Kind::never && verdict_.limit.kind != StepLimit::Kind::none &&
-                          (by_waves.kind == StepLimit::Kind::none || verdict_.limit.step < by_waves.step);
-    verdict_.is_of_walls = has_walls(problem_) && is_lower;
-    verdict_.growth = 1;
-    verdict_.beyond = 0;
-    if (verdict_.limit.kind == StepLimit::Kind::none || verdict_.step <= verdict_.limit.step) return;
-    verdict_.growth = grid.growth(verdict_.step);
-    verdict_.beyond = std::log(verdict_.growth) - 2 * verdict_.growth_rate * verdict_.step - verdict_.growth_by_events;
   }
 
   /// Whether growth is too small per step for matrix powers to show, but large over the run.
   bool grows_weakly(const OwnGrid& grid) const {
     const double steps = static_cast<double>(session_.steps()) * verdict_.parts;
     return steps * OwnGrid::least_growth > told_growth && steps * grid.sure_growth(verdict_.step) > told_growth;
-  }
-
-  /// "Never" instead of the limit if growth below it falls as a power of the step. An order near 1 counts too if growth
-  /// at half the limit is near `least_growth`: the limit is then only where matrix powers cease to show growth.
-  StepLimit weak_or(const StepLimit& limit, const OwnGrid& grid) const {
-    const double step = limit.kind == StepLimit::Kind::limit ? 0.5 * limit.step : verdict_.step;
-    if (limit.kind == StepLimit::Kind::never) return limit;
-    const double growth = grid.sure_growth(step), of_half = growth > 0 ? grid.sure_growth(0.5 * step) : 0;
-    const double order = of_half > 0 ? std::log2(growth / of_half) : 0;
-    const bool is_cut_off = limit.kind == StepLimit::Kind::limit && growth > 0.2 * OwnGrid::least_growth && order > 0.8;
-    return order > 1.5 || is_cut_off ? StepLimit{StepLimit::Kind::never, 0, order} : limit;
-  }
-
-  /// The limit lowered to where the largest eigenvalue ceases to grow. Matrix powers do not show growth below
-  /// `least_growth` a step, and near a limit steps a thousandth above it may grow by less. The limit stays if the
-  /// eigenvalue grows in half the step, too.
-  StepLimit without_sure_growth(StepLimit limit, const OwnGrid& grid) const {
-    if (limit.kind != StepLimit::Kind::limit || !(grid.sure_growth(limit.step) > 0)) return limit;
-    double low = 0.5 * limit.step, high = limit.step;
-    if (grid.sure_growth(low) > 0) return limit;
-    while (high - low > precision_of_grid * high) {
-      const double middle = 0.5 * (low + high);
-      (grid.sure_growth(middle) > 0 ? high : low) = middle;
-    }
-    limit.step = low;
-    return limit;
-  }
-
-  /// The limit on the grid. The search begins at the limit of waves if there is one, else at the scene's step.
-  StepLimit limit_on(const OwnGrid& grid) const {
-    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
-    const double factor = has_limit ? 1.25 : 2;
-    double low = has_limit ? verdict_.limit.step : verdict_.step, high = low;
-    const double first = low, step = verdict_.step;
-    const bool is_first_stable = grid.is_stable(first);
-    if (is_first_stable && step < first && !grid.is_stable(step)) {
-      high = step, low = 0.5 * step;
-    } else if (is_first_stable && has_limit && linear_.is_semi_lagrangian()) {
-      return verdict_.limit;  // longer steps may be stable again, beyond an interval of unstable ones
-    } else if (is_first_stable) {
-      const double end = farthest * std::max(first, grid.fastest() > 0 ? 1 / grid.fastest() : 0);
-      for (high = factor * low; high < end && grid.is_stable(high); high *= factor) low = high;
-      if (!(high < end)) return {};
-    }
-    while (low > shortest * std::min(first, step) && !grid.is_stable(low)) high = low, low /= 2;
-    if (!(low > shortest * std::min(first, step))) return {StepLimit::Kind::never, 0, 1};
-    while (high - low > precision_of_grid * high) {
-      const double middle = 0.5 * (low + high);
-      (grid.is_stable(middle) ? low : high) = middle;
-    }
-    return {StepLimit::Kind::limit, low};
   }
 
   /// The points by decreasing growth. In most cases the first then sets the limit, and the others are checked only

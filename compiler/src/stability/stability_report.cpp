@@ -99,14 +99,9 @@ StabilityReport verdict_on(driver::Session& session, const GroupStep& step, doub
   return verdict;
 }
 
-/// 0 where every step is unstable.
-double size_of_limit(const StabilityReport& v) {
-  return v.limit.kind == StepLimit::Kind::none ? no_limit : v.limit.step;
-}
-
 /// The verdict on both: that with the lower limit, and in `worse` the group that grows most in the scene's step.
 StabilityReport merged(const StabilityReport& a, const StabilityReport& b) {
-  const bool is_first = size_of_limit(a) <= size_of_limit(b);
+  const bool is_first = a.limit.largest() <= b.limit.largest();
   StabilityReport lower = is_first ? a : b;
   const StabilityReport& other = is_first ? b : a;
   lower.is_exact = lower.is_exact && other.is_exact;
@@ -171,7 +166,7 @@ StabilityReport examine(driver::Session& session, const Look& look) {
   const ConsistentStart start(session);
   std::optional<StabilityReport> all, unknown;
   for (const GroupStep& step : steps_of_groups(session)) {
-    const StabilityReport found = verdict_on(session, step, all ? size_of_limit(*all) : no_limit, look);
+    const StabilityReport found = verdict_on(session, step, all ? all->limit.largest() : no_limit, look);
     if (!found.is_analysed())
       unknown = found;
     else

@@ -37,6 +37,8 @@ struct StepLimit {
   double order = 0;
   Angles wave{};          // the wave that grows first beyond the limit, or most in the queried step
   std::size_t state = 0;  // the state with the largest component in that wave
+  /// The largest stable step: infinite if no unstable step was found.
+  double largest() const { return kind == Kind::none ? std::numeric_limits<double>::infinity() : step; }
   /// Growth at each step, but so weak (order of about 4 and more) that short runs look stable.
   bool is_weak() const { return kind == Kind::never && order > 3.5; }
 };

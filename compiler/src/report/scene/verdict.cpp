@@ -181,7 +181,9 @@ std::string basis_text(const model::Problem& problem, const StabilityReport& ver
     return text + "  an estimate: all is frozen as it begins, on a few cells with the networks\n";
   if (verdict.is_of_grid && verdict.is_exact)
     text += "  exact: what the step does to all disturbances of the scene's own cells was looked at\n";
-  if (verdict.is_of_runs())
+  if (verdict.is_of_grid && !verdict.is_exact)
+    text += "  an estimate: what the step does to all disturbances of the scene's own cells at some moments\n";
+  else if (verdict.is_of_runs())
     text += fmt::format("  an estimate: the step as the run begins was repeated on the scene's own grid{}\n",
                         verdict.place.empty() ? "" : ", waves are worst at " + verdict.place);
   else if (!verdict.is_exact)

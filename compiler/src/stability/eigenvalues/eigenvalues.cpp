@@ -345,64 +345,50 @@ double norm_of_resolvent(const Eigen::MatrixXd& hessenberg, Complex z) {
   return std::sqrt(squared);
 }
 
-/// The Hessenberg form of a balanced matrix, and its eigenvalues by decreasing modulus or real part.
-struct Spectrum {
-  Eigen::MatrixXd hessenberg;
-  Eigen::VectorXcd values;
-  bool is_of_rates;
-  double error;
-
-  Spectrum(Eigen::MatrixXd a, bool has_rates, double rounding) : is_of_rates(has_rates) {
-    balance(a);
-    error = rounding * a.norm();
-    reduce_to_hessenberg(a);
-    hessenberg = a;
-    values = of_hessenberg(std::move(a));
-    std::ranges::sort(values, std::greater{}, [&](Complex value) { return size_of(value); });
-  }
-  double size_of(Complex value) const { return is_of_rates ? value.real() : std::abs(value); }
-
-  /// Whether a circle of this radius, or a vertical line, has the same eigenvalues on each side in all matrices that
-  /// differ by up to `error`. The resolvent is largest next to eigenvalues; those near the line may fail first.
-  bool is_boundary(double at) const {
-    std::vector<Complex> next_to;
-    for (const Complex value : values) {  // `a` is real: both halves are alike
-      if (value.imag() >= 0) next_to.push_back(value);
-    }
-    std::ranges::sort(next_to, {}, [&](Complex value) { return std::abs(size_of(value) - at); });
-    return std::ranges::all_of(next_to, [&](Complex value) {
-      const Complex z = is_of_rates ? Complex(at, value.imag()) : std::polar(at, std::arg(value));
-      return error * norm_of_resolvent(hessenberg, z) < 1;
-    });
-  }
-};
-
 }  // namespace
 
-/// A circle passes between two eigenvalues of different modulus.
-bool are_surely_above_one(Eigen::MatrixXd a, Eigen::Index count, double rounding) {
-  const Spectrum spectrum(std::move(a), false, rounding);
-  const Eigen::VectorXcd& values = spectrum.values;
-  for (Index last = count - 1; last < values.size() && std::abs(values[last]) > 1; ++last) {
-    const double outside = std::abs(values[last]),
-                 inside = last + 1 < values.size() ? std::max(1.0, std::abs(values[last + 1])) : 1;
-    const double radius = std::sqrt(outside * inside);
-    if (outside - radius > spectrum.error && spectrum.is_boundary(radius)) return true;
+SureSpectrum::SureSpectrum(Eigen::MatrixXd a, Of kind, double rounding) : kind_(kind) {
+  balance(a);
+  error_ = rounding * a.norm();
+  reduce_to_hessenberg(a);
+  values_ = of_hessenberg(a);
+  hessenberg_ = std::move(a);
+  std::ranges::sort(values_, std::greater{}, [&](Complex value) { return size_of(value); });
+}
+
+/// The resolvent is largest next to eigenvalues. Those near the boundary are the first to show that it is none.
+bool SureSpectrum::is_boundary(double at) const {
+  std::vector<Complex> next_to;
+  for (const Complex value : values_) {  // the matrix is real: both halves are alike
+    if (value.imag() >= 0) next_to.push_back(value);
+  }
+  std::ranges::sort(next_to, {}, [&](Complex value) { return std::abs(size_of(value) - at); });
+  return std::ranges::all_of(next_to, [&](Complex value) {
+    const Complex z = kind_ == Of::rates ? Complex(at, value.imag()) : std::polar(at, std::arg(value));
+    return error_ * norm_of_resolvent(hessenberg_, z) < 1;
+  });
+}
+
+bool SureSpectrum::are_beyond(double boundary, Index count) const {
+  for (Index last = count - 1; last < values_.size() && size_of(values_[last]) > boundary; ++last) {
+    const double beyond = size_of(values_[last]),
+                 within = last + 1 < values_.size() ? std::max(boundary, size_of(values_[last + 1])) : boundary;
+    const double middle = 0.5 * (beyond + within);
+    if (beyond - middle > error_ && is_boundary(middle)) return true;
   }
   return false;
 }
 
-double sure_boundary(Eigen::MatrixXd a, bool is_of_rates, double below, double rounding) {
-  const Spectrum spectrum(std::move(a), is_of_rates, rounding);
-  double above = below;
-  for (const Complex value : spectrum.values) {
-    const double size = spectrum.size_of(value);
-    if (size >= below) continue;
-    const double middle = 0.5 * (above + size);
-    if (middle - size > spectrum.error && spectrum.is_boundary(middle)) return middle;
-    above = size;
+double SureSpectrum::boundary_within(double most) const {
+  double beyond = most;
+  for (const Complex value : values_) {
+    const double within = size_of(value);
+    if (within >= most) continue;
+    const double middle = 0.5 * (beyond + within);
+    if (middle - within > error_ && is_boundary(middle)) return middle;
+    beyond = within;
   }
-  return is_of_rates ? -std::numeric_limits<double>::infinity() : 0;
+  return kind_ == Of::rates ? -std::numeric_limits<double>::infinity() : 0;
 }
 
 /// For nearly double eigenvalues the phase of `along` is lost in rounding, so both signs of the perturbation are tried.

@@ -30,14 +30,31 @@ Eigen::Index largest_component(Eigen::MatrixXcd a);
 /// The condition number of an eigenvalue of the balanced `a`, for relative changes of `a`: |a| |x| |y| / |y.x|, with
 /// its right and left eigenvectors x and y (G. H. Golub and C. F. Van Loan, Matrix Computations, 7.2.2).
 double sensitivity(Eigen::MatrixXd a, std::complex<double> value);
-/// Whether all matrices next to `a` have at least `count` >= 1 eigenvalues of modulus above 1; next to it: balanced,
-/// they differ by up to `rounding` |a|. Eigenvalues may be multiple: only groups are told apart. The number outside a
-/// circle is the same in all these matrices if rounding |a| |(z - a)^-1| < 1 for all z on it (L. N. Trefethen and M.
-/// Embree, Spectra and Pseudospectra, 2005, chapter 2).
-bool are_surely_above_one(Eigen::MatrixXd a, Eigen::Index count, double rounding);
-/// The largest radius up to `below` that is surely between eigenvalues: all matrices next to `a` have the same number
-/// of them inside the circle. If `is_of_rates`, the same of the real part and vertical lines. None: 0, or -infinity.
-double sure_boundary(Eigen::MatrixXd a, bool is_of_rates, double below, double rounding);
+/// What the eigenvalues of all matrices next to `a` have in common; next to it: balanced, they differ by up to
+/// `rounding` |a|. Eigenvalues may be multiple: only groups are told apart. The number outside a circle, or on the
+/// right of a line, is the same in all these matrices if rounding |a| |(z - a)^-1| < 1 for all z on it (L. N. Trefethen
+/// and M. Embree, Spectra and Pseudospectra, 2005, chapter 2).
+class SureSpectrum {
+ public:
+  /// Boundaries are circles about 0 for the factors of a step, vertical lines for rates.
+  enum class Of { factors, rates };
+  SureSpectrum(Eigen::MatrixXd a, Of kind, double rounding);
+  /// Whether at least `count` >= 1 are surely beyond the boundary.
+  bool are_beyond(double boundary, Eigen::Index count) const;
+  /// The largest boundary up to `most` that is surely between eigenvalues; if there is none, one that all are beyond.
+  double boundary_within(double most) const;
+  /// The largest modulus or real part.
+  double largest() const { return size_of(values_[0]); }
+
+ private:
+  double size_of(std::complex<double> value) const { return kind_ == Of::rates ? value.real() : std::abs(value); }
+  bool is_boundary(double at) const;
+
+  Eigen::MatrixXd hessenberg_;  // of the balanced matrix
+  Eigen::VectorXcd values_;     // by decreasing size
+  Of kind_;
+  double error_;
+};
 /// A bound on the error of the largest Ritz value as an eigenvalue of the operator: |x|/|y.x| times the residual, which
 /// is `rest` times the last component of its vector (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2011,
 /// 6.2), or times the worst rounding error. A double eigenvalue moves by the root of that.

@@ -154,10 +154,6 @@ StepLimit limit_at(const Networks& networks, const FrozenPoint& point, const Net
   return {StepLimit::Kind::limit, low};
 }
 
-double size_of_limit(const StepLimit& limit) {
-  return limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity() : limit.step;
-}
-
 }  // namespace
 
 void examine_networks(driver::Session& session, const StateGroup& group, double most, StabilityReport& verdict) {
@@ -176,9 +172,8 @@ void examine_networks(driver::Session& session, const StateGroup& group, double 
     verdict.growth_rate = verdict.group_growth_rate = std::max(verdict.growth_rate, allowed.rate);
     verdict.growth = std::max(verdict.growth, std::exp(now));
     verdict.beyond = std::max(verdict.beyond, beyond);
-    const StepLimit limit =
-        limit_at(networks, point, allowed, verdict.step, std::min(most, size_of_limit(verdict.limit)));
-    if (size_of_limit(limit) < size_of_limit(verdict.limit)) verdict.limit = limit, verdict.worst = point;
+    const StepLimit limit = limit_at(networks, point, allowed, verdict.step, std::min(most, verdict.limit.largest()));
+    if (limit.largest() < verdict.limit.largest()) verdict.limit = limit, verdict.worst = point;
   }
   verdict.end_growth = verdict.beyond * session.steps();
 }

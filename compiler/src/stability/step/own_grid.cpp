@@ -46,6 +46,8 @@ std::vector<double> norms_of_powers(Eigen::MatrixXd g, int most) {
   return norms;
 }
 
+SureSpectrum spectrum_of(Eigen::MatrixXd g) { return {std::move(g), SureSpectrum::Of::factors, rounding_of_steps}; }
+
 /// The largest norm up to the power 2^k.
 double largest_of(const std::vector<double>& norms, int k) {
   const auto count = std::min(norms.size(), static_cast<std::size_t>(k) + 1);
@@ -68,7 +70,7 @@ bool do_networks_vary(driver::Session& session, const LinearStep& linear) {
 
 }  // namespace
 
-bool is_linear_and_steady(driver::Session& session, const LinearStep& linear) {
+bool is_linear(driver::Session& session, const LinearStep& linear) {
   const auto is_state = [&](const std::string& name) {
     if (linear.known_networks().contains(name)) return linear.depends_on_states(name);
     return !stencil::is_coordinate(name) && session.engine().state_index(name) >= 0;
@@ -77,9 +79,13 @@ bool is_linear_and_steady(driver::Session& session, const LinearStep& linear) {
     const auto found = std::ranges::find(session.problem().coefficients, name, &model::Coefficient::name);
     return found != session.problem().coefficients.end() && found->is_control();
   };
-  const bool varies_in_time = reads_time(linear) || !session.problem().controls.empty() ||
-                              do_networks_vary(session, linear) || std::ranges::any_of(linear.inputs(), is_control);
-  return !varies_in_time && !linear.has_networks() && std::ranges::none_of(linear.inputs(), is_state);
+  const bool has_other_inputs = !session.problem().controls.empty() || do_networks_vary(session, linear) ||
+                                std::ranges::any_of(linear.inputs(), is_control);
+  return !has_other_inputs && !linear.has_networks() && std::ranges::none_of(linear.inputs(), is_state);
+}
+
+bool is_linear_and_steady(driver::Session& session, const LinearStep& linear) {
+  return !reads_time(linear) && is_linear(session, linear);
 }
 
 OwnGrid::OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point)
@@ -94,7 +100,7 @@ std::optional<OwnGrid> OwnGrid::make(driver::Session& session, const LinearStep&
                                      double step, const Equations& equations) {
   const double unknowns =
       static_cast<double>(session.workspace().cell_count()) * static_cast<double>(linear.states().size());
-  if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || !is_linear_and_steady(session, linear))
+  if (unknowns > (linear.solves() ? most_with_solves : most_unknowns) || !is_linear(session, linear))
     return std::nullopt;
   OwnGrid result(session, linear, point);
   const Eigen::Index size = result.cells() * static_cast<Eigen::Index>(result.active_.size());
@@ -129,7 +135,7 @@ double OwnGrid::smooth_length(double step) const {
 /// equations: the rate would rise as 1/dt.
 bool OwnGrid::grows_in_no_time() const {
   const Eigen::MatrixXd g = tangent(0);
-  return g.allFinite() && are_surely_above_one(g, 1, rounding_of_steps);
+  return g.allFinite() && spectrum_of(g).are_beyond(1, 1);
 }
 
 /// If a step of length 0 is the identity, the rates are the eigenvalues of dG/d(dt) there. Multistep schemes also have
@@ -166,10 +172,8 @@ void OwnGrid::measure_rates(double step) {
   if (largest.real() > uncertain) {
     rate_ = largest.real();
     const double decay =
-        smooth > 0
-            ? sure_boundary(std::move(matrix), true, 0, left_out)
-            : std::log(sure_boundary(std::move(matrix), false, std::exp(-truncation * length), rounding_of_steps)) /
-                  length;
+        smooth > 0 ? SureSpectrum(std::move(matrix), SureSpectrum::Of::rates, left_out).boundary_within(0)
+                   : std::log(spectrum_of(std::move(matrix)).boundary_within(std::exp(-truncation * length))) / length;
     growing_ = std::ranges::count_if(all, [&](auto rate) { return rate.real() > decay; });
   } else if (largest.real() > left_out * fastest_) {  // growth of the equations remains in shorter steps
     const double rate = rate_of_powers(0.1 / fastest_), by_shorter = rate > 0 ? rate_of_powers(0.05 / fastest_) : 0;
@@ -194,35 +198,37 @@ double OwnGrid::rate_of_powers(double step) const {
   return growth > told && growth > 1.5 * before ? growth / time : 0;
 }
 
-/// The largest norm of the first powers over the same time with steps of an eighth.
-double OwnGrid::largest_of_parts(double step) const {
+/// The largest norm of the first powers over the same time with steps of an eighth, or more than `enough`.
+double OwnGrid::largest_of_parts(double step, double enough) const {
   constexpr int most = first_doublings + doublings_of_parts;
   const double part = std::exp2(-doublings_of_parts) * step;
-  return largest_of(norms_of_powers(std::exp(-allowed(part)) * tangent(part), most), most);
+  const Eigen::MatrixXd g = std::exp(-allowed(part)) * tangent(part);
+  return g.norm() > enough ? g.norm() : largest_of(norms_of_powers(g, most), most);
 }
 
+/// Powers come first: most unstable steps show there, and a power costs less than to be sure of eigenvalues.
 bool OwnGrid::is_stable(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return false;
-  if (growing_ > 0 && are_surely_above_one(g, growing_ + 1, rounding_of_steps)) return false;
   const std::vector<double> norms = norms_of_powers(std::exp(-allowed(step)) * g, all_doublings);
   const double first = largest_of(norms, first_doublings);
   if (!std::isfinite(first) || !(norms.back() <= tenfold * std::exp2(first_doublings) * first)) return false;
-  return first <= hundredfold * largest_of_parts(step);
+  if (first > hundredfold * largest_of_parts(step, first / hundredfold)) return false;
+  return growing_ == 0 || !spectrum_of(g).are_beyond(1, growing_ + 1);
 }
 
 double OwnGrid::sure_growth(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return std::numeric_limits<double>::infinity();
-  const double growth = std::log(eigenvalues(g).cwiseAbs().maxCoeff());
-  return are_surely_above_one(std::exp(-allowed(step)) * g, 1, rounding_of_steps) ? growth : 0;
+  const SureSpectrum spectrum = spectrum_of(g);
+  return spectrum.are_beyond(std::exp(allowed(step)), 1) ? std::log(spectrum.largest()) : 0;
 }
 
 double OwnGrid::growth(double step) const {
   const Eigen::MatrixXd g = tangent(step);
   if (!g.allFinite()) return std::numeric_limits<double>::infinity();
   double growth = eigenvalues(g).cwiseAbs().maxCoeff(), steps = 1;
-  const double allowed = hundredfold * largest_of_parts(step);
+  const double allowed = hundredfold * largest_of_parts(step, std::numeric_limits<double>::infinity());
   for (const double norm : norms_of_powers(g, first_doublings)) {
     if (std::isfinite(norm)) growth = std::max(growth, std::pow(norm / allowed, 1 / steps));
     steps *= 2;

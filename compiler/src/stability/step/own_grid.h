@@ -25,7 +25,9 @@
 
 namespace dpde::stability {
 
-/// Whether steps depend neither on their states nor on time.
+/// Whether steps depend neither on their states nor on time, other than by formulas that read it.
+bool is_linear(driver::Session& session, const LinearStep& linear);
+/// The same, and whether no formula reads the time.
 bool is_linear_and_steady(driver::Session& session, const LinearStep& linear);
 
 class OwnGrid {
@@ -47,17 +49,19 @@ class OwnGrid {
   double growth(double step) const;
   /// ln of the largest factor of the events that end each step.
   double growth_by_events() const { return by_events_; }
+  /// ln of the allowed growth in a step: twice that of the equations, and that of events.
+  double allowed(double step) const { return 2 * rate_ * step + by_events_; }
+  const FrozenPoint& point() const { return point_; }
+  bool is_semi_lagrangian() const { return linear_.is_semi_lagrangian(); }
 
  private:
   OwnGrid(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
   void measure_rates(double step);
-  /// ln of the allowed growth in a step: twice that of the equations, and that of events.
-  double allowed(double step) const { return 2 * rate_ * step + by_events_; }
   double rate_of_powers(double step) const;
   bool grows_in_no_time() const;
   /// A length so short that a step of it changes little; 0 if there is none, as with multistep schemes.
   double smooth_length(double step) const;
-  double largest_of_parts(double step) const;
+  double largest_of_parts(double step, double enough) const;
   Eigen::MatrixXd tangent(double step) const;
   /// By one run per group of cells that share no result cell (colouring); nullopt if two cells of a group do share one.
   std::optional<Eigen::MatrixXd> tangent_by_colours(double step) const;
