@@ -42,7 +42,7 @@ Function rule_of(BinaryOp op) {
 double value_of(const stencil::Expr& e, const Point& at) {
   const auto value = [&](const stencil::Expr& part) { return value_of(part, at); };
   return match(
-      e->kind, [](const stencil::Literal& l) { return l.value; },
+      e->kind, [](const Literal& l) { return l.value; },
       [&](const stencil::Param& p) { return p.name == "a" ? at[0] : at[1]; },
       [&](const stencil::Neg& n) { return -value(n.operand); },
       [&](const stencil::Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },

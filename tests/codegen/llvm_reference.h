@@ -187,7 +187,7 @@ class Reference {
 
   double value(const Expr& e) {
     return match(
-        e->kind, [](const loop::Literal& l) { return l.value; },
+        e->kind, [](const Literal& l) { return l.value; },
         [&](const loop::Uniform& u) { return uniforms_.at(u.index); },
         [&](const loop::Param& p) { return params_.at(p.index); },
         [](const loop::Counter&) { return std::numeric_limits<double>::quiet_NaN(); },  // no passes are counted here

@@ -147,7 +147,7 @@ task t : s { unknown k from 2; unknown g from 0; minimise mean(u^2); test miss =
   EXPECT_EQ(print(same), print(problem));
   rewrite_formulas(other, [&](const Use&) { return ++rewritten, Expr(7); });
   EXPECT_EQ(rewritten, formulas);
-  for_each_formula(other, [&](const Use& use) { EXPECT_TRUE(is_constant(use.formula, 7)); });
+  for_each_formula(other, [&](const Use& use) { EXPECT_TRUE(is_literal(use.formula, 7)); });
 }
 
 TEST(Uses, PartsAreMappedAsTheyAreVisited) {
@@ -167,11 +167,11 @@ TEST(Uses, PartsAreMappedAsTheyAreVisited) {
                               solve(solved)};
   for (const Expr& e : all) {
     int parts = 0, replaced = 0;
-    for_each_part(e, [&](const Expr&) { ++parts; });
-    EXPECT_EQ(map_parts(e, [](const Expr& part) { return part; }), e);
-    const Expr other = map_parts(e, [&](const Expr&) { return ++replaced, field("v"); });
+    for_each_child(e, [&](const Expr&) { ++parts; });
+    EXPECT_EQ(map_children(e, [](const Expr& part) { return part; }), e);
+    const Expr other = map_children(e, [&](const Expr&) { return ++replaced, field("v"); });
     EXPECT_EQ(replaced, parts);
-    for_each_part(other, [&](const Expr& part) { EXPECT_TRUE(reads(part, "v")); });
+    for_each_child(other, [&](const Expr& part) { EXPECT_TRUE(reads(part, "v")); });
   }
 }
 

@@ -20,16 +20,10 @@ constexpr int longest_formula = 200;  // nodes
 
 /// Inside and interpolation are no part of formulas that hold away from walls.
 bool may_have_formula(const Kernel& kernel) {
-  bool may = kernel.sums.empty() && kernel.scatters.empty();
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* read = std::get_if<Access>(&e->kind);
-      const bool is_fixed = read && is_coordinate(read->field) && read->offset != Offset{};
-      may = may && !is_fixed && !std::holds_alternative<Inside>(e->kind) && !std::holds_alternative<Interp>(e->kind);
-    });
-    return value;
-  });
-  return may;
+  return kernel.sums.empty() && kernel.scatters.empty() && !any_part(kernel, [](const Expr& e) {
+           const Access* read = as<Access>(e);
+           return (read && is_coordinate(read->field) && read->offset != Offset{}) || is<Inside, Interp>(e);
+         });
 }
 
 /// A program with the kernel alone, on periodic axes.
@@ -50,7 +44,7 @@ Module lone_program(const Kernel& kernel) {
 }
 
 Expr without_locals(const Expr& e, const std::map<std::string, Expr>& values) {
-  if (const Local* l = std::get_if<Local>(&e->kind)) return values.at(l->name);
+  if (const Local* l = as<Local>(e)) return values.at(l->name);
   return map_children(e, [&](const Expr& child) { return without_locals(child, values); });
 }
 
@@ -75,12 +69,12 @@ std::optional<Expr> derived_formula(const Kernel& kernel, const std::string& inp
   const bool is_one = gather.scatters.empty() && gather.stores.size() + gather.sums.size() == 1;
   if (!is_one) return std::nullopt;
   const Expr formula = without_locals(is_param ? gather.sums[0].value : gather.stores[0].value, values);
-  return node_count(formula) > longest_formula || is_literal(formula) ? std::nullopt : std::optional(formula);
+  return node_count(formula) > longest_formula || is<Literal>(formula) ? std::nullopt : std::optional(formula);
 }
 
 Expr with_factors_exchanged(const Expr& e) {
   const Expr inner = map_children(e, with_factors_exchanged);
-  const Binary* b = std::get_if<Binary>(&inner->kind);
+  const Binary* b = as<Binary>(inner);
   return b && b->op == BinaryOp::multiply ? b->right * b->left : inner;
 }
 

@@ -364,7 +364,7 @@ void Builder::add_passes() {
     for (const Topology topology : program_.axes)
       fill.axes.push_back({topology, {SideKind::zero_gradient}, {SideKind::value, passes_.uniform(-1.0, 2.0)}});
     Builder::fill(*find(from), fill);
-    Kernel again = map_kernel(kernel, [&](const Expr& e) {
+    Kernel again = map_expressions(kernel, [&](const Expr& e) {
       return rename_fields(e, [&](const std::string& name) { return name == read->field ? from : name; });
     });
     again.name += fmt::format("_{}", pass);
@@ -393,7 +393,7 @@ void Builder::add_ties() {
   const Scope readable = scope(0);
   if (readable.fields.empty()) return;
   const Expr value = tie(ties_, readable);
-  if (is_literal(value)) return;
+  if (is<Literal>(value)) return;
   const std::string made = fresh_field();
   Kernel kernel{fmt::format("ties{}", ++kernels_), rank(), {}, {}, {}, {}};
   if (ties_.percent(25)) kernel.sums.push_back({"s", tie(ties_, readable)});

@@ -19,7 +19,7 @@ void count_passes(Module& module, Repeat& repeat, SplitMix& random) {
   const std::map<std::string, Expr> counted{{"dt", param("dt") * (1.0 + 0.25 * param("k"))},
                                             {"g", param("g") + 0.1 * param("k")}};
   const auto with_number = [&](const Expr& e) { return substitute_params(e, counted); };
-  for (Kernel& kernel : module.kernels) kernel = map_kernel(kernel, with_number);
+  for (Kernel& kernel : module.kernels) kernel = map_expressions(kernel, with_number);
   for (Statement& statement : repeat.body) {
     if (Fill* fill = std::get_if<Fill>(&statement)) fill->axes = map_sides(fill->axes, with_number);
   }

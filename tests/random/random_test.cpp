@@ -171,21 +171,16 @@ TEST(Isolated, WhatHangsOrCrashesIsAnAnswer) {
 /// With a made-up fault, "a sine of something read from the left", that is what is left.
 TEST(Shrink, LeavesTheFaultAlone) {
   const auto has_fault = [](const RandomProgram& p) {
-    bool found = false;
-    for (const stencil::Kernel& kernel : p.module.kernels) {
-      stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
-        stencil::visit(value, [&](const stencil::Expr& e) {
-          const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
-          if (!call || call->fn != Fn::sin) return;
-          stencil::visit(e, [&](const stencil::Expr& part) {
-            const stencil::Access* a = std::get_if<stencil::Access>(&part->kind);
-            found |= a && a->offset[0] < 0;
-          });
-        });
-        return value;
+    const auto is_from_left = [](const stencil::Expr& e) {
+      const stencil::Access* a = as<stencil::Access>(e);
+      return a && a->offset[0] < 0;
+    };
+    return std::ranges::any_of(p.module.kernels, [&](const stencil::Kernel& kernel) {
+      return any_part(kernel, [&](const stencil::Expr& e) {
+        const stencil::Call* call = as<stencil::Call>(e);
+        return call && call->fn == Fn::sin && any_part(e, is_from_left);
       });
-    }
-    return found;
+    });
   };
   int shrunk = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {

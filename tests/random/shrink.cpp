@@ -45,9 +45,9 @@ std::vector<Expr*> expressions_of(Kernel& kernel) {
 /// Replacements of a node: its children, a number, the same read with a smaller offset.
 std::vector<Expr> simpler(const Expr& e, const Kernel& kernel) {
   std::vector<Expr> result;
-  if (!is_literal(e)) result.push_back(1.0);
+  if (!is<Literal>(e)) result.push_back(1.0);
   for_each_child(e, [&](const Expr& child) { result.push_back(child); });
-  if (const Access* a = std::get_if<Access>(&e->kind)) {
+  if (const Access* a = as<Access>(e)) {
     if (a->offset != Offset{}) result.push_back(access(a->field));
     for (int axis = 0; axis < max_rank; ++axis) {
       Offset closer = a->offset;
@@ -55,14 +55,14 @@ std::vector<Expr> simpler(const Expr& e, const Kernel& kernel) {
       if (closer != a->offset) result.push_back(access(a->field, closer));
     }
   }
-  if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+  if (const Interp* i = as<Interp>(e)) {
     result.push_back(access(i->field));
     Interp plain = *i;
     plain.offset = {};
     plain.along = {};
     if (!(plain == *i)) result.push_back(interp(plain));
   }
-  if (const Local* l = std::get_if<Local>(&e->kind)) {
+  if (const Local* l = as<Local>(e)) {
     for (const Let& let : kernel.lets) {
       if (let.name == l->name) result.push_back(let.value);
     }
@@ -102,7 +102,7 @@ bool drop_counter(const RandomProgram& p, const Try& accept) {
   if (repeat == nullptr || repeat->counter.name.empty()) return false;
   const std::map<std::string, Expr> number{{repeat->counter.name, 0.0}};
   const auto first = [&](const Expr& e) { return substitute_params(e, number); };
-  for (Kernel& kernel : candidate.module.kernels) kernel = map_kernel(kernel, first);
+  for (Kernel& kernel : candidate.module.kernels) kernel = map_expressions(kernel, first);
   for (Statement& statement : repeat->body) {
     if (Fill* fill = std::get_if<Fill>(&statement)) fill->axes = map_sides(fill->axes, first);
   }
@@ -178,18 +178,18 @@ bool shrink_grid(const RandomProgram& p, const Try& accept) {
 
 Expr without_axis(const Expr& e, int axis) {
   const Expr inner = map_children(e, [&](const Expr& child) { return without_axis(child, axis); });
-  if (const Access* a = std::get_if<Access>(&inner->kind)) {
+  if (const Access* a = as<Access>(inner)) {
     if (a->field == std::string(1, "xyz"[axis])) return 1.0;
     Offset offset = a->offset;
     offset[axis] = 0;
     return access(a->field, offset);
   }
-  if (const Inside* i = std::get_if<Inside>(&inner->kind)) {
+  if (const Inside* i = as<Inside>(inner)) {
     Offset offset = i->offset;
     offset[axis] = 0;
     return inside(offset, i->grow);
   }
-  if (const Interp* i = std::get_if<Interp>(&inner->kind)) {
+  if (const Interp* i = as<Interp>(inner)) {
     Interp lower = *i;
     lower.offset[axis] = 0;
     lower.along[axis] = InterpolationBasis::linear;
@@ -207,7 +207,7 @@ bool lower_rank(const RandomProgram& p, const Try& accept) {
   candidate.grid.cells[axis] = 1;
   for (Kernel& kernel : candidate.module.kernels) {
     --kernel.rank;
-    kernel = map_kernel(kernel, [&](const Expr& e) { return without_axis(e, axis); });
+    kernel = map_expressions(kernel, [&](const Expr& e) { return without_axis(e, axis); });
     for (Scatter& scatter : kernel.scatters) {
       scatter.target.offset[axis] = 0;
       scatter.target.displacement.resize(static_cast<std::size_t>(axis), Expr(0.0));

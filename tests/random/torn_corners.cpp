@@ -35,19 +35,14 @@ bool commute(const AxisBoundary& x, const AxisBoundary& y) {
 
 /// Whether a run of the kernel reads a corner of the field; values on walls are read beside them.
 bool reads_corner(const Kernel& kernel, int grow, const std::string& field, bool on_x_walls, bool on_y_walls) {
-  bool result = false;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      if (const Interp* interp = std::get_if<Interp>(&e->kind)) result |= interp->field == field;
-      const Access* access = std::get_if<Access>(&e->kind);
-      if (access == nullptr || access->field != field) return;
-      const bool is_beyond_x = access->offset[0] != 0 || grow > 0 || on_x_walls,
-                 is_beyond_y = access->offset[1] != 0 || grow > 0 || on_y_walls;
-      result |= is_beyond_x && is_beyond_y;
-    });
-    return value;
+  return any_part(kernel, [&](const Expr& e) {
+    if (const Interp* interp = as<Interp>(e)) return interp->field == field;
+    const Access* access = as<Access>(e);
+    if (access == nullptr || access->field != field) return false;
+    const bool is_beyond_x = access->offset[0] != 0 || grow > 0 || on_x_walls,
+               is_beyond_y = access->offset[1] != 0 || grow > 0 || on_y_walls;
+    return is_beyond_x && is_beyond_y;
   });
-  return result;
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const R
 }
 
 Kernel renamed(const Kernel& kernel, const Renamed& names, const Numbers& numbers, std::string name) {
-  Kernel result = map_kernel(kernel, [&](const Expr& e) { return renamed(e, names, numbers); });
+  Kernel result = map_expressions(kernel, [&](const Expr& e) { return renamed(e, names, numbers); });
   result.name = std::move(name);
   for (Store& store : result.stores) store.field = name_in(names, store.field);
   for (Scatter& scatter : result.scatters) scatter.target.field = name_in(names, scatter.target.field);

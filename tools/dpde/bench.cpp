@@ -8,7 +8,6 @@
 #include <chrono>
 #include <limits>
 #include <memory>
-#include <set>
 #include <utility>
 
 #include "command.h"

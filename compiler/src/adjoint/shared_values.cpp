@@ -158,8 +158,8 @@ class SharedValues::Search {
     known.is_noted = true;
     known.is_number = !is_truth(e);
     known.is_decision = is_decision(e);
-    known.is_whole = !std::holds_alternative<Interp>(e->kind);
-    if (std::holds_alternative<Access>(e->kind)) known.reads.insert(loads_++);
+    known.is_whole = !is<Interp>(e);
+    if (is<Access>(e)) known.reads.insert(loads_++);
     for_each_child(e, [&](const Expr& child) {
       const Known& part = values_[note(child)];
       known.reads.merge(part.reads);
@@ -180,7 +180,7 @@ class SharedValues::Search {
   Bits locals_in(const Expr& e) const {
     Bits locals;
     for_each_node(e, [&](const Expr& part) {
-      if (const Local* local = std::get_if<Local>(&part->kind)) locals.insert(let_index_.at(local->name));
+      if (const Local* local = as<Local>(part)) locals.insert(let_index_.at(local->name));
     });
     return locals;
   }

@@ -24,11 +24,11 @@ enum class SumForm { derivative, squares };
 
 /// Collects the factors of a product; a negation is a factor -1.
 void collect_factors(const Expr& e, std::vector<Expr>& factors) {
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  const Binary* b = as<Binary>(e);
   if (b && b->op == BinaryOp::multiply) {
     collect_factors(b->left, factors);
     collect_factors(b->right, factors);
-  } else if (const Neg* neg = std::get_if<Neg>(&e->kind)) {
+  } else if (const Neg* neg = as<Neg>(e)) {
     factors.push_back(-1.0);
     collect_factors(neg->operand, factors);
   } else {
@@ -129,13 +129,13 @@ class KernelTangent {
   /// The sum of c*r_dot^2 for e, a sum of c*r^2.
   Expr squares(const Expr& e) {
     if (!is_varied(e, varied_)) return 0.0;
-    if (const Local* l = std::get_if<Local>(&e->kind)) {
+    if (const Local* l = as<Local>(e)) {
       const auto let =
           std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
       return squares(let->value);
     }
-    if (const Select* s = std::get_if<Select>(&e->kind)) return select(s->condition, squares(s->yes), squares(s->no));
-    const Binary* b = std::get_if<Binary>(&e->kind);
+    if (const Select* s = as<Select>(e)) return select(s->condition, squares(s->yes), squares(s->no));
+    const Binary* b = as<Binary>(e);
     const bool right_is_fixed = b && !is_varied(b->right, varied_);
     if (b && (b->op == BinaryOp::add || (b->op == BinaryOp::subtract && right_is_fixed)))
       return squares(b->left) + squares(b->right);
@@ -157,7 +157,7 @@ class KernelTangent {
         fixed = fixed * factor;
       }
     }
-    const Literal* number = std::get_if<Literal>(&fixed->kind);
+    const Literal* number = as<Literal>(fixed);
     if (number && number->value < 0) failed_ = true;
     if (varied.size() == 1) return fixed * squares(varied[0]);
     if (varied.size() == 2 && varied[0] == varied[1]) return fixed * power(dot(varied[0]), 2.0);

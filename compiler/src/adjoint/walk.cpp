@@ -20,29 +20,18 @@ constexpr int short_let = 8;
 /// Number of varying leaves: the size of an expression once its uniform factors are combined.
 int point_values(const Expr& e) {
   int count = 0;
-  visit(e, [&](const Expr& part) {
-    const Kind& k = part->kind;
-    count += std::holds_alternative<Access>(k) || std::holds_alternative<Local>(k) || std::holds_alternative<Interp>(k);
-  });
+  visit(e, [&](const Expr& part) { count += is<Access, Local, Interp>(part); });
   return count;
 }
 
 bool is_leaf(const Expr& e) {
-  bool has_child = false;
-  for_each_child(e, [&](const Expr&) { has_child = true; });
-  return !has_child;
+  return !any_child(e, [](const Expr&) { return true; });
 }
 
 int operations(const Expr& e) {
   int count = 0;
   visit(e, [&](const Expr& part) { count += is_leaf(part) ? 0 : 1; });
   return count;
-}
-
-bool holds_local(const Expr& e) {
-  bool found = false;
-  visit(e, [&](const Expr& part) { found = found || std::holds_alternative<Local>(part->kind); });
-  return found;
 }
 
 class Walk {
@@ -115,7 +104,7 @@ class Walk {
   /// Guards under which `live`, which is 1 or 0, is 1. A selection between 0 and a value is itself a guard.
   Guards guards_of(Expr live, const std::string& name) {
     Guards guards;
-    while (const Select* s = std::get_if<Select>(&live->kind)) {
+    while (const Select* s = as<Select>(live)) {
       if (!is_literal(s->yes, 0) && !is_literal(s->no, 0)) break;
       const bool yes = is_literal(s->no, 0);
       guards.push_back({s->condition, yes});
@@ -163,7 +152,7 @@ class Walk {
   /// expanded at each guarded use: that needs fewer reads.
   void push_local(const Local& l, const Expr& x, const Guards& guards) {
     const Expr& value = values_.at(l.name);
-    if (!guards.empty() && !holds_local(value) && operations(value) <= short_let) return push(value, x, guards);
+    if (!guards.empty() && !holds_any<Local>(value) && operations(value) <= short_let) return push(value, x, guards);
     add(local_bars_[l.name], x, guards);
   }
 

@@ -27,21 +27,16 @@ bool is_same_along(const std::vector<double>& values, const std::vector<model::A
 
 /// Whether the condition continues constant values beyond the wall.
 bool continues(const stencil::Side& side) {
-  return condition_of(side.kind).keeps_constants() && stencil::is_literal(side.value, 0) && !side.on_wall;
+  return condition_of(side.kind).keeps_constants() && is_literal(side.value, 0) && !side.on_wall;
 }
 
 bool asks_for_the_wall(const stencil::Module& module, const stencil::Program& program, std::size_t axis) {
-  bool found = false;
-  for (const stencil::Kernel* kernel : stencil::kernels_run(module, program)) {
-    stencil::map_kernel(*kernel, [&](const stencil::Expr& e) {
-      stencil::visit(e, [&](const stencil::Expr& part) {
-        const auto* inside = std::get_if<stencil::Inside>(&part->kind);
-        found = found || (inside != nullptr && inside->offset[axis] != 0);
-      });
-      return e;
+  return std::ranges::any_of(stencil::kernels_run(module, program), [&](const stencil::Kernel* kernel) {
+    return any_part(*kernel, [&](const stencil::Expr& e) {
+      const auto* inside = as<stencil::Inside>(e);
+      return inside != nullptr && inside->offset[axis] != 0;
     });
-  }
-  return found;
+  });
 }
 
 /// Whether a step keeps values constant along the axis that are so before.

@@ -13,18 +13,16 @@ namespace {
 
 /// Whether any part of `e` depends on an active variable, also conditions and positions, which have no derivative.
 bool moves(const stencil::Expr& e, const adjoint::Varied& varied) {
-  bool found = false;
-  stencil::visit(e, [&](const stencil::Expr& part) {
-    const auto* param = std::get_if<stencil::Param>(&part->kind);
-    const auto* local = std::get_if<stencil::Local>(&part->kind);
-    const auto* access = std::get_if<stencil::Access>(&part->kind);
-    const auto* interp = std::get_if<stencil::Interp>(&part->kind);
-    found = found || (param != nullptr && varied.params.contains(param->name)) ||
-            (local != nullptr && varied.locals.contains(local->name)) ||
-            (access != nullptr && varied.fields.contains(access->field)) ||
-            (interp != nullptr && varied.fields.contains(interp->field));
+  return any_part(e, [&](const stencil::Expr& part) {
+    const auto* param = as<stencil::Param>(part);
+    const auto* local = as<stencil::Local>(part);
+    const auto* access = as<stencil::Access>(part);
+    const auto* interp = as<stencil::Interp>(part);
+    return (param != nullptr && varied.params.contains(param->name)) ||
+           (local != nullptr && varied.locals.contains(local->name)) ||
+           (access != nullptr && varied.fields.contains(access->field)) ||
+           (interp != nullptr && varied.fields.contains(interp->field));
   });
-  return found;
 }
 
 bool has_moving_place(const stencil::Interp& interp, const adjoint::Varied& varied) {
@@ -37,9 +35,9 @@ bool bends_or_jumps(Fn fn) {
 
 /// A switch that no unknown moves, as one by t or coordinates, is no kink.
 bool is_kink(const stencil::Expr& e, const adjoint::Varied& varied) {
-  if (const auto* call = std::get_if<stencil::Call>(&e->kind)) return bends_or_jumps(call->fn) && moves(e, varied);
-  if (const auto* select = std::get_if<stencil::Select>(&e->kind)) return moves(select->condition, varied);
-  const auto* interp = std::get_if<stencil::Interp>(&e->kind);
+  if (const auto* call = as<stencil::Call>(e)) return bends_or_jumps(call->fn) && moves(e, varied);
+  if (const auto* select = as<stencil::Select>(e)) return moves(select->condition, varied);
+  const auto* interp = as<stencil::Interp>(e);
   return interp != nullptr && has_moving_place(*interp, varied);
 }
 
@@ -48,13 +46,9 @@ bool has_kink(const stencil::Kernel& kernel, adjoint::Varied varied) {
   for (const stencil::Let& let : kernel.lets) {
     if (moves(let.value, varied)) varied.locals.insert(let.name);
   }
-  bool found = std::ranges::any_of(
-      kernel.scatters, [&](const stencil::Scatter& scatter) { return has_moving_place(scatter.target, varied); });
-  stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
-    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e, varied); });
-    return value;
-  });
-  return found;
+  const auto moves_target = [&](const stencil::Scatter& scatter) { return has_moving_place(scatter.target, varied); };
+  return std::ranges::any_of(kernel.scatters, moves_target) ||
+         any_part(kernel, [&](const stencil::Expr& e) { return is_kink(e, varied); });
 }
 
 bool bends(const network::Layer& layer) {

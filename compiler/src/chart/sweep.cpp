@@ -30,10 +30,9 @@ Uses uses_of(const model::Problem& problem) {
   uses.dealias = problem.scheme.dealias;
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (!model::makes_state(use.kind)) return;  // methods are judged by states
-    model::any_part(use.formula, [&](const model::Expr& e) {
-      if (std::holds_alternative<model::Advect>(e->kind)) uses.advect = true;
-      if (const auto* d = std::get_if<model::Derivative>(&e->kind))
-        (d->order % 2 == 0 ? uses.second : uses.first) = true;
+    any_part(use.formula, [&](const model::Expr& e) {
+      if (is<model::Advect>(e)) uses.advect = true;
+      if (const auto* d = as<model::Derivative>(e)) (d->order % 2 == 0 ? uses.second : uses.first) = true;
       return false;
     });
   });

@@ -37,11 +37,10 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
 std::set<std::string> varying_lets(const stencil::Kernel& kernel) {
   std::set<std::string> varying;
   for (const stencil::Let& let : kernel.lets) {
-    stencil::visit(let.value, [&](const stencil::Expr& e) {
-      const stencil::Local* local = std::get_if<stencil::Local>(&e->kind);
-      const bool varies = std::holds_alternative<stencil::Access>(e->kind) ||
-                          std::holds_alternative<stencil::Interp>(e->kind) ||
-                          std::holds_alternative<stencil::Inside>(e->kind) || (local && varying.contains(local->name));
+    visit(let.value, [&](const stencil::Expr& e) {
+      const stencil::Local* local = as<stencil::Local>(e);
+      const bool varies =
+          is<stencil::Access, stencil::Interp, stencil::Inside>(e) || (local && varying.contains(local->name));
       if (varies) varying.insert(let.name);
     });
   }
@@ -92,10 +91,10 @@ std::set<std::string> time_dependent_fields(const stencil::Program& program, std
   counters.push_back("t");
   for_each_kind<stencil::Fill>(program.body, [&](const stencil::Fill& fill) {
     stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
-      stencil::visit(value, [&](const stencil::Expr& e) {
-        const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
+      visit(value, [&](const stencil::Expr& e) {
+        const stencil::Param* param = as<stencil::Param>(e);
         const bool is_time = param && contains(counters, param->name);
-        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill.field);
+        if (is_time || is<stencil::Access>(e)) fields.insert(fill.field);
       });
     });
   });
@@ -181,7 +180,7 @@ Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
   std::ranges::transform(stencil::coefficients_of(side), result.coefficients.begin(), [&](const auto& coefficient) {
     const stencil::Expr& value = coefficient.value;
     if (coefficient.per_spacing) return uniform_of(value / stencil::param(std::string("h") + "xyz"[axis]));
-    return stencil::is_literal(value, 1) ? uniform_one : uniform_of(value);
+    return is_literal(value, 1) ? uniform_one : uniform_of(value);
   });
   return result;
 }
@@ -239,7 +238,7 @@ std::vector<Monomial> ModuleBuilder::monomials(const stencil::Expr& symbol) {
     std::array<int, max_rank> powers = term.powers;
     for (std::size_t axis = 0; axis < powers.size(); ++axis)
       powers[axis] += term.vanishes[axis] ? vanishes_for_shortest : 0;
-    result.push_back({stencil::is_literal(coefficient, 1) ? uniform_one : uniform_of(coefficient), powers});
+    result.push_back({is_literal(coefficient, 1) ? uniform_one : uniform_of(coefficient), powers});
   }
   return result;
 }

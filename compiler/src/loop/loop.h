@@ -21,6 +21,7 @@
 
 #include "network/network.h"
 #include "source/source_file.h"
+#include "support/expression.h"
 #include "support/side_conditions.h"
 #include "support/vocabulary.h"
 #include "support/wave_function.h"
@@ -31,22 +32,12 @@ constexpr int max_rank = 3;
 using Offset = std::array<int, max_rank>;
 
 struct Node;
-class Expr {
- public:
-  Expr(double value);  // NOLINT: a number is an expression
-  explicit Expr(Node node);
-  const Node& node() const { return *node_; }
-  const Node* operator->() const { return node_.get(); }
-  bool operator==(const Expr& other) const;
+using Expr = ExprOf<Node>;
+using Neg = NegOf<Expr>;
+using Binary = BinaryOf<Expr>;
+using Call = CallOf<Expr>;
+using Select = SelectOf<Expr>;
 
- private:
-  std::shared_ptr<const Node> node_;
-};
-
-struct Literal {
-  double value;
-  bool operator==(const Literal&) const = default;
-};
 struct Uniform {  // index into Module::uniforms
   int index;
   bool operator==(const Uniform&) const = default;
@@ -79,29 +70,11 @@ struct Interp {  // `grid` is an index into Row::grids: fields read or scattered
   std::array<InterpolationBasis, max_rank> along;
   bool operator==(const Interp&) const = default;
 };
-struct Neg {
-  Expr operand;
-  bool operator==(const Neg&) const = default;
-};
 /// A product or power that is rounded before an addition, never part of a fused multiply-add: operands of decisions
 /// (stencil/space/comparisons.h) then have the same value wherever they are computed.
 struct Rounded {
   Expr operand;
   bool operator==(const Rounded&) const = default;
-};
-struct Binary {
-  BinaryOp op;
-  Expr left, right;
-  bool operator==(const Binary&) const = default;
-};
-struct Call {
-  Fn fn;
-  std::vector<Expr> arguments;
-  bool operator==(const Call&) const = default;
-};
-struct Select {
-  Expr condition, yes, no;
-  bool operator==(const Select&) const = default;
 };
 
 using Kind =
@@ -110,6 +83,9 @@ struct Node {
   Kind kind;
   bool operator==(const Node&) const = default;
 };
+void for_each_child(const Node& node, FunctionRef<void(const Expr&)> f);
+void for_each_child(Node& node, FunctionRef<void(Expr&)> f);
+inline Expr rebuilt(Node node) { return Expr(std::move(node)); }
 
 /// One pointer of a row function.
 struct Stream {
@@ -352,3 +328,5 @@ struct Module {
 };
 
 }  // namespace dpde::loop
+
+extern template class dpde::ExprOf<dpde::loop::Node>;

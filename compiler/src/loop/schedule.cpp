@@ -2,7 +2,6 @@
 #include "loop/schedule.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <utility>
 

@@ -20,13 +20,11 @@ namespace dpde::loop {
 
 namespace {
 
-bool is_value(const Expr& e) {
-  return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind);
-}
+bool is_value(const Expr& e) { return is<Literal, Uniform>(e); }
 
 /// Whether both are the same uniform or bitwise the same number.
 bool is_same(const Expr& a, const Expr& b) {
-  const Literal *x = std::get_if<Literal>(&a->kind), *y = std::get_if<Literal>(&b->kind);
+  const Literal *x = as<Literal>(a), *y = as<Literal>(b);
   if (x && y) return std::bit_cast<std::uint64_t>(x->value) == std::bit_cast<std::uint64_t>(y->value);
   return a == b;
 }
@@ -36,8 +34,8 @@ bool is_same(const Expr& a, const Expr& b) {
 template <class F>
 Expr map_values(const Expr& e, const F& f) {
   if (is_value(e)) return f(e);
-  const Binary* b = std::get_if<Binary>(&e->kind);
-  if (b && b->op == BinaryOp::power && std::holds_alternative<Literal>(b->right->kind)) {
+  const Binary* b = as<Binary>(e);
+  if (b && b->op == BinaryOp::power && is<Literal>(b->right)) {
     return make(Binary{b->op, map_values(b->left, f), b->right});
   }
   return map_children(e, [&](const Expr& child) { return map_values(child, f); });
@@ -69,13 +67,7 @@ std::vector<std::string> fields_of(const Row& row) {
 }
 
 bool looks_at_axes(const Row& row) {
-  bool found = !row.scatters.empty();
-  for_each_expression(row, [&](const Expr& root) {
-    visit(root, [&](const Expr& e) {
-      found = found || std::holds_alternative<Inside>(e->kind) || std::holds_alternative<Interp>(e->kind);
-    });
-  });
-  return found;
+  return !row.scatters.empty() || any_part(row, [](const Expr& e) { return is<Inside, Interp>(e); });
 }
 
 /// The row without all that may differ between rows that share code.
@@ -145,7 +137,7 @@ class Slots {
       const bool differs =
           std::any_of(column.begin(), column.end(), [&](const Expr& e) { return !is_same(e, column[0]); });
       slot_of_place_.push_back(differs ? slot_of(column) : -1);
-      const Uniform* uniform = std::get_if<Uniform>(&column[0]->kind);
+      const Uniform* uniform = as<Uniform>(column[0]);
       if (!differs && uniform) common_.insert(uniform->index);
     }
   }
@@ -181,7 +173,7 @@ class Slots {
 std::optional<int> consecutive(const std::vector<Expr>& values) {
   std::optional<int> first;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const Uniform* uniform = std::get_if<Uniform>(&values[i]->kind);
+    const Uniform* uniform = as<Uniform>(values[i]);
     if (!uniform || (first && uniform->index != *first + static_cast<int>(i))) return std::nullopt;
     if (!first) first = uniform->index;
   }
@@ -254,7 +246,7 @@ class Sharing {
     if (found != blocks_.end()) return found->second;
     const auto start = static_cast<int>(module_.uniforms.size());
     for (const Expr& value : values) {
-      const Uniform* uniform = std::get_if<Uniform>(&value->kind);
+      const Uniform* uniform = as<Uniform>(value);
       const std::string name = name_for(uniform ? module_.uniforms[uniform->index].name : "c");
       module_.uniforms.push_back({name, value});
     }

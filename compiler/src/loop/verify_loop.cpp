@@ -67,17 +67,16 @@ void Verifier::check_uniforms() {
   for (std::size_t u = 0; u < module_.uniforms.size(); ++u) {
     const UniformDef& def = module_.uniforms[u];
     visit(def.value, [&](const Expr& e) {
-      if (const Param* p = std::get_if<Param>(&e->kind)) {
+      if (const Param* p = as<Param>(e)) {
         check(is_index(p->index, module_.params.size()), def.name, "no such parameter");
       }
-      if (const Counter* c = std::get_if<Counter>(&e->kind)) {
+      if (const Counter* c = as<Counter>(e)) {
         check(is_index(c->index, module_.counters.size()), def.name, "no such counter");
       }
-      if (const Uniform* other = std::get_if<Uniform>(&e->kind)) {
+      if (const Uniform* other = as<Uniform>(e)) {
         check(is_index(other->index, u), def.name, "reads a uniform that is not defined before it");
       }
-      const bool varies = std::holds_alternative<Load>(e->kind) || std::holds_alternative<Local>(e->kind) ||
-                          std::holds_alternative<Inside>(e->kind) || std::holds_alternative<Interp>(e->kind);
+      const bool varies = is<Load, Local, Inside, Interp>(e);
       check(!varies, def.name, "a uniform reads what differs from point to point");
     });
   }
@@ -150,7 +149,7 @@ void Verifier::check_row(const Row& row) {
     if (!is_index(scatter.target.grid, row.grids.size())) continue;
     const std::string& target = row.grids[scatter.target.grid];
     const auto reads_it = [&](const Expr& e) {
-      const Interp* i = std::get_if<Interp>(&e->kind);
+      const Interp* i = as<Interp>(e);
       check(!i || i->grid != scatter.target.grid, row.name, fmt::format("reads {} while scattering to it", target));
     };
     for_each_expression(row, [&](const Expr& e) { visit(e, reads_it); });

@@ -32,7 +32,7 @@ std::optional<Expr> fold(BinaryOp op, const Expr& left, const Expr& right, Origi
 }
 
 std::optional<Expr> by_identity(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
-  const auto is = [](const Expr& e, double value) { return is_constant(e, value); };
+  const auto is = [](const Expr& e, double value) { return is_literal(e, value); };
   if (op == BinaryOp::add) {
     if (is(left, 0)) return right;
     if (is(right, 0)) return left;
@@ -66,8 +66,8 @@ Expr coordinate(int axis, Origin origin) { return make(Coordinate{axis}, origin)
 Expr noise(std::uint64_t seed, Origin origin) { return make(Noise{seed}, origin); }
 
 Expr negate(const Expr& operand, Origin origin) {
-  if (is_constant(operand, 0)) return operand;
-  if (const auto* neg = std::get_if<Neg>(&operand->kind)) return neg->operand;
+  if (is_literal(operand, 0)) return operand;
+  if (const auto* neg = as<Neg>(operand)) return neg->operand;
   return make(Neg{operand}, origin);
 }
 
@@ -95,7 +95,7 @@ Expr derivative(const Expr& operand, int axis, int order, Origin origin) {
 }
 
 Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin) {
-  const auto is_zero = [](const Expr& component) { return is_constant(component, 0); };
+  const auto is_zero = [](const Expr& component) { return is_literal(component, 0); };
   if (is_uniform(operand) || std::all_of(velocity.begin(), velocity.end(), is_zero)) return number(0, origin);
   return make(Advect{std::move(velocity), operand}, origin);
 }
@@ -143,45 +143,26 @@ Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction),
 
 Expr slope_of_tanh(const Expr& a) { return over(1.0, binary(BinaryOp::power, call(Fn::cosh, {a}), 2.0)); }
 
-std::optional<double> literal_value(const Expr& e) {
-  const auto* number = std::get_if<Number>(&e->kind);
-  return number ? std::optional(number->value) : std::nullopt;
-}
-
-bool is_constant(const Expr& e, double value) { return literal_value(e) == value; }
-
 bool is_condition(const Expr& e) {
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   return b != nullptr && (is_comparison(b->op) || is_logical(b->op));
 }
 
-bool is_uniform(const Expr& e) {
-  return !any_part(e, [](const Expr& part) {
-    return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
-           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) ||
-           std::holds_alternative<NetworkCall>(part->kind) || std::holds_alternative<Solve>(part->kind);
-  });
-}
-
-bool holds_reduction(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return std::holds_alternative<Reduce>(part->kind); });
-}
+bool is_uniform(const Expr& e) { return !holds_any<Field, Coordinate, Noise, Reduce, NetworkCall, Solve>(e); }
 
 namespace {
 
 /// `f` on each direct child, which it may change where the node may be changed: the one place that knows where they
 /// are.
 template <class AnyNode, class F>
-void for_each_child(AnyNode& node, const F& f) {
+void on_children(AnyNode& node, const F& f) {
   const auto on_all = [&](auto& parts) {
     for (auto& part : parts) f(part);
   };
   match(
-      node.kind, ignored<Number, Param, Field, Coordinate, Noise>,
-      [&](OneOf<Neg, Derivative, Shift, Interpolate, BandPass, Reduce> auto& one) { f(one.operand); },
-      [&](OneOf<Binary> auto& b) { f(b.left), f(b.right); },
-      [&](OneOf<Call, Apply, NetworkCall> auto& call) { on_all(call.arguments); },
-      [&](OneOf<Select> auto& s) { f(s.condition), f(s.yes), f(s.no); },
+      node.kind, ignored<Number, Param, Field, Coordinate, Noise>, children_of_operators<Expr>(f),
+      [&](OneOf<Derivative, Shift, Interpolate, BandPass, Reduce> auto& one) { f(one.operand); },
+      [&](OneOf<Apply, NetworkCall> auto& call) { on_all(call.arguments); },
       [&](OneOf<Advect> auto& a) { on_all(a.velocity), f(a.operand); }, [&](OneOf<Sample> auto& s) { on_all(s.place); },
       [&](OneOf<Solve> auto& s) {
         f(s.operation), f(s.right), on_all(s.starts);
@@ -194,27 +175,15 @@ void for_each_child(AnyNode& node, const F& f) {
 
 }  // namespace
 
-void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) { for_each_child(e.node(), f); }
-
-Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f) {
-  Node node = e.node();
-  for_each_child(node, [&](Expr& part) { part = f(part); });
-  return Expr(std::move(node));
-}
-
-bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {
-  if (f(e)) return true;
-  bool found = false;
-  for_each_part(e, [&](const Expr& part) { found = found || any_part(part, f); });
-  return found;
-}
+void for_each_child(const Node& node, FunctionRef<void(const Expr&)> f) { on_children(node, f); }
+void for_each_child(Node& node, FunctionRef<void(Expr&)> f) { on_children(node, f); }
 
 bool is_larger_than(const Expr& e, int max_nodes, int max_height) {
   int nodes = 0;
   const std::function<bool(const Expr&, int)> fits = [&](const Expr& part, int height) {
     if (++nodes > max_nodes || height > max_height) return false;
     bool all_fit = true;
-    for_each_part(part, [&](const Expr& child) { all_fit = all_fit && fits(child, height + 1); });
+    for_each_child(part, [&](const Expr& child) { all_fit = all_fit && fits(child, height + 1); });
     return all_fit;
   };
   return !fits(e, 1);
@@ -222,16 +191,16 @@ bool is_larger_than(const Expr& e, int max_nodes, int max_height) {
 
 int nested_order(const Expr& e) {
   int inside = 0;
-  for_each_part(e, [&](const Expr& part) { inside = std::max(inside, nested_order(part)); });
-  const auto* derivative = std::get_if<Derivative>(&e->kind);
+  for_each_child(e, [&](const Expr& part) { inside = std::max(inside, nested_order(part)); });
+  const auto* derivative = as<Derivative>(e);
   if (derivative) return inside + derivative->order;
-  return std::holds_alternative<Advect>(e->kind) ? inside + 1 : inside;
+  return is<Advect>(e) ? inside + 1 : inside;
 }
 
 bool reads(const Expr& e, const std::string& field) {
   return any_part(e, [&](const Expr& part) {
-    const auto* found = std::get_if<Field>(&part->kind);
-    const auto* at_a_place = std::get_if<Sample>(&part->kind);
+    const auto* found = as<Field>(part);
+    const auto* at_a_place = as<Sample>(part);
     return (found && found->name == field) || (at_a_place && at_a_place->field == field);
   });
 }
@@ -239,8 +208,8 @@ bool reads(const Expr& e, const std::string& field) {
 namespace {
 
 void collect_terms(const Expr& e, bool negative, std::vector<Term>& terms) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return collect_terms(neg->operand, !negative, terms);
-  const auto* b = std::get_if<Binary>(&e->kind);
+  if (const auto* neg = as<Neg>(e)) return collect_terms(neg->operand, !negative, terms);
+  const auto* b = as<Binary>(e);
   if (b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
     collect_terms(b->left, negative, terms);
     collect_terms(b->right, negative != (b->op == BinaryOp::subtract), terms);
@@ -259,12 +228,12 @@ std::vector<Term> terms_of(const Expr& e) {
 
 std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
   if (!reads(e, field)) return Linear{e, 0.0};
-  if (std::holds_alternative<Field>(e->kind)) return Linear{0.0, 1.0};
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) {
+  if (is<Field>(e)) return Linear{0.0, 1.0};
+  if (const auto* neg = as<Neg>(e)) {
     const auto inner = linear_in(neg->operand, field);
     return inner ? std::optional(Linear{negate(inner->rest), negate(inner->factor)}) : std::nullopt;
   }
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   if (!b) return std::nullopt;
   const auto left = linear_in(b->left, field), right = linear_in(b->right, field);
   if (!left || !right) return std::nullopt;
@@ -279,13 +248,13 @@ std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
 }
 
 bool is_spectral(const Scheme& scheme, const Expr& e) {
-  if (const Advect* advect = std::get_if<Advect>(&e->kind)) return is_spectral(transport_of(scheme, *advect));
-  const Derivative* d = std::get_if<Derivative>(&e->kind);
+  if (const Advect* advect = as<Advect>(e)) return is_spectral(transport_of(scheme, *advect));
+  const Derivative* d = as<Derivative>(e);
   return d != nullptr && (d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order) == spectral;
 }
 
 const Transport& transport_of(const Scheme& scheme, const Advect& e) {
-  const auto* field = std::get_if<Field>(&e.operand->kind);
+  const auto* field = as<Field>(e.operand);
   return field ? scheme.transport_of(field->name) : scheme.transport;
 }
 

@@ -43,21 +43,12 @@ Expr solve(Solve solved, Origin origin = {});
 /// The same solve without start values and preconditioner of the model, which do not affect the exact solution.
 Expr without_aids(const Solve& solved, Origin origin);
 
-/// `e` as a T, or nullptr.
-template <class T>
-const T* as(const Expr& e) {
-  return std::get_if<T>(&e->kind);
-}
 /// 1/cosh(a)^2; see support/maths/derivatives.h.
 Expr slope_of_tanh(const Expr& a);
-/// The value of a number; nullopt for all else.
-std::optional<double> literal_value(const Expr& e);
-bool is_constant(const Expr& e, double value);
 /// Whether it is a comparison or a combination of conditions.
 bool is_condition(const Expr& e);
 /// Whether it is uniform in space: without fields, coordinates, noise and reductions.
 bool is_uniform(const Expr& e);
-bool holds_reduction(const Expr& e);
 
 bool reads(const Expr& e, const std::string& field);
 /// A term of a sum, with its sign.
@@ -84,13 +75,6 @@ struct Linear {
 };
 /// nullopt if `e` is not linear in the field at the point itself.
 std::optional<Linear> linear_in(const Expr& e, const std::string& field);
-
-/// Calls `f` on each direct child.
-void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f);
-/// `e` with each direct child replaced by the result of `f`.
-Expr map_parts(const Expr& e, const std::function<Expr(const Expr&)>& f);
-/// Whether `f` is true for `e` or one of its descendants.
-bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f);
 
 /// Whether `e`, as a tree, has more than `max_nodes` nodes or is higher than `max_height`. The cost is bounded by these
 /// limits.

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -13,6 +12,7 @@
 
 #include "model/scheme.h"
 #include "source/source_file.h"
+#include "support/expression.h"
 #include "support/side_conditions.h"
 #include "support/vocabulary.h"
 
@@ -22,22 +22,13 @@ namespace dpde::model {
 using Placement = std::array<bool, 3>;
 
 struct Node;
-class Expr {
- public:
-  Expr(double value);  // NOLINT: a number is an expression
-  explicit Expr(Node node);
-  const Node& node() const { return *node_; }
-  const Node* operator->() const { return node_.get(); }
-  bool operator==(const Expr& other) const;
+using Expr = ExprOf<Node>;
+using Neg = NegOf<Expr>;
+using Binary = BinaryOf<Expr>;
+using Call = CallOf<Expr>;
+using Select = SelectOf<Expr>;
 
- private:
-  std::shared_ptr<const Node> node_;
-};
-
-struct Number {
-  double value;
-  bool operator==(const Number&) const = default;
-};
+using Number = Literal;
 struct Param {  // a parameter, or t (time), dt
   std::string name;
   bool operator==(const Param&) const = default;
@@ -55,24 +46,6 @@ struct Coordinate {  // x, y, z of the point where the expression is evaluated
 struct Noise {
   std::uint64_t seed;
   bool operator==(const Noise&) const = default;
-};
-struct Neg {
-  Expr operand;
-  bool operator==(const Neg&) const = default;
-};
-struct Binary {
-  BinaryOp op;
-  Expr left, right;
-  bool operator==(const Binary&) const = default;
-};
-struct Call {
-  Fn fn;
-  std::vector<Expr> arguments;
-  bool operator==(const Call&) const = default;
-};
-struct Select {
-  Expr condition, yes, no;
-  bool operator==(const Select&) const = default;
 };
 /// d^order operand / d axis^order
 struct Derivative {
@@ -193,8 +166,13 @@ using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, 
                           Interpolate, BandPass, Sample, Reduce, Apply, NetworkCall, Solve>;
 struct Node {
   Kind kind;
-  Origin origin;
+  Origin origin = {};
   bool operator==(const Node&) const = default;
 };
+void for_each_child(const Node& node, FunctionRef<void(const Expr&)> f);
+void for_each_child(Node& node, FunctionRef<void(Expr&)> f);
+inline Expr rebuilt(Node node) { return Expr(std::move(node)); }
 
 }  // namespace dpde::model
+
+extern template class dpde::ExprOf<dpde::model::Node>;

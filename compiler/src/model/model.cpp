@@ -11,13 +11,9 @@
 #include "model/build.h"
 #include "model/uses.h"
 
+template class dpde::ExprOf<dpde::model::Node>;
+
 namespace dpde::model {
-
-Expr::Expr(double value) : node_(std::make_shared<const Node>(Node{Number{value}, {}})) {}
-
-Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
-
-bool Expr::operator==(const Expr& other) const { return node_ == other.node_ || *node_ == *other.node_; }
 
 std::string side_name(const Axis& axis, bool is_low) {
   return axis.name + (is_low != axis.runs_down() ? ".low" : ".high");
@@ -128,7 +124,7 @@ std::vector<std::uint64_t> Problem::noises() const {
   std::set<std::uint64_t> seeds;
   for_each_formula(*this, [&](const Use& use) {
     any_part(use.formula, [&](const Expr& part) {
-      if (const auto* noise = std::get_if<Noise>(&part->kind)) seeds.insert(noise->seed);
+      if (const auto* noise = as<Noise>(part)) seeds.insert(noise->seed);
       return false;
     });
   });

@@ -137,7 +137,7 @@ class Verifier {
       if (const std::optional<Expr>& potential = projection.potential) {
         demand(problem_.find_state(projection.multiplier) != nullptr,
                fmt::format("a constraint gives {}", projection.multiplier));
-        demand(std::holds_alternative<Solve>((*potential)->kind), "a constraint without a solve");
+        demand(is<Solve>(*potential), "a constraint without a solve");
       }
       demand(projection.potential || !projection.is_increment(), "an increment of nothing");
       for (const Event::Update& update : projection.updates) {
@@ -285,10 +285,10 @@ class Verifier {
 
   /// Children of `e` must be numbers, except the first of a select and those of and, or.
   void check_children(const Expr& e, const std::string& where, Allowed allowed) {
-    const auto* select = std::get_if<Select>(&e->kind);
-    const auto* b = std::get_if<Binary>(&e->kind);
+    const auto* select = as<Select>(e);
+    const auto* b = as<Binary>(e);
     bool first = true;
-    for_each_part(e, [&](const Expr& part) {
+    for_each_child(e, [&](const Expr& part) {
       const bool wants_condition = (select && first) || (b && is_logical(b->op));
       demand(is_condition(part) == wants_condition, where + ": a condition and a number are mixed up");
       first = false;
@@ -343,7 +343,7 @@ class Verifier {
                  fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
           // on a stretched axis the position is a sum over all cells
           for (const Expr& part : s.place)
-            demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
+            demand(is_uniform(part) || holds_any<Reduce>(part), where + ": sampled at a place that varies");
         },
         [&](const Reduce& r) { need(allowed.reductions, "a reduction"), check_axes(r, where); },
         [&](const Apply& a) {

@@ -52,7 +52,7 @@ std::vector<model::Expr> masks_of(const model::Problem& problem) {
   };
   for (const model::State& state : problem.states) {
     if (!state.held) continue;
-    model::any_part(state.held->inside, [&](const model::Expr& part) {
+    any_part(state.held->inside, [&](const model::Expr& part) {
       if (const auto* apply = std::get_if<model::Apply>(&part->kind))
         add(apply->function.body[static_cast<std::size_t>(apply->component)]);
       const auto* field = std::get_if<model::Field>(&part->kind);

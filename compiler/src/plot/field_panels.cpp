@@ -8,7 +8,6 @@
 #include <iterator>
 #include <ranges>
 #include <string>
-#include <utility>
 
 #include "plot/curve.h"
 #include "plot/map_shape.h"

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "analysis/certificate/run_check.h"

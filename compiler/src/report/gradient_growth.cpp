@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "analysis/run/instability.h"
 
 namespace dpde::report {

@@ -209,13 +209,12 @@ std::vector<StepOfRates::Place> Equations::places_in(const LinearStep& step) con
 
 bool Equations::are_spectral() const {
   const auto is_difference = [&](const model::Expr& e) {
-    const bool is_any = std::holds_alternative<model::Derivative>(e->kind) ||
-                        std::holds_alternative<model::Advect>(e->kind) || std::holds_alternative<model::Shift>(e->kind);
+    const bool is_any = is<model::Derivative, model::Advect, model::Shift>(e);
     return is_any && !model::is_spectral(problem_.scheme, e);
   };
   const auto has_differences = [&](const model::Use& use) {
     const bool is_of_rates = model::makes_state(use.kind) && use.kind != model::UseKind::event;
-    return is_of_rates && is_in(group_, use.owner) && model::any_part(use.formula, is_difference);
+    return is_of_rates && is_in(group_, use.owner) && any_part(use.formula, is_difference);
   };
   return problem_.program.empty() && !model::any_formula(problem_, has_differences);
 }

@@ -13,17 +13,6 @@ namespace dpde::stability {
 
 using namespace stencil;
 
-namespace {
-
-bool holds_interp(const Expr& e) {
-  if (std::holds_alternative<Interp>(e->kind)) return true;
-  bool found = false;
-  for_each_child(e, [&](const Expr& child) { found = found || holds_interp(child); });
-  return found;
-}
-
-}  // namespace
-
 Module without_guesses(Module module) {
   for (Program& program : module.programs) forget_guesses(program.body);
   return module;
@@ -44,9 +33,9 @@ void survey(const Module& module, const std::vector<Statement>& body, StepCapabi
           const Kernel& kernel = kernel_of(module, run);
           if (!kernel.scatters.empty()) result.why = "it scatters";
           for (const Let& let : kernel.lets)
-            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_interp(let.value);
+            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_any<Interp>(let.value);
           for (const Store& s : kernel.stores)
-            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_interp(s.value);
+            result.is_semi_lagrangian = result.is_semi_lagrangian || holds_any<Interp>(s.value);
         },
         [&](const Solve& solve) {
           result.solves = true;

@@ -7,74 +7,24 @@
 #include <utility>
 
 #include "support/assert.h"
-#include "support/match.h"
+#include "support/leading_number.h"
+#include "support/maths/evaluate.h"
 #include "support/names/bound_names.h"
 
 namespace dpde::stencil {
 
-Expr::Expr(double value) : node_(std::make_shared<const Node>(Node{Literal{value}})) {}
-Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
-
-bool Expr::operator==(const Expr& other) const { return node_ == other.node_ || *node_ == *other.node_; }
-
 namespace {
-
-template <class T>
-const T* as(const Expr& e) {
-  return std::get_if<T>(&e->kind);
-}
 
 Expr make(Kind kind) { return Expr(Node{std::move(kind)}); }
 
 Expr make_binary(BinaryOp op, const Expr& a, const Expr& b) { return make(Binary{op, a, b}); }
-
-bool is_product(const Binary& b) { return b.op == BinaryOp::multiply || b.op == BinaryOp::divide; }
-
-/// A product that begins with a number, with that number negated.
-std::optional<Expr> negate_leading_number(const Expr& e) {
-  if (const Literal* number = as<Literal>(e)) return Expr(-number->value);
-  const Binary* b = as<Binary>(e);
-  if (!b || !is_product(*b)) return std::nullopt;
-  const std::optional<Expr> left = negate_leading_number(b->left);
-  if (!left) return std::nullopt;
-  return binary(b->op, *left, b->right);
-}
-
-bool leads_with_minus(const Expr& e) {
-  if (const Literal* number = as<Literal>(e)) return number->value < 0;
-  const Binary* b = as<Binary>(e);
-  return b && is_product(*b) && leads_with_minus(b->left);
-}
-
-/// x when `e` is -x in any spelling.
-std::optional<Expr> without_minus(const Expr& e) {
-  if (const Neg* neg = as<Neg>(e)) return neg->operand;
-  return leads_with_minus(e) ? negate_leading_number(e) : std::nullopt;
-}
 
 /// The result of `op` on two numbers; nullopt unless it is finite.
 std::optional<Expr> fold(BinaryOp op, const Expr& a, const Expr& b) {
   const Literal* x = as<Literal>(a);
   const Literal* y = as<Literal>(b);
   if (!x || !y) return std::nullopt;
-  const auto value = [&]() -> double {
-    switch (op) {
-      case BinaryOp::add: return x->value + y->value;
-      case BinaryOp::subtract: return x->value - y->value;
-      case BinaryOp::multiply: return x->value * y->value;
-      case BinaryOp::divide: return x->value / y->value;
-      case BinaryOp::power: return std::pow(x->value, y->value);
-      case BinaryOp::less: return x->value < y->value;
-      case BinaryOp::less_equal: return x->value <= y->value;
-      case BinaryOp::greater: return x->value > y->value;
-      case BinaryOp::greater_equal: return x->value >= y->value;
-      case BinaryOp::equal: return x->value == y->value;
-      case BinaryOp::not_equal: return x->value != y->value;
-      case BinaryOp::logical_and: return x->value != 0 && y->value != 0;
-      case BinaryOp::logical_or: return x->value != 0 || y->value != 0;
-    }
-    unreachable("operator");
-  }();
+  const double value = evaluate_binary(op, x->value, y->value);
   if (!std::isfinite(value)) return std::nullopt;
   return Expr(value);
 }
@@ -136,17 +86,6 @@ bool is_coordinate(const std::string& field) {
   return known != nullptr && known->kind == BoundNameKind::coordinate;
 }
 
-std::optional<double> literal_value(const Expr& e) {
-  const Literal* literal = as<Literal>(e);
-  return literal ? std::optional(literal->value) : std::nullopt;
-}
-
-bool is_literal(const Expr& e) { return as<Literal>(e) != nullptr; }
-bool is_literal(const Expr& e, double value) {
-  const Literal* literal = as<Literal>(e);
-  return literal && literal->value == value;
-}
-
 Expr operator-(const Expr& a) {
   if (const Neg* neg = as<Neg>(a)) return neg->operand;
   if (is_literal(a, 0)) return 0.0;
@@ -189,7 +128,7 @@ Expr operator*(const Expr& a, const Expr& b) {
 
 Expr operator/(const Expr& a, const Expr& b) {
   if (const auto number = fold(BinaryOp::divide, a, b)) return *number;
-  if (is_literal(a, 0) && !is_literal(b)) return 0.0;
+  if (is_literal(a, 0) && !is<Literal>(b)) return 0.0;
   if (is_literal(b, 1)) return a;
   if (is_literal(b, -1)) return -a;
   if (const Neg* neg = as<Neg>(a)) return -(neg->operand / b);

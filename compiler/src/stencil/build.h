@@ -32,23 +32,13 @@ Expr select(const Expr& condition, const Expr& yes, const Expr& no);
 
 /// 1 - tanh(a)^2; see support/maths/derivatives.h.
 Expr slope_of_tanh(const Expr& a);
-/// The value of a number; nullopt for all else.
-std::optional<double> literal_value(const Expr& e);
-bool is_literal(const Expr& e);
-bool is_literal(const Expr& e, double value);
 /// Whether the value of `e` is 0 or 1 by construction.
 bool is_truth(const Expr& e);
 
 /// Whether `field` is one of the coordinate fields x, y, z of stencil.h.
 bool is_coordinate(const std::string& field);
 
-/// Rebuilds `e` with `f` applied to each direct child (leaves come back unchanged), through the constructors above.
-Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f);
-/// Calls `f` on each direct child.
-void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
 bool reads_param(const Expr& e, const std::string& name);
-/// Calls `f` on `e` and all its descendants, parents first.
-void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 
 /// Number of cells beyond bounded axes that `i` reads or adds to. It does not depend on the offset, as the position is
 /// clamped.
@@ -112,8 +102,5 @@ std::map<std::string, std::array<int, max_rank>> required_halo(const Module& mod
 
 /// Adds the kernel and returns its name: a new name if a different kernel has the same one.
 std::string add_kernel(Module& module, Kernel kernel);
-
-/// Applies `f` to every expression of a kernel.
-Kernel map_kernel(const Kernel& kernel, const std::function<Expr(const Expr&)>& f);
 
 }  // namespace dpde::stencil

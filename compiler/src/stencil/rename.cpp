@@ -62,7 +62,7 @@ class Renamer {
   const std::string& copy_of(const std::string& name) {
     const auto known = copies_.find(name);
     if (known != copies_.end()) return known->second;
-    Kernel copy = map_kernel(*module_.find_kernel(name), [&](const Expr& e) { return renamed(e); });
+    Kernel copy = map_expressions(*module_.find_kernel(name), [&](const Expr& e) { return renamed(e); });
     copy.name = renaming_.new_kernel(name);
     copy.custom_adjoints.clear();
     for (Store& store : copy.stores) rename(store.field);

@@ -104,7 +104,6 @@
 
 #include <array>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -112,6 +111,7 @@
 
 #include "network/network.h"
 #include "source/source_file.h"
+#include "support/expression.h"
 #include "support/side_conditions.h"
 #include "support/vocabulary.h"
 #include "support/wave_function.h"
@@ -122,24 +122,12 @@ constexpr int max_rank = 3;
 using Offset = std::array<int, max_rank>;
 
 struct Node;
+using Expr = ExprOf<Node>;
+using Neg = NegOf<Expr>;
+using Binary = BinaryOf<Expr>;
+using Call = CallOf<Expr>;
+using Select = SelectOf<Expr>;
 
-/// Value handle of an immutable expression; never null. Equality is structural.
-class Expr {
- public:
-  Expr(double value);  // NOLINT: a number is an expression
-  explicit Expr(Node node);
-  const Node& node() const { return *node_; }
-  const Node* operator->() const { return node_.get(); }
-  bool operator==(const Expr& other) const;
-
- private:
-  std::shared_ptr<const Node> node_;
-};
-
-struct Literal {
-  double value;
-  bool operator==(const Literal&) const = default;
-};
 /// A scalar that is the same at all points.
 struct Param {
   std::string name;
@@ -168,31 +156,15 @@ struct Inside {
   int grow = 0;
   bool operator==(const Inside&) const = default;
 };
-struct Neg {
-  Expr operand;
-  bool operator==(const Neg&) const = default;
-};
-struct Binary {
-  BinaryOp op;
-  Expr left, right;
-  bool operator==(const Binary&) const = default;
-};
-struct Call {
-  Fn fn;
-  std::vector<Expr> arguments;
-  bool operator==(const Call&) const = default;
-};
-/// if(condition, yes, no)
-struct Select {
-  Expr condition, yes, no;
-  bool operator==(const Select&) const = default;
-};
 
 using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
 struct Node {
   Kind kind;
   bool operator==(const Node&) const = default;
 };
+void for_each_child(const Node& node, FunctionRef<void(const Expr&)> f);
+void for_each_child(Node& node, FunctionRef<void(Expr&)> f);
+Expr rebuilt(Node node);  // through the constructors of build.h
 
 /// A named scalar at the current point: defined once, before use; the only form of sharing.
 struct Let {
@@ -446,3 +418,5 @@ struct Module {
 void add_networks(Module& module, const std::vector<network::Network>& networks);
 
 }  // namespace dpde::stencil
+
+extern template class dpde::ExprOf<dpde::stencil::Node>;

@@ -2,7 +2,6 @@
 #include "lsp/declared_names.h"
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 #include "support/match.h"

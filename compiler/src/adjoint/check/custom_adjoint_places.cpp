@@ -25,20 +25,17 @@ constexpr int small_grid = 4096;  // cells: up to here a box is the whole grid
 constexpr int more_places = 2;    // random ones, in addition to ends and changes
 
 bool reads_coordinate(const Expr& e) {
-  const Access* access = std::get_if<Access>(&e->kind);
+  const Access* access = as<Access>(e);
   return access && is_coordinate(access->field);
 }
 
-void for_each_expression(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
-  map_kernel(kernel, [&](const Expr& e) {
-    f(e);
-    return e;
-  });
+void for_each_formula(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
+  for_each_expression(kernel, f);
   for (const CustomAdjoint& given : kernel.custom_adjoints) f(given.value);
 }
 
 Expr without_locals(const Kernel& kernel, const Expr& e) {
-  if (const Local* local = std::get_if<Local>(&e->kind)) {
+  if (const Local* local = as<Local>(e)) {
     const auto let =
         std::find_if(kernel.lets.begin(), kernel.lets.end(), [&](const Let& x) { return x.name == local->name; });
     return let == kernel.lets.end() ? e : without_locals(kernel, let->value);
@@ -50,12 +47,10 @@ Expr without_locals(const Kernel& kernel, const Expr& e) {
 bool is_of_place(const Expr& e) {
   bool has_coordinate = false, has_other = false;
   visit(e, [&](const Expr& part) {
-    const Kind& kind = part->kind;
     if (reads_coordinate(part)) {
       has_coordinate = true;
     } else {
-      has_other = has_other || std::holds_alternative<Access>(kind) || std::holds_alternative<Interp>(kind) ||
-                  std::holds_alternative<Inside>(kind) || std::holds_alternative<Local>(kind);
+      has_other = has_other || is<Access, Interp, Inside, Local>(part);
     }
   });
   return has_coordinate && !has_other;
@@ -64,11 +59,11 @@ bool is_of_place(const Expr& e) {
 /// An expression whose value changes where `e` takes another branch or the other side of a kink; nullopt if `e` has no
 /// branches.
 std::optional<Expr> branch_of(const Expr& e) {
-  if (const Binary* b = std::get_if<Binary>(&e->kind)) {
+  if (const Binary* b = as<Binary>(e)) {
     const bool compares = precedence(b->op) == precedence(BinaryOp::less);
     return compares ? std::optional(select(e, 1.0, 0.0)) : std::nullopt;
   }
-  const Call* c = std::get_if<Call>(&e->kind);
+  const Call* c = as<Call>(e);
   if (!c) return std::nullopt;
   switch (c->fn) {
     case Fn::abs:
@@ -96,7 +91,7 @@ std::optional<Expr> branch_of(const Expr& e) {
 
 std::vector<Expr> branches_of(const Kernel& kernel) {
   std::vector<Expr> branches;
-  for_each_expression(kernel, [&](const Expr& whole) {
+  for_each_formula(kernel, [&](const Expr& whole) {
     visit(without_locals(kernel, whole), [&](const Expr& e) {
       const std::optional<Expr> branch = branch_of(e);
       if (branch && is_of_place(*branch) && std::find(branches.begin(), branches.end(), *branch) == branches.end())
@@ -195,7 +190,7 @@ class Round {
 
 bool names_coordinates(const Kernel& kernel) {
   bool found = false;
-  for_each_expression(
+  for_each_formula(
       kernel, [&](const Expr& whole) { visit(whole, [&](const Expr& e) { found = found || reads_coordinate(e); }); });
   return found;
 }

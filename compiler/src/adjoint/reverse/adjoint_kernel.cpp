@@ -71,7 +71,7 @@ class ShiftedLets {
     const std::string shifted = k == Offset{} ? name : names_.fresh(name + shift_suffix(k, rank_));
     used_[index].emplace(k, shifted);
     visit(lets_[index].value, [&](const Expr& e) {
-      if (const Local* inner = std::get_if<Local>(&e->kind)) use(inner->name, k);
+      if (const Local* inner = as<Local>(e)) use(inner->name, k);
     });
     return shifted;
   }
@@ -103,7 +103,7 @@ Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied
     return std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == name; });
   };
   const std::function<Expr(const Expr&)> with_seeds = [&](const Expr& e) -> Expr {
-    const Access* a = std::get_if<Access>(&e->kind);
+    const Access* a = as<Access>(e);
     const std::string* stored = a ? seeded_by(kernel, a->field) : nullptr;
     if (!stored) return map_children(e, with_seeds);
     if (is_sum(*stored)) return param(names.of(*stored));
@@ -280,13 +280,11 @@ class Gathering {
 
   /// True if `e` reads one of these fields or locals.
   static bool reads(const Expr& e, const std::set<std::string>& names) {
-    bool found = false;
-    visit(e, [&](const Expr& part) {
-      const Access* a = std::get_if<Access>(&part->kind);
-      const Local* l = std::get_if<Local>(&part->kind);
-      found = found || (a && names.contains(a->field)) || (l && names.contains(l->name));
+    return any_part(e, [&](const Expr& part) {
+      const Access* a = as<Access>(part);
+      const Local* l = as<Local>(part);
+      return (a && names.contains(a->field)) || (l && names.contains(l->name));
     });
-    return found;
   }
 
   static int cost(const KernelAdjoint& adjoint) {

@@ -62,8 +62,8 @@ using Reads = std::set<std::pair<std::string, stencil::Offset>>;
 
 Reads reads_of(const Expr& e) {
   Reads reads;
-  stencil::visit(e, [&](const Expr& part) {
-    if (const auto* access = std::get_if<stencil::Access>(&part->kind)) reads.emplace(access->field, access->offset);
+  visit(e, [&](const Expr& part) {
+    if (const auto* access = as<stencil::Access>(part)) reads.emplace(access->field, access->offset);
   });
   return reads;
 }
@@ -101,7 +101,7 @@ class StateValues {
     const auto known = known_.find(&e.node());
     if (known != known_.end()) return known->second;
     const bool is_made = match(
-        e->kind, [](const stencil::Literal&) { return true; }, [](const stencil::Param&) { return true; },
+        e->kind, [](const Literal&) { return true; }, [](const stencil::Param&) { return true; },
         [&](const stencil::Local& local) { return lets_.contains(local.name); },
         [&](const stencil::Access& access) { return states_.contains(access.field); },
         [](const stencil::Interp&) { return false; }, [](const stencil::Inside&) { return false; },
@@ -113,14 +113,14 @@ class StateValues {
     return known_[&e.node()] = is_made;
   }
   Expr written_out(const Expr& e) const {
-    const auto* local = std::get_if<stencil::Local>(&e->kind);
+    const auto* local = as<stencil::Local>(e);
     if (local != nullptr) return lets_.at(local->name);
-    return stencil::map_children(e, [this](const Expr& child) { return written_out(child); });
+    return map_children(e, [this](const Expr& child) { return written_out(child); });
   }
   void note(const stencil::Let& let) {
     int nodes = 0;
-    stencil::visit(let.value, [&](const Expr& part) {
-      const auto* local = std::get_if<stencil::Local>(&part->kind);
+    visit(let.value, [&](const Expr& part) {
+      const auto* local = as<stencil::Local>(part);
       nodes = std::min(most_nodes + 1, nodes + (local == nullptr ? 1 : sizes_.at(local->name)));
     });
     sizes_[let.name] = nodes;
@@ -132,9 +132,9 @@ class StateValues {
       const std::optional<Expr> other = reads_of(value).empty() ? std::nullopt : stands_for(value);
       if (other) return *other;
     }
-    const auto* choice = std::get_if<stencil::Select>(&e->kind);
+    const auto* choice = as<stencil::Select>(e);
     const bool is_choice_of_cells = choice != nullptr && choice->condition == stencil::inside({}, 0);
-    return stencil::map_children(e, [&](const Expr& child) {
+    return map_children(e, [&](const Expr& child) {
       const bool is_at_cells = at_cells || (is_choice_of_cells && &child.node() == &choice->yes.node());
       return replaced(child, is_at_cells, stands_for);
     });

@@ -36,11 +36,11 @@ void add(Slopes& slopes, const std::string& name, const Expr& value) {
 /// Adds x * de/dp for each param p of `e`, which consists of params and numbers.
 void add_slopes(const Expr& e, const Expr& x, const Varied& varied, Slopes& slopes) {
   if (!is_varied(e, varied)) return;
-  if (const Param* p = std::get_if<Param>(&e->kind)) {
+  if (const Param* p = as<Param>(e)) {
     add(slopes, p->name, x);
     return;
   }
-  if (const Select* s = std::get_if<Select>(&e->kind)) {
+  if (const Select* s = as<Select>(e)) {
     add_slopes(s->yes, select(s->condition, x, 0.0), varied, slopes);
     add_slopes(s->no, select(s->condition, 0.0, x), varied, slopes);
     return;

@@ -59,10 +59,7 @@ std::vector<std::string> certified_programs(const driver::Compiled& compiled) {
 
 int size_of(const stencil::Kernel& kernel) {
   int nodes = 0;
-  stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
-    stencil::visit(value, [&](const stencil::Expr&) { ++nodes; });
-    return value;
-  });
+  visit(kernel, [&](const stencil::Expr&) { ++nodes; });
   return nodes;
 }
 

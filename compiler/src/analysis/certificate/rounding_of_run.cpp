@@ -2,7 +2,6 @@
 #include "analysis/certificate/rounding_of_run.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 

@@ -302,17 +302,12 @@ std::vector<double> numbers_of_steps(const driver::Compiled& compiled) {
       numbers.insert({std::abs(value), value * value, std::sqrt(std::abs(value))});
   };
   const auto look = [&](const stencil::Expr& e) {
-    if (const auto* literal = std::get_if<stencil::Literal>(&e->kind)) add(literal->value);
-    const auto* param = std::get_if<stencil::Param>(&e->kind);
+    if (const auto* literal = as<Literal>(e)) add(literal->value);
+    const auto* param = as<stencil::Param>(e);
     const model::Parameter* known = param == nullptr ? nullptr : compiled.problem->find_param(param->name);
     if (known != nullptr) add(known->value);
   };
-  for (const std::string& name : stencil::parts_of({*step}).kernels) {
-    stencil::map_kernel(*compiled.stencil.find_kernel(name), [&](const stencil::Expr& value) {
-      stencil::visit(value, look);
-      return value;
-    });
-  }
+  for (const std::string& name : stencil::parts_of({*step}).kernels) visit(*compiled.stencil.find_kernel(name), look);
   return {numbers.begin(), numbers.end()};
 }
 

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
 #include <set>
 
 #include "model/analyse/formula.h"
@@ -22,14 +20,14 @@ constexpr std::size_t most_driven_steps = 32;
 
 /// Replaces parameters and coordinates by numbers, and t by the first coordinate.
 model::Expr of_time(const model::Expr& e, const model::Problem& problem, const std::array<double, 3>& place) {
-  if (const auto* at = std::get_if<model::Coordinate>(&e->kind))
+  if (const auto* at = as<model::Coordinate>(e))
     return model::number(place[static_cast<std::size_t>(at->axis)], e->origin);
-  if (const auto* param = std::get_if<model::Param>(&e->kind)) {
+  if (const auto* param = as<model::Param>(e)) {
     if (param->name == "t") return model::coordinate(0, e->origin);
     const model::Parameter* found = problem.find_param(param->name);
     return found == nullptr ? e : model::number(found->value, e->origin);
   }
-  return model::map_parts(e, [&](const model::Expr& part) { return of_time(part, problem, place); });
+  return map_children(e, [&](const model::Expr& part) { return of_time(part, problem, place); });
 }
 
 class DrivenSteps {
@@ -46,24 +44,22 @@ class DrivenSteps {
   }
 
   void look_at(const model::Expr& e) {
-    if (const auto* apply = std::get_if<model::Apply>(&e->kind)) {
+    if (const auto* apply = as<model::Apply>(e)) {
       for (const model::Expr& body : apply->function.body) look_at(body);
     }
-    model::for_each_part(e, [&](const model::Expr& part) { look_at(part); });
-    const bool has_time = model::any_part(e, [](const model::Expr& part) {
-      const auto* param = std::get_if<model::Param>(&part->kind);
+    for_each_child(e, [&](const model::Expr& part) { look_at(part); });
+    const bool has_time = any_part(e, [](const model::Expr& part) {
+      const auto* param = as<model::Param>(part);
       return param != nullptr && param->name == "t";
     });
-    if (!has_time || std::holds_alternative<model::Param>(e->kind)) return;
+    if (!has_time || is<model::Param>(e)) return;
     for (const std::array<double, 3>& place : places_) {
       if (seen_ == most_driven_parts) return;
       const model::Expr formula = of_time(e, problem_, place);
       if (!model::is_formula(formula)) return;
       ++seen_;
       model::is_condition(formula) ? look_for_changes(formula) : look_for_extremes(formula);
-      if (!model::any_part(
-              e, [](const model::Expr& part) { return std::holds_alternative<model::Coordinate>(part->kind); }))
-        return;  // does not depend on the point
+      if (!holds_any<model::Coordinate>(e)) return;  // does not depend on the point
     }
   }
 

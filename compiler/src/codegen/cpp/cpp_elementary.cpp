@@ -32,14 +32,12 @@ constexpr std::array<Registers, 4> registers{
 std::set<std::string> functions_of(const loop::Module& module) {
   std::set<std::string> names;
   const auto look = [&](const loop::Expr& e) {
-    const loop::Call* call = std::get_if<loop::Call>(&e->kind);
+    const loop::Call* call = as<loop::Call>(e);
     if (call && is_elementary(call->fn)) names.insert(std::string(name_of(call->fn)));
-    const loop::Binary* binary = std::get_if<loop::Binary>(&e->kind);
+    const loop::Binary* binary = as<loop::Binary>(e);
     if (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) names.insert("pow");
   };
-  for (const loop::Row& row : module.rows) {
-    loop::for_each_expression(row, [&](const loop::Expr& e) { loop::visit(e, look); });
-  }
+  for (const loop::Row& row : module.rows) visit(row, look);
   return names;
 }
 

@@ -68,13 +68,12 @@ std::string cpp_number(double exact, Precision real) {
 }
 
 bool is_rounded_product(const loop::Rounded& r) {
-  const loop::Binary* b = std::get_if<loop::Binary>(&r.operand->kind);
+  const loop::Binary* b = as<loop::Binary>(r.operand);
   return b && b->op == BinaryOp::multiply;
 }
 
 bool is_small_power(const loop::Binary& b) {
-  return b.op == BinaryOp::power && (loop::is_literal(b.right, 2) || loop::is_literal(b.right, 3)) &&
-         loop::is_leaf(b.left);
+  return b.op == BinaryOp::power && (is_literal(b.right, 2) || is_literal(b.right, 3)) && loop::is_leaf(b.left);
 }
 
 std::string CppExpression::enclosed(const Piece& piece, int least) {
@@ -85,19 +84,19 @@ std::string CppExpression::number(const loop::Expr& e, int least) const { return
 std::string CppExpression::truth(const loop::Expr& e, int least) const { return enclosed(truth_piece(e), least); }
 
 bool CppExpression::is_truth(const loop::Expr& e) const {
-  if (std::holds_alternative<loop::Inside>(e->kind)) return true;
-  if (const loop::Local* l = std::get_if<loop::Local>(&e->kind)) return leaves_.let_is_truth[l->index];
-  const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
+  if (is<loop::Inside>(e)) return true;
+  if (const loop::Local* l = as<loop::Local>(e)) return leaves_.let_is_truth[l->index];
+  const loop::Binary* b = as<loop::Binary>(e);
   return b && is_condition(b->op);
 }
 
 CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
-  if (const loop::Inside* i = std::get_if<loop::Inside>(&e->kind)) return {leaves_.inside(*i), atom};
-  if (const loop::Local* l = std::get_if<loop::Local>(&e->kind); l && leaves_.let_is_truth[l->index]) {
+  if (const loop::Inside* i = as<loop::Inside>(e)) return {leaves_.inside(*i), atom};
+  if (const loop::Local* l = as<loop::Local>(e); l && leaves_.let_is_truth[l->index]) {
     return {leaves_.lets[l->index], atom};
   }
-  if (const loop::Literal* l = std::get_if<loop::Literal>(&e->kind)) return {l->value != 0 ? "true" : "false", atom};
-  const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
+  if (const Literal* l = as<Literal>(e)) return {l->value != 0 ? "true" : "false", atom};
+  const loop::Binary* b = as<loop::Binary>(e);
   if (!b || !is_condition(b->op))
     return {fmt::format("{} != {}", number(e, comparison_precedence + 1), cpp_number(0, real_)), comparison_precedence};
   const int own = precedence(b->op);
@@ -105,7 +104,7 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
     return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
   }
   // `&` and `|`, not `&&` and `||`: branches keep g++ from vectorising some loops. Evaluating both sides is harmless.
-  const loop::Binary* left = std::get_if<loop::Binary>(&b->left->kind);
+  const loop::Binary* left = as<loop::Binary>(b->left);
   const std::string left_text = truth(b->left, left && left->op == b->op ? own : comparison_precedence + 1);
   return {fmt::format("{} {} {}", left_text, b->op == BinaryOp::logical_and ? '&' : '|',
                       truth(b->right, comparison_precedence + 1)),
@@ -119,7 +118,7 @@ CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
   }
   return match(
       e->kind,
-      [&](const loop::Literal& l) {
+      [&](const Literal& l) {
         return Piece{cpp_number(l.value, real_), std::signbit(l.value) ? unary_precedence : atom};
       },
       [&](const loop::Uniform& u) {
@@ -178,7 +177,7 @@ CppExpression::Piece CppExpression::binary(const loop::Binary& b) const {
 CppExpression::Piece CppExpression::power(const loop::Binary& b) const {
   if (is_small_power(b)) {
     const std::string base = number(b.left);
-    return {loop::is_literal(b.right, 2) ? fmt::format("{0}*{0}", base) : fmt::format("{0}*{0}*{0}", base),
+    return {is_literal(b.right, 2) ? fmt::format("{0}*{0}", base) : fmt::format("{0}*{0}*{0}", base),
             product_precedence};
   }
   return {fmt::format("{}pow{}({}, {})", leaves_.elementary, suffix(real_), number(b.left), number(b.right)), atom};

@@ -28,22 +28,22 @@ void add_place(Uses& uses, const loop::Row& row, const loop::Interp& interp) {
 }
 
 void add_expression(Uses& uses, const loop::Row* row, Precision real, const loop::Expr& e) {
-  loop::visit(e, [&](const loop::Expr& part) {
-    if (const loop::Call* call = std::get_if<loop::Call>(&part->kind)) {
+  visit(e, [&](const loop::Expr& part) {
+    if (const loop::Call* call = as<loop::Call>(part)) {
       uses.minimum = uses.minimum || call->fn == Fn::min;
       uses.maximum = uses.maximum || call->fn == Fn::max;
       uses.sign = uses.sign || call->fn == Fn::sign;
       uses.fraction = uses.fraction || call->fn == Fn::fraction;
       uses.math = uses.math || (call->fn != Fn::min && call->fn != Fn::max && call->fn != Fn::sign);
     }
-    const loop::Binary* binary = std::get_if<loop::Binary>(&part->kind);
-    const loop::Literal* literal = std::get_if<loop::Literal>(&part->kind);
+    const loop::Binary* binary = as<loop::Binary>(part);
+    const Literal* literal = as<Literal>(part);
     uses.math = uses.math || (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) ||
                 (literal && !std::isfinite(rounded(literal->value, real)));  // INFINITY and NAN are macros of <math.h>
-    const loop::Rounded* rounded = std::get_if<loop::Rounded>(&part->kind);
+    const loop::Rounded* rounded = as<loop::Rounded>(part);
     uses.product = uses.product || (rounded && is_rounded_product(*rounded));
-    uses.inside = uses.inside || std::holds_alternative<loop::Inside>(part->kind);
-    const loop::Interp* interp = std::get_if<loop::Interp>(&part->kind);
+    uses.inside = uses.inside || is<loop::Inside>(part);
+    const loop::Interp* interp = as<loop::Interp>(part);
     if (row && interp) {
       uses.interp.at(row->rank) = true;
       add_place(uses, *row, *interp);
@@ -57,7 +57,7 @@ void add_uniforms(Uses& uses, const loop::Module& module) {
 
 void add_rows(Uses& uses, const loop::Module& module) {
   for (const loop::Row& row : module.rows) {
-    loop::for_each_expression(row, [&](const loop::Expr& e) { add_expression(uses, &row, module.real, e); });
+    for_each_expression(row, [&](const loop::Expr& e) { add_expression(uses, &row, module.real, e); });
     for (const loop::Scatter& scatter : row.scatters) {
       uses.scatter.at(row.rank) = true;
       add_place(uses, row, scatter.target);

@@ -207,8 +207,8 @@ CppUniformNames cpp_uniform_names(const loop::Module& module) {
   for (const std::string& param : module.params) names.params.push_back(supply.fresh(cpp_identifier(param)));
   for (const std::string& counter : module.counters) names.counters.push_back(supply.fresh(cpp_identifier(counter)));
   for (const loop::UniformDef& uniform : module.uniforms) {
-    const loop::Param* param = std::get_if<loop::Param>(&uniform.value->kind);
-    const loop::Counter* counter = std::get_if<loop::Counter>(&uniform.value->kind);
+    const loop::Param* param = as<loop::Param>(uniform.value);
+    const loop::Counter* counter = as<loop::Counter>(uniform.value);
     names.uniforms.push_back(param     ? names.params[param->index]
                              : counter ? names.counters[counter->index]
                                        : supply.fresh(cpp_identifier(uniform.name)));

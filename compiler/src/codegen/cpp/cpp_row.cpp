@@ -138,11 +138,9 @@ void RowEmitter::set_leaves() {
 
 void RowEmitter::find_places() {
   uses_grids_ = !row_.grids.empty();
-  loop::for_each_expression(row_, [&](const loop::Expr& e) {
-    loop::visit(e, [&](const loop::Expr& part) {
-      const loop::Inside* mask = std::get_if<loop::Inside>(&part->kind);
-      if (mask && std::find(masks_.begin(), masks_.end(), *mask) == masks_.end()) masks_.push_back(*mask);
-    });
+  visit(row_, [&](const loop::Expr& e) {
+    const loop::Inside* mask = as<loop::Inside>(e);
+    if (mask && std::find(masks_.begin(), masks_.end(), *mask) == masks_.end()) masks_.push_back(*mask);
   });
 }
 

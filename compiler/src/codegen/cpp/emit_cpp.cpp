@@ -30,10 +30,10 @@ std::string emit_uniforms(const loop::Module& module, RowLinkage linkage, bool o
   std::set<int> params, counters, others;  // params and counters that are read, and uniforms computed earlier
   for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
     if (!is_computed(u)) continue;
-    loop::visit(module.uniforms[u].value, [&](const loop::Expr& e) {
-      if (const loop::Param* param = std::get_if<loop::Param>(&e->kind)) params.insert(param->index);
-      if (const loop::Counter* counter = std::get_if<loop::Counter>(&e->kind)) counters.insert(counter->index);
-      const loop::Uniform* uniform = std::get_if<loop::Uniform>(&e->kind);
+    visit(module.uniforms[u].value, [&](const loop::Expr& e) {
+      if (const loop::Param* param = as<loop::Param>(e)) params.insert(param->index);
+      if (const loop::Counter* counter = as<loop::Counter>(e)) counters.insert(counter->index);
+      const loop::Uniform* uniform = as<loop::Uniform>(e);
       if (uniform && !is_computed(static_cast<std::size_t>(uniform->index))) others.insert(uniform->index);
     });
   }

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "codegen/cpp/emit_cpp.h"

@@ -17,8 +17,8 @@ namespace {
 constexpr int largest_expanded_power = 16;
 
 std::optional<double> constant_of(const loop::Expr& expr) {
-  if (const auto* literal = std::get_if<loop::Literal>(&expr->kind)) return literal->value;
-  if (const auto* neg = std::get_if<loop::Neg>(&expr->kind)) {
+  if (const auto* literal = as<Literal>(expr)) return literal->value;
+  if (const auto* neg = as<loop::Neg>(expr)) {
     if (const std::optional<double> value = constant_of(neg->operand)) return -*value;
   }
   return std::nullopt;
@@ -84,7 +84,7 @@ llvm::Value* ExprEmitter::as_condition(llvm::Value* value) {
 
 llvm::Value* ExprEmitter::emit(const loop::Node& node) {
   return match(
-      node.kind, [&](const loop::Literal& literal) -> llvm::Value* { return constant(literal.value); },
+      node.kind, [&](const Literal& literal) -> llvm::Value* { return constant(literal.value); },
       [&](const loop::Uniform& uniform) { return leaves_.uniforms.at(uniform.index); },
       [&](const loop::Param& param) { return leaves_.params.at(param.index); },
       [&](const loop::Counter& counter) { return leaves_.counters.at(counter.index); },

@@ -137,15 +137,15 @@ void RowEmitter::find_uses() {
   needs_place_ = !row_.scatters.empty();
   for (const loop::Scatter& scatter : row_.scatters) scattered_grids_.at(scatter.target.grid) = true;
   std::set<const loop::Node*> seen;
-  loop::for_each_expression(row_, [&](const loop::Expr& expr) { note_uses(expr, seen); });
+  for_each_expression(row_, [&](const loop::Expr& expr) { note_uses(expr, seen); });
 }
 
 void RowEmitter::note_uses(const loop::Expr& expr, std::set<const loop::Node*>& seen) {
   if (!seen.insert(&expr.node()).second) return;  // expressions may share nodes
-  if (const auto* uniform = std::get_if<loop::Uniform>(&expr->kind)) used_uniforms_.at(uniform->index) = true;
-  needs_place_ |= std::holds_alternative<loop::Inside>(expr->kind);
-  needs_place_ |= std::holds_alternative<loop::Interp>(expr->kind);
-  loop::for_each_child(expr, [&](const loop::Expr& child) { note_uses(child, seen); });
+  if (const auto* uniform = as<loop::Uniform>(expr)) used_uniforms_.at(uniform->index) = true;
+  needs_place_ |= is<loop::Inside>(expr);
+  needs_place_ |= is<loop::Interp>(expr);
+  for_each_child(expr, [&](const loop::Expr& child) { note_uses(child, seen); });
 }
 
 std::vector<RowEmitter::Argument> RowEmitter::arguments() const {

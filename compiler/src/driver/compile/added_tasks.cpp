@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "model/boundary/stretch.h"
 #include "model/build.h"
@@ -44,12 +43,12 @@ void add_certifying_task(model::Problem& problem) {
   task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
   for (model::Parameter& param : problem.params) {
     const auto holds = [&](const model::Expr& e) {
-      const model::Param* found = std::get_if<model::Param>(&e->kind);
+      const model::Param* found = as<model::Param>(e);
       return found != nullptr && found->name == param.name;
     };
-    param.unknown = std::none_of(
-        problem.coefficients.begin(), problem.coefficients.end(),
-        [&](const model::Coefficient& c) { return c.value.formula && model::any_part(*c.value.formula, holds); });
+    param.unknown =
+        std::none_of(problem.coefficients.begin(), problem.coefficients.end(),
+                     [&](const model::Coefficient& c) { return c.value.formula && any_part(*c.value.formula, holds); });
     if (!param.unknown) continue;
     const auto control = std::ranges::find(problem.controls, param.name, &model::Control::name);
     if (control != problem.controls.end()) {

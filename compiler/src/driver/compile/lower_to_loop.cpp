@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // From programs of kernels to rows, and the variants of the adjoint of steps that are made on the way.
-#include <optional>
 #include <utility>
 
 #include "adjoint/reverse/accumulating_adjoint.h"

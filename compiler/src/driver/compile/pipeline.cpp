@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 
 #include "adjoint/reverse/newton_steps.h"
 #include "codegen/cpp/compile_cpp.h"

@@ -32,7 +32,7 @@ void look_at(const Kernel& kernel, Reaches& farthest) {
   const SourceRange where = kernel.stores.empty() ? SourceRange{} : kernel.stores.front().origin.range;
   std::map<std::string, Offsets> reads;
   const auto note = [&](const Expr& part) {
-    const auto* access = std::get_if<Access>(&part->kind);
+    const auto* access = as<Access>(part);
     if (access == nullptr) return;
     Offsets& of_field = reads[access->field];
     for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
@@ -40,7 +40,7 @@ void look_at(const Kernel& kernel, Reaches& farthest) {
       of_field.most[axis] = std::max(of_field.most[axis], access->offset[axis]);
     }
   };
-  map_kernel(kernel, [&](const Expr& value) { return visit(value, note), value; });
+  visit(kernel, note);
   for (const auto& [field, offsets] : reads) {
     for (std::size_t axis = 0; axis < farthest.size(); ++axis) {
       const int cells = offsets.most[axis] - offsets.least[axis] + 1;

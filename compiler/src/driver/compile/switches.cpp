@@ -98,13 +98,9 @@ model::NamesRead names_read(const stencil::Module& module, const stencil::Progra
     for (const stencil::Kernel& kernel : kernels) {
       adjoint::Varied varied{{}, {param}, {}};
       varied.locals = adjoint::varied_locals(kernel, varied);
-      stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
-        stencil::visit(value, [&](const stencil::Expr& part) {
-          const auto* found = std::get_if<stencil::Param>(&part->kind);
-          is_read = is_read || (found && found->name == param);
-        });
+      for_each_expression(kernel, [&](const stencil::Expr& value) {
+        is_read = is_read || reads_param(value, param);
         is_smooth = is_smooth || adjoint::is_varied(value, varied);
-        return value;
       });
     }
     if (is_smooth || !is_read) reading.smooth.insert(param);  // not read by kernels: a weight of a boundary condition

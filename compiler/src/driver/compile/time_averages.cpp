@@ -20,13 +20,13 @@ struct Spread {
 
   /// Applies to each reduction its own kind.
   model::Expr by_terms(const model::Expr& e) const {
-    if (!model::holds_reduction(e)) return counted(e, model::Reduce::Kind::mean);  // of a generated task
-    if (const model::Reduce* reduce = std::get_if<model::Reduce>(&e->kind)) return counted(e, reduce->reduction);
-    if (const model::Neg* neg = std::get_if<model::Neg>(&e->kind)) return model::negate(by_terms(neg->operand));
-    const model::Binary* b = std::get_if<model::Binary>(&e->kind);
+    if (!holds_any<model::Reduce>(e)) return counted(e, model::Reduce::Kind::mean);  // of a generated task
+    if (const model::Reduce* reduce = as<model::Reduce>(e)) return counted(e, reduce->reduction);
+    if (const model::Neg* neg = as<model::Neg>(e)) return model::negate(by_terms(neg->operand));
+    const model::Binary* b = as<model::Binary>(e);
     if (b == nullptr) return e;  // never happens: losses are linear in reductions
     const bool is_sum = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
-    const bool left = is_sum || model::holds_reduction(b->left), right = is_sum || model::holds_reduction(b->right);
+    const bool left = is_sum || holds_any<model::Reduce>(b->left), right = is_sum || holds_any<model::Reduce>(b->right);
     return model::binary(b->op, left ? by_terms(b->left) : b->left, right ? by_terms(b->right) : b->right, e->origin);
   }
 

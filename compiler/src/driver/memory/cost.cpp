@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -33,7 +32,7 @@ double flops_of_all(const std::vector<loop::Expr>& parts) {
 
 double flops(const loop::Expr& e) {
   return match(
-      e->kind, [](const loop::Literal&) { return 0.0; }, [](const loop::Uniform&) { return 0.0; },
+      e->kind, [](const Literal&) { return 0.0; }, [](const loop::Uniform&) { return 0.0; },
       [](const loop::Param&) { return 0.0; }, [](const loop::Counter&) { return 0.0; },
       [](const loop::Load&) { return 0.0; }, [](const loop::Local&) { return 0.0; },
       [](const loop::Inside&) { return 0.0; },

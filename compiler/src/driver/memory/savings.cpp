@@ -2,7 +2,6 @@
 #include "driver/memory/savings.h"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 #include <string>
 

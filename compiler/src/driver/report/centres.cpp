@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "driver/report/run_description.h"
 
@@ -17,7 +16,7 @@ std::optional<double> wall_value(const model::Problem& problem, const std::strin
   const model::State* state = problem.find_state(field);
   if (state == nullptr || axis >= state->boundary.size()) return std::nullopt;
   const model::Side& side = state->boundary[axis].low;
-  const auto* number = std::get_if<model::Number>(&side.value->kind);
+  const auto* number = as<model::Number>(side.value);
   return side.kind == SideKind::value && number != nullptr ? std::optional(number->value) : std::nullopt;
 }
 

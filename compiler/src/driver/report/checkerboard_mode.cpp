@@ -82,10 +82,7 @@ bool is_of_neighbours(const model::Problem& problem, const model::State& state) 
     is_driven = is_driven || std::ranges::any_of(problem.coefficients, [&](const model::Coefficient& c) {
                   return c.is_control() && reads(use.formula, c.name);
                 });
-    is_joined =
-        is_joined || model::any_part(use.formula, [](const model::Expr& e) {
-          return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind);
-        });
+    is_joined = is_joined || holds_any<model::Derivative, model::Advect>(use.formula);
   });
   return state.rhs && is_joined && !is_driven;
 }

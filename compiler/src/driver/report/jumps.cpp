@@ -56,30 +56,30 @@ bool jumps(Session& session, const model::Coefficient& c, const model::Movement&
 
 /// The expression without the 1/k in interpolations, i.e. without harmonic means.
 model::Expr without_harmonic_means(const model::Expr& e) {
-  if (const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind)) {
-    const model::Binary* inverse = std::get_if<model::Binary>(&mean->operand->kind);
+  if (const model::Interpolate* mean = as<model::Interpolate>(e)) {
+    const model::Binary* inverse = as<model::Binary>(mean->operand);
     if (inverse != nullptr && inverse->op == BinaryOp::divide) return without_harmonic_means(inverse->left);
   }
-  return model::map_parts(e, without_harmonic_means);
+  return map_children(e, without_harmonic_means);
 }
 
 /// Calls `f` with k for each interpolate(1/k) in `e`.
 void for_each_harmonic_mean(const model::Expr& e, const std::function<void(const model::Expr&)>& f) {
-  const model::Interpolate* mean = std::get_if<model::Interpolate>(&e->kind);
-  const model::Binary* inverse = mean == nullptr ? nullptr : std::get_if<model::Binary>(&mean->operand->kind);
+  const model::Interpolate* mean = as<model::Interpolate>(e);
+  const model::Binary* inverse = mean == nullptr ? nullptr : as<model::Binary>(mean->operand);
   if (inverse != nullptr && inverse->op == BinaryOp::divide) f(inverse->right);
-  model::for_each_part(e, [&](const model::Expr& part) { for_each_harmonic_mean(part, f); });
+  for_each_child(e, [&](const model::Expr& part) { for_each_harmonic_mean(part, f); });
 }
 
 /// Replaces parameters by their values and coefficients by their formulas.
 model::Expr with_numbers(const model::Expr& e, const model::Problem& problem) {
-  const model::Param* param = std::get_if<model::Param>(&e->kind);
+  const model::Param* param = as<model::Param>(e);
   const model::Parameter* found = param == nullptr ? nullptr : problem.find_param(param->name);
   if (found != nullptr) return model::number(found->value, e->origin);
-  const model::Field* field = std::get_if<model::Field>(&e->kind);
+  const model::Field* field = as<model::Field>(e);
   const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
   if (c != nullptr && c->value.formula) return with_numbers(*c->value.formula, problem);
-  return model::map_parts(e, [&](const model::Expr& part) { return with_numbers(part, problem); });
+  return map_children(e, [&](const model::Expr& part) { return with_numbers(part, problem); });
 }
 
 /// Position of a jump of a function in an interval; nullopt if it is continuous. Bisects into the half with the larger
@@ -139,17 +139,17 @@ std::string jump_inside_a_cell(const Session& session, const model::Expr& e) {
 }
 
 bool holds_derivative(const model::Expr& e, int axis) {
-  return model::any_part(e, [&](const model::Expr& part) {
-    const model::Derivative* d = std::get_if<model::Derivative>(&part->kind);
+  return any_part(e, [&](const model::Expr& part) {
+    const model::Derivative* d = as<model::Derivative>(part);
     return d != nullptr && d->axis == axis;
   });
 }
 
 /// Whether grad(u)/interpolate(1/k) can replace k*grad(u). In (1 + 9*w)*grad(u) that is no use for w.
 bool is_factor_in(const model::Expr& flux, const std::string& name) {
-  if (const model::Field* field = std::get_if<model::Field>(&flux->kind)) return field->name == name;
-  if (const model::Neg* neg = std::get_if<model::Neg>(&flux->kind)) return is_factor_in(neg->operand, name);
-  const model::Binary* b = std::get_if<model::Binary>(&flux->kind);
+  if (const model::Field* field = as<model::Field>(flux)) return field->name == name;
+  if (const model::Neg* neg = as<model::Neg>(flux)) return is_factor_in(neg->operand, name);
+  const model::Binary* b = as<model::Binary>(flux);
   if (b == nullptr || (b->op != BinaryOp::multiply && b->op != BinaryOp::divide)) return false;
   return is_factor_in(b->left, name) || (b->op == BinaryOp::multiply && is_factor_in(b->right, name));
 }
@@ -172,8 +172,8 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
     if (std::ranges::find(result, jump.name, &Jump::name) == result.end()) result.push_back(jump);
   };
   const auto look_at_flux = [&](const model::Expr& flux, const SourceRange& range) {
-    model::any_part(flux, [&](const model::Expr& part) {
-      const model::Field* field = std::get_if<model::Field>(&part->kind);
+    any_part(flux, [&](const model::Expr& part) {
+      const model::Field* field = as<model::Field>(part);
       const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
       if (c != nullptr && jumps(session, *c, everywhere))
         add({c->name, !c->is_mask && is_factor_in(flux, c->name), range});
@@ -192,8 +192,8 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
       const std::string inside = jump_inside_a_cell(session, formula);
       if (!inside.empty()) add({name, false, range, inside});
     };
-    model::any_part(mean, [&](const model::Expr& part) {
-      const model::Field* field = std::get_if<model::Field>(&part->kind);
+    any_part(mean, [&](const model::Expr& part) {
+      const model::Field* field = as<model::Field>(part);
       const model::Coefficient* c = field == nullptr ? nullptr : problem.find_coefficient(field->name);
       if (c != nullptr && c->value.formula) look(c->name, *c->value.formula);
       return false;
@@ -202,8 +202,8 @@ std::vector<Jump> jumps_in_fluxes(Session& session) {
   };
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (!is_written(use.kind)) return;
-    model::any_part(use.formula, [&](const model::Expr& e) {
-      const model::Derivative* d = std::get_if<model::Derivative>(&e->kind);
+    any_part(use.formula, [&](const model::Expr& e) {
+      const model::Derivative* d = as<model::Derivative>(e);
       if (d == nullptr || !holds_derivative(d->operand, d->axis)) return false;
       const SourceRange& range = e->origin.range.is_known() ? e->origin.range : use.origin.range;
       look_at_flux(without_harmonic_means(d->operand), range);

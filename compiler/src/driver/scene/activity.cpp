@@ -17,8 +17,8 @@ namespace {
 std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   std::set<std::string> params;
   const auto collect = [&](const stencil::Expr& e) {
-    stencil::visit(e, [&](const stencil::Expr& part) {
-      if (const stencil::Param* param = std::get_if<stencil::Param>(&part->kind)) params.insert(param->name);
+    visit(e, [&](const stencil::Expr& part) {
+      if (const stencil::Param* param = as<stencil::Param>(part)) params.insert(param->name);
     });
   };
   for (const stencil::Program& program : module.programs) {
@@ -42,14 +42,14 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
     return unknown.kind == model::Unknown::Kind::coefficient && unknown.name == coefficient.name;
   };
   const auto reads_unknown = [&](const model::Expr& e) {
-    const model::NetworkCall* network_call = std::get_if<model::NetworkCall>(&e->kind);
+    const model::NetworkCall* network_call = as<model::NetworkCall>(e);
     if (network_call != nullptr) return is_learned(problem, network_call->network);
-    const model::Param* param = std::get_if<model::Param>(&e->kind);
+    const model::Param* param = as<model::Param>(e);
     const model::Parameter* known = param == nullptr ? nullptr : problem.find_param(param->name);
     return known != nullptr && known->unknown;
   };
   return std::any_of(problem.task->unknowns.begin(), problem.task->unknowns.end(), is_unknown) ||
-         (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
+         (coefficient.value.formula && any_part(*coefficient.value.formula, reads_unknown));
 }
 
 }  // namespace

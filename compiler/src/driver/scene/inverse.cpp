@@ -95,7 +95,7 @@ std::optional<std::vector<double>> Inverse::start_of(const Part& part, const Sou
   if (part.is_network()) return session_.workspace().weights().find(part.name)->second.values;
   if (part.is_control()) return session_.problem().find_control(part.name)->start;
   if (!part.is_field()) {
-    const model::Number* number = from.formula ? std::get_if<model::Number>(&(*from.formula)->kind) : nullptr;
+    const model::Number* number = from.formula ? as<model::Number>(*from.formula) : nullptr;
     return {{number != nullptr ? number->value : session_.workspace().params().find(part.name)->second}};
   }
   if (from.file.empty() || session_.options().made_up) return own_.at(part.name);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 #include <string>
 #include <vector>
@@ -176,7 +175,7 @@ void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
   }
   unknowns.push_back({text(unknown.name), kind, start, unknown.low, unknown.high});
   if (!is_elsewhere || unknown.is_field() || !unknown.from.formula) return;
-  const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
+  const model::Number* from = as<model::Number>(*unknown.from.formula);
   for (dpde_value& param : params) {
     if (from != nullptr && param.name == unknown.name) param.value = from->value;
   }

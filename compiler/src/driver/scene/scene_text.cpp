@@ -113,14 +113,9 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
     add(axis.runs_down(), fmt::format("the axis {}, which runs down", axis.name));
   }
   for (const model::Quantity& quantity : problem.observables) {
-    add(model::any_part(quantity.value,
-                        [](const model::Expr& e) {
-                          return std::holds_alternative<model::Shift>(e->kind) ||
-                                 std::holds_alternative<model::Apply>(e->kind);
-                        }),
+    add(any_part(quantity.value, [](const model::Expr& e) { return is<model::Shift, model::Apply>(e); }),
         "the operator in " + quantity.name);
-    add(model::any_part(quantity.value,
-                        [](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }),
+    add(any_part(quantity.value, [](const model::Expr& e) { return is<model::Solve>(e); }),
         "what is solved for in " + quantity.name);
   }
   for (const model::OutputField& shown : problem.shown) add(true, "the output of " + shown.name);

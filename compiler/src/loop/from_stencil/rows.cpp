@@ -30,7 +30,7 @@ struct Term {
 
 /// The value of a numeric exponent.
 std::optional<double> number(const stencil::Expr& e) {
-  const stencil::Literal* literal = std::get_if<stencil::Literal>(&e->kind);
+  const Literal* literal = as<Literal>(e);
   return literal ? std::optional(literal->value) : std::nullopt;
 }
 
@@ -138,7 +138,7 @@ Term Converter::convert(const stencil::Expr& e, bool decisive) {
 Term Converter::convert_kind(const stencil::Expr& e) {
   return match(
       e->kind,
-      [](const stencil::Literal& l) {
+      [](const Literal& l) {
         return Term{true, l.value};
       },
       [&](const stencil::Param& p) {
@@ -178,19 +178,19 @@ Term rounded(const Expr& product) { return {false, make(Rounded{product})}; }
 
 /// The factor of a product, which needs no rounding as nothing is added to it.
 Expr without_rounding(const Expr& e) {
-  const Rounded* rounded = std::get_if<Rounded>(&e->kind);
+  const Rounded* rounded = as<Rounded>(e);
   return rounded ? rounded->operand : e;
 }
 
 Term reciprocal(const Term& uniform) {
-  const Literal* number = std::get_if<Literal>(&uniform.expr->kind);
+  const Literal* number = as<Literal>(uniform.expr);
   if (number && std::isnormal(1 / number->value)) return {true, 1 / number->value};
   return {true, make(Binary{BinaryOp::divide, 1.0, uniform.expr})};
 }
 
 /// Converts a negation, or a power that is a quotient; nullopt for other factors.
 std::optional<Term> Converter::convert_sign_or_power(const stencil::Expr& e) {
-  if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
+  if (const stencil::Neg* neg = as<stencil::Neg>(e)) {
     const Term operand = convert(neg->operand);
     return Term{operand.uniform, negate(operand.expr)};
   }
@@ -230,7 +230,7 @@ Term Converter::convert_in_order(const stencil::Expr& e) {
 
 /// Divides by the factors of a divisor one by one.
 Expr Converter::divided(Expr e, const stencil::Expr& by) {
-  const stencil::Binary* b = std::get_if<stencil::Binary>(&by->kind);
+  const stencil::Binary* b = as<stencil::Binary>(by);
   if (b != nullptr && b->op == BinaryOp::multiply) return divided(divided(std::move(e), b->left), b->right);
   const double exponent = b != nullptr && b->op == BinaryOp::power ? number(b->right).value_or(0) : 0;
   const bool is_small = exponent == 2 || exponent == 3 || exponent == 4;
@@ -242,11 +242,11 @@ Expr Converter::divided(Expr e, const stencil::Expr& by) {
 }
 
 void Converter::add_factors(Factors& factors, const stencil::Expr& e, bool inverse) {
-  if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
+  if (const stencil::Neg* neg = as<stencil::Neg>(e)) {
     factors.negate();
     return add_factors(factors, neg->operand, inverse);
   }
-  if (const stencil::Binary* b = std::get_if<stencil::Binary>(&e->kind)) {
+  if (const stencil::Binary* b = as<stencil::Binary>(e)) {
     if (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) {
       add_factors(factors, b->left, inverse);
       return add_factors(factors, b->right, inverse != (b->op == BinaryOp::divide));
@@ -255,8 +255,7 @@ void Converter::add_factors(Factors& factors, const stencil::Expr& e, bool inver
   }
   const Term term = convert(e);
   if (!term.uniform) return factors.add_varying(term.expr, inverse);
-  if (const Literal* literal = std::get_if<Literal>(&term.expr->kind))
-    return factors.add_number(literal->value, inverse);
+  if (const Literal* literal = as<Literal>(term.expr)) return factors.add_number(literal->value, inverse);
   factors.add_uniform(term.expr, inverse);
 }
 
@@ -265,7 +264,7 @@ Term Converter::convert_power(const stencil::Binary& b) {
   const Term base = convert(b.left);
   const Term exponent = convert(b.right);
   if (base.uniform && exponent.uniform) return {true, make(Binary{BinaryOp::power, base.expr, exponent.expr})};
-  const Literal* literal = std::get_if<Literal>(&exponent.expr->kind);
+  const Literal* literal = as<Literal>(exponent.expr);
   const double n = literal ? literal->value : 0;
   if (n == 0.5) return {false, make(Call{Fn::sqrt, {base.expr}})};
   if (n != 2 && n != 3 && n != 4) return {false, make(Binary{BinaryOp::power, use(base), use(exponent)})};
@@ -296,14 +295,14 @@ Term Converter::convert_select(const stencil::Select& s) {
 std::vector<stencil::Let> needed_lets(const stencil::Kernel& kernel, const std::vector<stencil::Expr>& roots) {
   std::set<std::string> used;
   const auto add = [&](const stencil::Expr& e) {
-    if (const stencil::Local* local = std::get_if<stencil::Local>(&e->kind)) used.insert(local->name);
+    if (const stencil::Local* local = as<stencil::Local>(e)) used.insert(local->name);
   };
-  for (const stencil::Expr& root : roots) stencil::visit(root, add);
+  for (const stencil::Expr& root : roots) visit(root, add);
   std::vector<stencil::Let> needed;
   for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
     if (!used.contains(let->name)) continue;
     needed.push_back(*let);
-    stencil::visit(let->value, add);
+    visit(let->value, add);
   }
   std::reverse(needed.begin(), needed.end());
   return needed;
@@ -317,13 +316,13 @@ struct Reads {
 Reads reads_of(const std::vector<stencil::Let>& lets, const std::vector<stencil::Expr>& roots) {
   Reads reads;
   const auto add = [&](const stencil::Expr& e) {
-    const stencil::Access* access = std::get_if<stencil::Access>(&e->kind);
+    const stencil::Access* access = as<stencil::Access>(e);
     if (!access) return;
     if (!reads.offsets.contains(access->field)) reads.fields.push_back(access->field);
     reads.offsets[access->field].insert(access->offset);
   };
-  for (const stencil::Let& let : lets) stencil::visit(let.value, add);
-  for (const stencil::Expr& root : roots) stencil::visit(root, add);
+  for (const stencil::Let& let : lets) visit(let.value, add);
+  for (const stencil::Expr& root : roots) visit(root, add);
   return reads;
 }
 
@@ -432,9 +431,9 @@ bool touches_targets(const Row& stores, const Row& scatters) {
 
 /// Removes from masks the axes along which they cannot fail; masks that always hold become the number 1.
 stencil::Expr simplify_masks(const stencil::Expr& e, const std::vector<Topology>& axes, int grow) {
-  const stencil::Inside* inside = std::get_if<stencil::Inside>(&e->kind);
+  const stencil::Inside* inside = as<stencil::Inside>(e);
   if (!inside) {
-    return stencil::map_children(e, [&](const stencil::Expr& child) { return simplify_masks(child, axes, grow); });
+    return map_children(e, [&](const stencil::Expr& child) { return simplify_masks(child, axes, grow); });
   }
   Offset offset{};
   bool can_fail = false;
@@ -449,22 +448,14 @@ stencil::Expr simplify_masks(const stencil::Expr& e, const std::vector<Topology>
 }  // namespace
 
 bool depends_on_axes(const stencil::Kernel& kernel) {
-  bool found = !kernel.scatters.empty();
-  const auto look = [&](const stencil::Expr& e) {
-    found =
-        found || std::holds_alternative<stencil::Inside>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
-  };
-  stencil::map_kernel(kernel, [&](const stencil::Expr& e) {
-    stencil::visit(e, look);
-    return e;
-  });
-  return found;
+  const auto looks = [](const stencil::Expr& e) { return is<stencil::Inside, stencil::Interp>(e); };
+  return !kernel.scatters.empty() || any_part(kernel, looks);
 }
 
 std::vector<Row> rows_of(const stencil::Kernel& kernel, const std::vector<Topology>& axes, int grow,
                          UniformTable& uniforms) {
   const stencil::Kernel simple =
-      stencil::map_kernel(kernel, [&](const stencil::Expr& e) { return simplify_masks(e, axes, grow); });
+      map_expressions(kernel, [&](const stencil::Expr& e) { return simplify_masks(e, axes, grow); });
   std::vector<Row> rows;
   if (!simple.stores.empty() || !simple.sums.empty()) rows.push_back(store_row(simple, axes, uniforms));
   if (!simple.scatters.empty()) rows.push_back(scatter_row(simple, axes, uniforms));

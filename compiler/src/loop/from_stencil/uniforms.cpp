@@ -21,10 +21,10 @@ namespace {
 std::size_t hash_of(const Expr& e) {
   std::size_t hash = e->kind.index();
   const auto mix = [&](std::size_t part) { hash = hash * 1'000'003 + part; };
-  if (const Literal* literal = std::get_if<Literal>(&e->kind)) mix(std::hash<double>{}(literal->value));
-  if (const Param* param = std::get_if<Param>(&e->kind)) mix(param->index);
-  if (const Counter* counter = std::get_if<Counter>(&e->kind)) mix(counter->index);
-  if (const Uniform* uniform = std::get_if<Uniform>(&e->kind)) mix(uniform->index);
+  if (const Literal* literal = as<Literal>(e)) mix(std::hash<double>{}(literal->value));
+  if (const Param* param = as<Param>(e)) mix(param->index);
+  if (const Counter* counter = as<Counter>(e)) mix(counter->index);
+  if (const Uniform* uniform = as<Uniform>(e)) mix(uniform->index);
   for_each_child(e, [&](const Expr& child) { mix(hash_of(child)); });
   return hash;
 }
@@ -56,8 +56,8 @@ Expr UniformTable::param(const std::string& name) {
 }
 
 std::string UniformTable::name_for(const Expr& definition, const std::string& wish) {
-  if (const Param* param = std::get_if<Param>(&definition->kind)) return params_[param->index];
-  if (const Counter* counter = std::get_if<Counter>(&definition->kind)) return names_.fresh(counters_[counter->index]);
+  if (const Param* param = as<Param>(definition)) return params_[param->index];
+  if (const Counter* counter = as<Counter>(definition)) return names_.fresh(counters_[counter->index]);
   if (!wish.empty()) return names_.fresh(wish);
   std::string name;
   do {
@@ -68,7 +68,7 @@ std::string UniformTable::name_for(const Expr& definition, const std::string& wi
 }
 
 int UniformTable::index_of(const Expr& definition, const std::string& wish) {
-  if (const Uniform* uniform = std::get_if<Uniform>(&definition->kind)) return uniform->index;
+  if (const Uniform* uniform = as<Uniform>(definition)) return uniform->index;
   const std::size_t hash = hash_of(definition);
   const auto [first, last] = by_hash_.equal_range(hash);
   const auto found =
@@ -82,7 +82,7 @@ int UniformTable::index_of(const Expr& definition, const std::string& wish) {
 }
 
 Expr UniformTable::use(const Expr& definition, const std::string& wish) {
-  if (std::holds_alternative<Literal>(definition->kind)) return definition;
+  if (is<Literal>(definition)) return definition;
   return make(Uniform{index_of(definition, wish)});
 }
 

@@ -16,7 +16,7 @@ namespace {
 using Table = Derivatives<Expr>;
 
 Expr sum_of(const Expr& a, const Expr& b) {
-  const auto* subtracted = std::get_if<Neg>(&b->kind);
+  const auto* subtracted = as<Neg>(b);
   return subtracted ? minus(a, subtracted->operand) : plus(a, b);
 }
 
@@ -25,7 +25,7 @@ Expr slope_of_binary(const Binary& b, const Variable& by) {
   Expr slope = 0.0;
   for (const int index : {0, 1}) {
     const Expr of_part = slope_of(index == 0 ? b.left : b.right, by);
-    if (!is_constant(of_part, 0)) slope = sum_of(slope, Table::times_partial(b.op, b.left, b.right, index, of_part));
+    if (!is_literal(of_part, 0)) slope = sum_of(slope, Table::times_partial(b.op, b.left, b.right, index, of_part));
   }
   return slope;
 }
@@ -43,16 +43,12 @@ double value_at(const Expr& formula, double coordinate) {
 }
 
 bool is_formula(const Expr& e) {
-  return !any_part(e, [](const Expr& part) {
-    return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Coordinate>(part->kind) &&
-           !std::holds_alternative<Neg>(part->kind) && !std::holds_alternative<Binary>(part->kind) &&
-           !std::holds_alternative<Call>(part->kind) && !std::holds_alternative<Select>(part->kind);
-  });
+  return !any_part(e, [](const Expr& part) { return !is<Number, Coordinate, Neg, Binary, Call, Select>(part); });
 }
 
 bool depends_on_axis(const Expr& formula, int axis) {
   return any_part(formula, [&](const Expr& part) {
-    const auto* c = std::get_if<Coordinate>(&part->kind);
+    const auto* c = as<Coordinate>(part);
     return c != nullptr && c->axis == axis;
   });
 }
@@ -78,12 +74,12 @@ double value_at(const Expr& formula, const std::array<double, 3>& place) {
 
 Expr at_place(const Expr& formula, const Expr& place) {
   const auto same = [&](const Expr& part) { return at_place(part, place); };
-  if (std::holds_alternative<Coordinate>(formula->kind)) return place;
-  if (const auto* neg = std::get_if<Neg>(&formula->kind)) return negate(same(neg->operand));
-  if (const auto* b = std::get_if<Binary>(&formula->kind)) return binary(b->op, same(b->left), same(b->right));
-  if (const auto* s = std::get_if<Select>(&formula->kind))
+  if (is<Coordinate>(formula)) return place;
+  if (const auto* neg = as<Neg>(formula)) return negate(same(neg->operand));
+  if (const auto* b = as<Binary>(formula)) return binary(b->op, same(b->left), same(b->right));
+  if (const auto* s = as<Select>(formula))
     return select(same(s->condition), same(s->yes), same(s->no), formula->origin);
-  const auto* c = std::get_if<Call>(&formula->kind);
+  const auto* c = as<Call>(formula);
   if (!c) return formula;
   std::vector<Expr> arguments;
   for (const Expr& argument : c->arguments) arguments.push_back(same(argument));

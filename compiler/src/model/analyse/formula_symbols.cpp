@@ -17,11 +17,11 @@ bool is_trusted(const Expr& e) { return !e->origin.range.is_known(); }
 }  // namespace
 
 std::optional<Expr> in_terms_of_problem(const Expr& e, const LocalFields& scope) {
-  const Field* field = std::get_if<Field>(&e->kind);
+  const Field* field = as<Field>(e);
   const auto local = field == nullptr ? scope.end() : scope.find(field->name);
   if (local != scope.end()) return local->second.value;
   bool is_known = true;
-  const Expr result = map_parts(e, [&](const Expr& part) {
+  const Expr result = map_children(e, [&](const Expr& part) {
     const std::optional<Expr> value = in_terms_of_problem(part, scope);
     is_known = is_known && value;
     return value.value_or(part);
@@ -30,16 +30,16 @@ std::optional<Expr> in_terms_of_problem(const Expr& e, const LocalFields& scope)
 }
 
 const Expr* operand_of_switch(const Expr& e) {
-  if (const Select* s = std::get_if<Select>(&e->kind)) return &s->condition;
-  const Call* call = std::get_if<Call>(&e->kind);
+  if (const Select* s = as<Select>(e)) return &s->condition;
+  const Call* call = as<Call>(e);
   return call && has_jumps(call->fn) ? call->arguments.data() : nullptr;
 }
 
 const Expr* operand_of_pole(const Expr& e) {
-  const Binary* binary = std::get_if<Binary>(&e->kind);
+  const Binary* binary = as<Binary>(e);
   if (binary && binary->op == BinaryOp::divide) return &binary->right;
   if (binary && binary->op == BinaryOp::power) return &binary->left;
-  const Call* call = std::get_if<Call>(&e->kind);
+  const Call* call = as<Call>(e);
   return call && has_poles(call->fn) ? call->arguments.data() : nullptr;
 }
 
@@ -50,10 +50,10 @@ const Expr* operand_of_jump(const Expr& e) {
 
 bool may_jump(const Expr& e) {
   return any_part(e, [](const Expr& part) {
-    const Apply* apply = std::get_if<Apply>(&part->kind);
+    const Apply* apply = as<Apply>(part);
     if (apply != nullptr && std::ranges::any_of(apply->function.body, may_jump)) return true;
     const Expr* operand = operand_of_jump(part);
-    return operand != nullptr && !std::holds_alternative<Number>((*operand)->kind) && !is_trusted(part);
+    return operand != nullptr && !is<Number>(*operand) && !is_trusted(part);
   });
 }
 
@@ -63,7 +63,7 @@ bool FormulaSymbols::moves(const std::string& name) const {
 }
 
 bool FormulaSymbols::moves(const Expr& e) const {
-  const auto is_place = [](const Expr& part) { return std::holds_alternative<Coordinate>(part->kind); };
+  const auto is_place = [](const Expr& part) { return is<Coordinate>(part); };
   return std::ranges::any_of(names_read(e).any, [&](const std::string& name) { return moves(name); }) ||
          (movement_.places && any_part(e, is_place));
 }
@@ -108,7 +108,7 @@ Piecewise::Id FormulaSymbols::coordinate(const Expr& e, int axis, const Offset& 
 }
 
 Piecewise::Id FormulaSymbols::opaque(const Expr& e, const Offset& offset, const LocalFields& inside) {
-  for_each_part(e, [&](const Expr& part) {
+  for_each_child(e, [&](const Expr& part) {
     if (may_jump(part)) inner_.push_back({part, inside, within_});
   });
   return symbol(e, offset, {.moves = moves(e)});

@@ -9,18 +9,18 @@ namespace {
 
 /// The highest order of nested derivatives of the field itself; -1 if the field does not occur.
 int order_of(const Expr& e, const std::string& field) {
-  if (const auto* read = std::get_if<Field>(&e->kind)) return read->name == field ? 0 : -1;
+  if (const auto* read = as<Field>(e)) return read->name == field ? 0 : -1;
   int inside = -1;
-  for_each_part(e, [&](const Expr& part) { inside = std::max(inside, order_of(part, field)); });
-  const auto* derivative = std::get_if<Derivative>(&e->kind);
+  for_each_child(e, [&](const Expr& part) { inside = std::max(inside, order_of(part, field)); });
+  const auto* derivative = as<Derivative>(e);
   return inside >= 0 && derivative ? inside + derivative->order : inside;
 }
 
 bool is_solved_for(const Problem& problem, const std::string& state, const Expr& linear) {
   const bool holds_more = any_part(linear, [&](const Expr& part) {
-    const auto* read = std::get_if<Field>(&part->kind);
+    const auto* read = as<Field>(part);
     const bool is_other = read && read->name != state && problem.find_state(read->name) != nullptr;
-    return is_other || std::holds_alternative<Advect>(part->kind);
+    return is_other || is<Advect>(part);
   });
   return !holds_more && order_of(linear, state) >= 2;
 }
@@ -48,8 +48,7 @@ LinearPart implicit_part(const Problem& problem, const std::string& state, const
       sum = binary(term.negative ? BinaryOp::subtract : BinaryOp::add, sum, value, value->origin);
     };
     if (implicit == Implicit::all_but_advect) {
-      const bool is_carried =
-          any_part(term.value, [](const Expr& part) { return std::holds_alternative<Advect>(part->kind); });
+      const bool is_carried = holds_any<Advect>(term.value);
       add(is_carried ? result.rest : result.part, term.value);
       continue;
     }
@@ -67,7 +66,7 @@ LinearPart implicit_part(const Problem& problem, const std::string& state, const
 
 bool holds_at_states(const Problem& problem) {
   const auto is_state = [&](const Expr& part) {
-    const Field* field = std::get_if<Field>(&part->kind);
+    const Field* field = as<Field>(part);
     return field != nullptr && problem.find_state(field->name) != nullptr;
   };
   return std::ranges::any_of(problem.states, [&](const State& state) {

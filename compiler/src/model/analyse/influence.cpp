@@ -55,7 +55,7 @@ class InfluenceReader {
     if (smooth) reading_.smooth.insert(name);
   }
   void read_parts(const Expr& e, bool smooth) {
-    for_each_part(e, [&](const Expr& part) { read(part, smooth); });
+    for_each_child(e, [&](const Expr& part) { read(part, smooth); });
   }
 
   NamesRead& reading_;

@@ -59,7 +59,7 @@ class Splitter {
   Parts wrapped(const Expr& operand, const Wrap& wrap) {
     const Parts inner = (*this)(operand);
     if (!inner) return std::nullopt;
-    return LinearPart{wrap(inner->part), is_constant(inner->rest, 0) ? Expr(0.0) : wrap(inner->rest)};
+    return LinearPart{wrap(inner->part), is_literal(inner->rest, 0) ? Expr(0.0) : wrap(inner->rest)};
   }
 
   Parts of_binary(const Binary& b, const Expr& e) {

@@ -12,14 +12,11 @@ namespace {
 /// Whether it contains only numbers and coordinates, which are known everywhere. An interpolation does not count: a
 /// network of it lies at the centres, and its output is interpolated in the text.
 bool is_of_places(const Placements& placements, const Expr& e) {
-  const bool has_place = std::holds_alternative<Interpolate>(e->kind) || std::holds_alternative<Solve>(e->kind) ||
-                         std::holds_alternative<Apply>(e->kind) || std::holds_alternative<Field>(e->kind);
+  const bool has_place = is<Interpolate, Solve, Apply, Field>(e);
   if (has_place) return placements.is_series(e);
-  const auto* reduce = std::get_if<Reduce>(&e->kind);
+  const auto* reduce = as<Reduce>(e);
   if (reduce && reduce->is_over_all()) return true;
-  bool all = true;
-  for_each_part(e, [&](const Expr& part) { all = all && is_of_places(placements, part); });
-  return all;
+  return !any_child(e, [&](const Expr& part) { return !is_of_places(placements, part); });
 }
 
 /// Placements of the components of a vector on faces, or on edges.

@@ -17,7 +17,7 @@ void for_each_part_in_place(const Expr& e, const F& f) {
   if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<NetworkCall>(e) || as<Apply>(e) || as<Solve>(e))
     return;
   if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
-  for_each_part(e, f);
+  for_each_child(e, f);
 }
 
 /// The placement of an operator's result; nullptr for other expressions, and if all its arguments are known everywhere.
@@ -110,7 +110,7 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
     placement = own;
     return;
   }
-  for_each_part(e, [&](const Expr& part) { collect(part, found, placement); });
+  for_each_child(e, [&](const Expr& part) { collect(part, found, placement); });
 }
 
 std::optional<Placement> Placements::only(const Expr& e) const {
@@ -277,7 +277,7 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e) const {
 
 std::optional<Placements::Mistake> Placements::bad_interpolation(const Expr& e) const {
   std::optional<Mistake> mistake;
-  for_each_part(e, [&](const Expr& part) {
+  for_each_child(e, [&](const Expr& part) {
     if (!mistake) mistake = bad_interpolation(part);
   });
   const Reduce* reduce = as<Reduce>(e);

@@ -73,7 +73,7 @@ class Looking {
   /// Arithmetic: checks uniform operands that are combined with fields.
   Seen look_below(const Expr& e, bool of_factors) {
     std::vector<std::pair<Expr, Seen>> parts;
-    for_each_part(e, [&](const Expr& part) { parts.emplace_back(part, look(part)); });
+    for_each_child(e, [&](const Expr& part) { parts.emplace_back(part, look(part)); });
     const bool has_sum = std::ranges::any_of(parts, [](const auto& part) { return part.second.has_sum; });
     if (std::ranges::all_of(parts, [](const auto& part) { return part.second.is_uniform; })) {
       for (const auto& [part, seen] : parts) {
@@ -89,7 +89,7 @@ class Looking {
 
   /// Operators take fields.
   Seen look_into(const Expr& e) {
-    for_each_part(e, [&](const Expr& part) { look(part); });
+    for_each_child(e, [&](const Expr& part) { look(part); });
     return {};
   }
 
@@ -99,9 +99,9 @@ class Looking {
       if (!seen.value) return std::nullopt;
       values.push_back(*seen.value);
     }
-    if (const Binary* b = std::get_if<Binary>(&e->kind)) return evaluate_binary(b->op, values[0], values[1]);
-    if (const Call* c = std::get_if<Call>(&e->kind)) return evaluate_call(c->fn, values.front(), values.back());
-    if (std::holds_alternative<Select>(e->kind)) return values[0] != 0 ? values[1] : values[2];
+    if (const Binary* b = as<Binary>(e)) return evaluate_binary(b->op, values[0], values[1]);
+    if (const Call* c = as<Call>(e)) return evaluate_call(c->fn, values.front(), values.back());
+    if (is<Select>(e)) return values[0] != 0 ? values[1] : values[2];
     return -values[0];
   }
 

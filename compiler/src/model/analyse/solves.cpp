@@ -13,7 +13,7 @@ namespace dpde::model {
 std::vector<const Solve*> solves_of(const Problem& problem) {
   std::vector<const Solve*> known;
   const std::function<bool(const Expr&)> look = [&](const Expr& e) {
-    const Solve* solve = std::get_if<Solve>(&e->kind);
+    const Solve* solve = as<Solve>(e);
     const auto is_it = [&](const Solve* other) { return *other == *solve; };
     if (solve == nullptr || std::ranges::any_of(known, is_it)) return false;
     any_part(solve->operation, look);
@@ -32,11 +32,11 @@ namespace {
 /// `order`: total order of the derivatives around `e`.
 bool is_of_waves(const Expr& e, const std::string& unknown, const Scheme& scheme, int order) {
   const auto rest = [&](const Expr& part) { return is_of_waves(part, unknown, scheme, order); };
-  if (const Field* field = std::get_if<Field>(&e->kind)) return field->name == unknown && order % 2 == 0;
-  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return rest(neg->operand);
-  if (const Derivative* d = std::get_if<Derivative>(&e->kind))
+  if (const Field* field = as<Field>(e)) return field->name == unknown && order % 2 == 0;
+  if (const Neg* neg = as<Neg>(e)) return rest(neg->operand);
+  if (const Derivative* d = as<Derivative>(e))
     return is_spectral(scheme, e) && is_of_waves(d->operand, unknown, scheme, order + d->order);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  const Binary* b = as<Binary>(e);
   if (b == nullptr) return false;
   switch (b->op) {
     case BinaryOp::add:
@@ -68,7 +68,7 @@ bool is_of_waves(const Solve& solve, const Scheme& scheme) {
 
 bool holds_odd_orders(const Solve& solve) {
   return any_part(solve.operation, [](const Expr& e) {
-    const Derivative* d = std::get_if<Derivative>(&e->kind);
+    const Derivative* d = as<Derivative>(e);
     return d != nullptr && d->order % 2 != 0;
   });
 }

@@ -9,7 +9,7 @@ namespace dpde::model {
 Expr terms_for(const Problem& problem, const std::string& state, const Expr& rate, Split::Terms terms) {
   Expr carried = 0.0, others = 0.0;
   for (const Term& term : terms_of(rate)) {
-    const bool transports = any_part(term.value, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
+    const bool transports = holds_any<Advect>(term.value);
     Expr& sum = transports ? carried : others;
     sum = binary(term.negative ? BinaryOp::subtract : BinaryOp::add, sum, term.value, term.value->origin);
   }

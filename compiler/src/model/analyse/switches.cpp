@@ -13,7 +13,7 @@ namespace {
 
 /// Name of the switching function; "" for if.
 std::string switching_function(const Expr& e) {
-  const Call* call = std::get_if<Call>(&e->kind);
+  const Call* call = as<Call>(e);
   return call ? std::string(name_of(call->fn)) : "";
 }
 
@@ -102,20 +102,20 @@ void look_inside(const Expr& formula, const Problem& problem, const Movement& mo
 
 /// Factors at whose zeros `e` is 0: for (p*q)^2 they are p and q.
 void add_factors(const Expr& e, std::vector<Expr>& factors) {
-  const Neg* neg = std::get_if<Neg>(&e->kind);
+  const Neg* neg = as<Neg>(e);
   if (neg != nullptr) return add_factors(neg->operand, factors);
-  const Binary* binary = std::get_if<Binary>(&e->kind);
+  const Binary* binary = as<Binary>(e);
   const bool is_product = binary && (binary->op == BinaryOp::multiply || binary->op == BinaryOp::divide);
   if (is_product || (binary && binary->op == BinaryOp::power)) add_factors(binary->left, factors);
   if (is_product) add_factors(binary->right, factors);
   if (binary && (is_product || binary->op == BinaryOp::power)) return;
-  const Call* call = std::get_if<Call>(&e->kind);
+  const Call* call = as<Call>(e);
   if (call && (call->fn == Fn::abs || call->fn == Fn::sqrt)) return add_factors(call->arguments.front(), factors);
-  if (!std::holds_alternative<Number>(e->kind)) factors.push_back(e);
+  if (!is<Number>(e)) factors.push_back(e);
 }
 
 std::vector<Expr> factors_of_divisor(const Expr& pole) {
-  const Call* call = std::get_if<Call>(&pole->kind);
+  const Call* call = as<Call>(pole);
   const Expr& operand = *operand_of_pole(pole);
   std::vector<Expr> factors;
   add_factors(call && call->fn == Fn::tan ? model::call(Fn::cos, {operand}) : operand, factors);
@@ -124,13 +124,13 @@ std::vector<Expr> factors_of_divisor(const Expr& pole) {
 
 /// With states and coefficients replaced by their initial formulas; nullopt if one has none.
 std::optional<Expr> at_the_start(const Expr& e, const Problem& problem) {
-  if (const Field* field = std::get_if<Field>(&e->kind)) {
+  if (const Field* field = as<Field>(e)) {
     const State* state = problem.find_state(field->name);
     const Coefficient* coefficient = problem.find_coefficient(field->name);
     return state ? state->initial.formula : coefficient ? coefficient->value.formula : std::nullopt;
   }
   bool is_known = true;
-  const Expr result = map_parts(e, [&](const Expr& part) {
+  const Expr result = map_children(e, [&](const Expr& part) {
     const std::optional<Expr> value = at_the_start(part, problem);
     is_known = is_known && value;
     return value.value_or(part);
@@ -163,8 +163,8 @@ bool moves_its_start(const Expr& e, const Problem& problem, const Influence& inf
 }
 
 std::optional<Expr> side_of(const Expr& e, const LocalFields& scope) {
-  const Select* select = std::get_if<Select>(&e->kind);
-  const Call* call = std::get_if<Call>(&e->kind);
+  const Select* select = as<Select>(e);
+  const Call* call = as<Call>(e);
   std::optional<Expr> side;
   if (select != nullptr) {
     const std::optional<Expr> condition = in_terms_of_problem(select->condition, scope);

@@ -14,7 +14,7 @@ namespace {
 
 /// The operand if `e` is a negation, else nullptr.
 const Expr* negated(const Expr& e) {
-  const auto* neg = std::get_if<Neg>(&e->kind);
+  const auto* neg = as<Neg>(e);
   return neg ? &neg->operand : nullptr;
 }
 

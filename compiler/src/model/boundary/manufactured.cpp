@@ -85,7 +85,7 @@ class Manufacturer {
 
   /// f(u) + dt(U) - f(U); for a state with a velocity f is the velocity.
   Expr rate_of(const State& state) {
-    if (!state.rhs || std::holds_alternative<Field>((*state.rhs)->kind)) return state.rhs.value_or(Expr(0.0));
+    if (!state.rhs || is<Field>(*state.rhs)) return state.rhs.value_or(Expr(0.0));
     const Expr in_time = slope_of(solutions_.at(state.name), {.is_time = true});
     const Expr source = binary(BinaryOp::subtract, in_time, with_solutions(*state.rhs));
     return binary(BinaryOp::add, *state.rhs, source);
@@ -106,20 +106,19 @@ class Manufacturer {
   }
 
   Expr with_solutions(const Expr& e) {
-    if (const auto* f = std::get_if<Field>(&e->kind)) return value_of(*f);
-    if (const auto* n = std::get_if<Neg>(&e->kind)) return negate(with_solutions(n->operand));
-    if (const auto* b = std::get_if<Binary>(&e->kind))
-      return binary(b->op, with_solutions(b->left), with_solutions(b->right));
-    if (const auto* c = std::get_if<Call>(&e->kind)) return call(c->fn, all(c->arguments));
-    if (const auto* s = std::get_if<Select>(&e->kind))
+    if (const auto* f = as<Field>(e)) return value_of(*f);
+    if (const auto* n = as<Neg>(e)) return negate(with_solutions(n->operand));
+    if (const auto* b = as<Binary>(e)) return binary(b->op, with_solutions(b->left), with_solutions(b->right));
+    if (const auto* c = as<Call>(e)) return call(c->fn, all(c->arguments));
+    if (const auto* s = as<Select>(e))
       return select(with_solutions(s->condition), with_solutions(s->yes), with_solutions(s->no));
-    if (const auto* i = std::get_if<Interpolate>(&e->kind)) return with_solutions(i->operand);
-    if (const auto* d = std::get_if<Derivative>(&e->kind)) {
+    if (const auto* i = as<Interpolate>(e)) return with_solutions(i->operand);
+    if (const auto* d = as<Derivative>(e)) {
       Expr result = with_solutions(d->operand);
       for (int k = 0; k < d->order; ++k) result = slope_of(result, {.axis = d->axis});
       return result;
     }
-    if (const auto* a = std::get_if<Advect>(&e->kind)) {
+    if (const auto* a = as<Advect>(e)) {
       const Expr carried = with_solutions(a->operand);
       Expr sum = 0.0;
       for (std::size_t axis = 0; axis < a->velocity.size(); ++axis)
@@ -128,8 +127,7 @@ class Manufacturer {
                             slope_of(carried, {.axis = static_cast<int>(axis)})));
       return sum;
     }
-    const bool is_closed = std::holds_alternative<Number>(e->kind) || std::holds_alternative<Param>(e->kind) ||
-                           std::holds_alternative<Coordinate>(e->kind);
+    const bool is_closed = is<Number, Param, Coordinate>(e);
     if (is_closed) return e;
     why_ = "an equation holds means, neighbours, networks, noise or solves";
     return 0.0;

@@ -62,28 +62,23 @@ struct ReadsAcross {
   bool low, high;
 
   bool operator()(const Expr& e, bool in_flux) const {
-    if (const auto* advect = std::get_if<Advect>(&e->kind)) return !is_constant(advect->velocity[axis], 0);
-    if (std::holds_alternative<Solve>(e->kind)) return false;
-    const auto* slope = std::get_if<Derivative>(&e->kind);
-    if (slope != nullptr && slope->axis == static_cast<int>(axis) && holds_field(slope->operand)) {
+    if (const auto* advect = as<Advect>(e)) return !is_literal(advect->velocity[axis], 0);
+    if (is<Solve>(e)) return false;
+    const auto* slope = as<Derivative>(e);
+    if (slope != nullptr && slope->axis == static_cast<int>(axis) && holds_any<Field>(slope->operand)) {
       if (slope->order > 1) return true;
       if (in_flux) return (*this)(slope->operand, false);
       const Expr* flux = flux_in(slope->operand);
       return flux == nullptr || (*this)(*flux, true);
     }
-    bool found = false;
-    for_each_part(e, [&](const Expr& part) { found = found || (*this)(part, in_flux); });
-    return found;
+    return any_child(e, [&](const Expr& part) { return (*this)(part, in_flux); });
   }
 
  private:
-  static bool holds_field(const Expr& e) {
-    return any_part(e, [](const Expr& part) { return std::holds_alternative<Field>(part->kind); });
-  }
   /// The factor of a face area that vanishes at the pole, so that beyond it nothing is read; wider differences read
   /// further faces.
   const Expr* flux_in(const Expr& e) const {
-    const auto* product = std::get_if<Binary>(&e->kind);
+    const auto* product = as<Binary>(e);
     const bool is_flux =
         product != nullptr && product->op == BinaryOp::multiply && problem.scheme.derivative_order == 2;
     if (!is_flux || !is_formula(product->left)) return nullptr;

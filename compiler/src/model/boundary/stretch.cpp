@@ -98,8 +98,7 @@ class UniformPlace {
   UniformPlace(const Axis& axis, int number, bool on_faces) : axis_(axis), number_(number), on_faces_(on_faces) {}
 
   Expr of(const Expr& x) const {
-    if (!any_part(x, [](const Expr& part) { return std::holds_alternative<Param>(part->kind); }))
-      return number_of(value_at(x, 0));
+    if (!holds_any<Param>(x)) return number_of(value_at(x, 0));
     Reduce sum{Reduce::Kind::sum, part(x, param("h" + axis_.name)), {}};
     sum.over[static_cast<std::size_t>(number_)] = true;
     return binary(BinaryOp::add, begin(param("h" + axis_.name)), reduce(std::move(sum)));
@@ -240,7 +239,7 @@ Expr StretchRewriter::advection_of(const Advect& a, Origin origin) {
   std::vector<Expr> velocity = all(a.velocity);
   for (int axis = 0; axis < static_cast<int>(velocity.size()); ++axis) {
     Expr& along = velocity[static_cast<std::size_t>(axis)];
-    if (is_stretched(axis) && !is_constant(along, 0)) along = times(along, metric(axis));
+    if (is_stretched(axis) && !is_literal(along, 0)) along = times(along, metric(axis));
   }
   return advect(std::move(velocity), (*this)(a.operand), origin);
 }

@@ -59,7 +59,7 @@ bool is_in_an_equation(const Problem& problem, const std::string& coefficient) {
 bool is_led_to_walls(const Problem& problem, const Coefficient& coefficient, std::size_t axis) {
   if (coefficient.placement[axis]) return false;
   const auto is_across = [&](const Expr& part) {
-    const auto* coordinate = std::get_if<Coordinate>(&part->kind);
+    const auto* coordinate = as<Coordinate>(part);
     return coordinate && static_cast<std::size_t>(coordinate->axis) == axis;
   };
   return is_in_an_equation(problem, coefficient.name) ||

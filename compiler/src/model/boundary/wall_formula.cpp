@@ -9,7 +9,7 @@ namespace dpde::model {
 
 bool is_of_states(const Problem& problem, const Side& side) {
   return any_part(side.value, [&](const Expr& part) {
-    const auto* field = std::get_if<Field>(&part->kind);
+    const auto* field = as<Field>(part);
     return field && problem.find_state(field->name) != nullptr;
   });
 }

@@ -423,7 +423,7 @@ std::string operators_text(const Problem& problem) {
   for_each_formula(problem, [&](const Use& use) {
     if (!is_of_states(use.kind)) return;  // other formulas apply no operators
     any_part(use.formula, [&](const Expr& part) {
-      const Apply* apply = std::get_if<Apply>(&part->kind);
+      const Apply* apply = as<Apply>(part);
       const std::string text = apply ? text_of(apply->function) : "";
       if (apply && std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
       return false;

@@ -20,7 +20,7 @@ std::string vector_of(const std::string& state) {
 /// Whether `e` is the vector's component on the faces normal to the axis.
 bool is_normal_velocity(const model::Problem& problem, const std::string& vector, const model::Expr& e,
                         std::size_t axis) {
-  const model::Field* field = std::get_if<model::Field>(&e->kind);
+  const model::Field* field = as<model::Field>(e);
   const model::State* state = field == nullptr ? nullptr : problem.find_state(field->name);
   return state != nullptr && state->placement[axis] && vector_of(state->name) == vector;
 }
@@ -34,7 +34,7 @@ bool is_bound(const model::Problem& problem, const std::string& state) {
 
 /// Whether the state is a component of the velocity that advects it.
 bool carries_itself(const model::Problem& problem, const model::State& state, const model::Advect& advect) {
-  const model::Field* carried = std::get_if<model::Field>(&advect.operand->kind);
+  const model::Field* carried = as<model::Field>(advect.operand);
   const std::string vector = vector_of(state.name);
   if (vector.empty() || carried == nullptr || carried->name != state.name || !is_bound(problem, state.name))
     return false;
@@ -52,8 +52,8 @@ std::vector<std::string> advective_velocities(const model::Problem& problem) {
   std::vector<std::string> names;
   for (const model::State& state : problem.states) {
     const bool is_found =
-        state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-          const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
+        state.rhs && any_part(*state.rhs, [&](const model::Expr& e) {
+          const model::Advect* advect = as<model::Advect>(e);
           return advect != nullptr && !model::is_spectral(problem.scheme, e) && carries_itself(problem, state, *advect);
         });
     const std::string vector = vector_of(state.name);

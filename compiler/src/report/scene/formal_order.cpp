@@ -21,8 +21,8 @@ namespace dpde::report {
 namespace {
 
 bool is_transport_alone(const model::Expr& rate) {
-  const model::Neg* neg = std::get_if<model::Neg>(&rate->kind);
-  return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
+  const model::Neg* neg = as<model::Neg>(rate);
+  return neg && is<model::Advect>(neg->operand);
 }
 
 /// Limit of the order in time by multirate steps. 1 if a slow equation reads a faster one, frozen at the beginning of
@@ -34,8 +34,8 @@ int order_with_parts(const model::Problem& problem, int order) {
   };
   const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& state) { return state.parts > 1; });
   for (const model::State& state : problem.states) {
-    const bool reads_faster = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-                                const model::Field* field = std::get_if<model::Field>(&e->kind);
+    const bool reads_faster = state.rhs && any_part(*state.rhs, [&](const model::Expr& e) {
+                                const model::Field* field = as<model::Field>(e);
                                 return field != nullptr && parts_of(field->name) > state.parts;
                               });
     if (reads_faster) return 1;
@@ -49,12 +49,9 @@ constexpr int order_of_pressure_before = 2;  // for steps whose stages use the p
 /// Whether the field is a coefficient in the operand of a difference along the axis, i.e. read beyond walls. Fields
 /// inside another difference are not.
 bool is_coefficient_beside(const model::Expr& e, int axis, const std::string& name) {
-  if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind); d != nullptr && d->axis == axis)
-    return false;
-  if (const model::Field* field = std::get_if<model::Field>(&e->kind)) return field->name == name;
-  bool found = false;
-  model::for_each_part(e, [&](const model::Expr& child) { found = found || is_coefficient_beside(child, axis, name); });
-  return found;
+  if (const model::Derivative* d = as<model::Derivative>(e); d != nullptr && d->axis == axis) return false;
+  if (const model::Field* field = as<model::Field>(e)) return field->name == name;
+  return any_child(e, [&](const model::Expr& child) { return is_coefficient_beside(child, axis, name); });
 }
 
 bool has_slope(const model::Problem& problem, std::size_t axis, bool is_low) {
@@ -68,8 +65,8 @@ bool has_slope(const model::Problem& problem, std::size_t axis, bool is_low) {
 /// "q is mirrored beyond x.low" for a coefficient that a difference along the axis reads there; "" if none. In a flux
 /// this matters only with a slope condition: with value conditions, or without a flux, the error is of order 2.
 std::string mirrored_in(const model::Problem& problem, const model::Expr& operand, int axis) {
-  const bool is_flux = model::any_part(operand, [&](const model::Expr& e) {
-    const model::Derivative* inner = std::get_if<model::Derivative>(&e->kind);
+  const bool is_flux = any_part(operand, [&](const model::Expr& e) {
+    const model::Derivative* inner = as<model::Derivative>(e);
     return inner != nullptr && inner->axis == axis;
   });
   const auto a = static_cast<std::size_t>(axis);
@@ -99,7 +96,7 @@ void limit_at_walls(const model::Problem& problem, Order& order) {
   };
   model::for_each_formula(problem, [&](const model::Use& use) {
     if (!moves_states(use.kind)) return;
-    model::any_part(use.formula, [&](const model::Expr& e) {
+    any_part(use.formula, [&](const model::Expr& e) {
       const auto look = [&](const model::Expr& operand, int axis) {
         if (!is_bounded(axis)) return;
         order.space = std::min(order.space, order_of_walls);
@@ -108,8 +105,8 @@ void limit_at_walls(const model::Problem& problem, Order& order) {
         order.space = 1;
         order.walls = mirrored;
       };
-      if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) look(d->operand, d->axis);
-      if (const model::Advect* advect = std::get_if<model::Advect>(&e->kind)) {
+      if (const model::Derivative* d = as<model::Derivative>(e)) look(d->operand, d->axis);
+      if (const model::Advect* advect = as<model::Advect>(e)) {
         for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) look(advect->operand, axis);
       }
       return false;
@@ -126,9 +123,7 @@ bool is_exact_part(const model::Scheme& scheme, const model::Expr& term, const s
   return parts.size() == 1 && parts[0].operand == model::field(state);
 }
 
-bool holds_advect(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Advect>(part->kind); });
-}
+bool holds_advect(const model::Expr& e) { return holds_any<model::Advect>(e); }
 
 /// Order in time of fractional steps. `others`: some equation has terms other than transport.
 int order_of_parts(const model::Problem& problem, bool others) {
@@ -158,12 +153,12 @@ Order order_inside(const model::Problem& problem) {
     if (!moves_states(use.kind)) return;
     const bool is_rate = use.kind == model::UseKind::equation;
     const auto look = [&](const model::Expr& e) {
-      if (std::holds_alternative<model::Advect>(e->kind)) {
+      if (is<model::Advect>(e)) {
         add(model::transport_of(scheme, std::get<model::Advect>(e->kind)).order);
         transports = transports || is_rate;
         split = split || (is_rate && !is_transport_alone(use.formula));
       }
-      if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
+      if (const model::Derivative* d = as<model::Derivative>(e)) {
         add(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
       }
       return false;
@@ -171,7 +166,7 @@ Order order_inside(const model::Problem& problem) {
     for (const model::Term& term : model::terms_of(use.formula)) {
       const bool is_exact = is_rate && is_exact_part(scheme, term.value, use.owner);
       uses_waves = uses_waves || is_exact;
-      if (!is_exact) model::any_part(term.value, look);
+      if (!is_exact) any_part(term.value, look);
     }
   });
   for (const model::StatedOrder& stated : problem.operators) {

@@ -196,8 +196,7 @@ std::string stability_of_start_text(const model::Task& task, driver::Session* se
   Workspace& workspace = session->workspace();
   std::map<std::string, double> before;
   for (const model::Unknown& unknown : task.unknowns) {
-    const model::Number* number =
-        unknown.from.formula ? std::get_if<model::Number>(&(*unknown.from.formula)->kind) : nullptr;
+    const model::Number* number = unknown.from.formula ? as<model::Number>(*unknown.from.formula) : nullptr;
     const auto own = workspace.params().find(unknown.name);
     if (unknown.kind != model::Unknown::Kind::parameter || number == nullptr || number->value == own->second) continue;
     before[unknown.name] = own->second;

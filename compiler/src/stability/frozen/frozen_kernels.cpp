@@ -143,7 +143,7 @@ class FrozenKernels::Reader {
   Node node_of(const stencil::Expr& e) {
     return match(
         e->kind,
-        [](const stencil::Literal& l) {
+        [](const Literal& l) {
           return Node{Literal{l.value}, true};
         },
         [&](const stencil::Param& p) {

@@ -18,9 +18,7 @@ namespace dpde::stability {
 class FrozenKernels {
  public:
   using Id = int;  // of a node, a field, a parameter, a local
-  struct Literal {
-    double value;
-  };
+  using Literal = dpde::Literal;
   struct Param {
     Id param;
   };
@@ -38,20 +36,10 @@ class FrozenKernels {
     std::array<InterpolationBasis, stencil::max_rank> along;
   };
   struct Inside {};
-  struct Neg {
-    Id operand;
-  };
-  struct Binary {
-    BinaryOp op;
-    Id left, right;
-  };
-  struct Call {
-    Fn fn;
-    std::vector<Id> arguments;
-  };
-  struct Select {
-    Id condition, yes, no;
-  };
+  using Neg = NegOf<Id>;
+  using Binary = BinaryOf<Id>;
+  using Call = CallOf<Id>;
+  using Select = SelectOf<Id>;
   using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
   struct Node {
     Kind kind;

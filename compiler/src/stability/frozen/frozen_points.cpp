@@ -202,7 +202,7 @@ RankedPoints ranked(std::vector<ScenePoint> points, const driver::Session& sessi
 
 std::size_t size_of(const stencil::Expr& e) {
   std::size_t size = 1;
-  stencil::for_each_child(e, [&](const stencil::Expr& child) { size += size_of(child); });
+  for_each_child(e, [&](const stencil::Expr& child) { size += size_of(child); });
   return size;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <string>
 
 #include "stencil/build.h"
@@ -17,27 +16,25 @@ namespace {
 
 /// Events compute the number of steps done, (t - t_begin)/dt, which is undefined at dt = 0.
 bool divides_by_step(const Expr& e) {
-  bool found = false;
-  visit(e, [&](const Expr& part) {
-    const auto* b = std::get_if<Binary>(&part->kind);
-    found = found || (b != nullptr && b->op == BinaryOp::divide && reads_param(b->right, "dt"));
+  return any_part(e, [](const Expr& part) {
+    const auto* b = as<Binary>(part);
+    return b != nullptr && b->op == BinaryOp::divide && reads_param(b->right, "dt");
   });
-  return found;
 }
 
 bool compares_times(const Expr& e) {
   constexpr std::array comparisons{BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal};
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   return b != nullptr && std::ranges::find(comparisons, b->op) != comparisons.end() && reads_param(e, "t") &&
          reads_param(e, "dt") && !divides_by_step(e);
 }
 
 /// Whether it is a condition t < t_begin + ..., true only in the first steps.
 bool is_before(const Expr& e, double t_begin) {
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   if (b == nullptr || b->op != BinaryOp::less) return false;
-  const auto* time = std::get_if<Param>(&b->left->kind);
-  const auto* bound = std::get_if<Literal>(&b->right->kind);
+  const auto* time = as<Param>(b->left);
+  const auto* bound = as<Literal>(b->right);
   return time != nullptr && time->name == "t" && bound != nullptr && bound->value <= t_begin;
 }
 
@@ -52,7 +49,7 @@ Expr with_one_moment(const Expr& e, double t_begin) {
 Module at_one_moment(Module module, double t_begin) {
   for (Kernel& kernel : module.kernels) {
     if (contains(signature(kernel).params, std::string("t")))
-      kernel = map_kernel(kernel, [&](const Expr& e) { return with_one_moment(e, t_begin); });
+      kernel = map_expressions(kernel, [&](const Expr& e) { return with_one_moment(e, t_begin); });
   }
   return module;
 }

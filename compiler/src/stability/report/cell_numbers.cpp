@@ -65,8 +65,8 @@ bool has_other_differences(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   if (scheme.dealias || scheme.derivative_order == model::spectral || scheme.laplacian_order == model::spectral)
     return true;
-  const auto is_advect = [](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); };
-  return model::any_formula(problem, [&](const model::Use& use) { return model::any_part(use.formula, is_advect); });
+  const auto is_advect = [](const model::Expr& e) { return is<model::Advect>(e); };
+  return model::any_formula(problem, [&](const model::Use& use) { return any_part(use.formula, is_advect); });
 }
 
 /// Whether the speed depends on the value of the field.
@@ -167,8 +167,8 @@ SourceRange transport_of(const model::Problem& problem, const std::string& field
   const model::State* state = problem.find_state(field);
   SourceRange range = state == nullptr ? SourceRange{} : state->origin.range;
   if (state == nullptr || !state->rhs) return range;
-  model::any_part(*state->rhs, [&](const model::Expr& e) {
-    const bool is_transport = std::holds_alternative<model::Advect>(e->kind) && e->origin.range.is_known();
+  any_part(*state->rhs, [&](const model::Expr& e) {
+    const bool is_transport = is<model::Advect>(e) && e->origin.range.is_known();
     if (is_transport) range = e->origin.range;
     return is_transport;
   });

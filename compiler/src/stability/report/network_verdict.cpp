@@ -5,7 +5,6 @@
 // equations is attributed to the scheme.
 #include <algorithm>
 #include <cmath>
-#include <complex>
 
 #include "stability/equations.h"
 #include "stability/frozen/sampler.h"

@@ -16,17 +16,15 @@ namespace {
 
 /// Whether the expression reads neighbours along an axis.
 bool reads_along(const model::Expr& e, int axis) {
-  return model::any_part(e, [&](const model::Expr& part) {
-    const auto* d = std::get_if<model::Derivative>(&part->kind);
-    const auto* shift = std::get_if<model::Shift>(&part->kind);
+  return any_part(e, [&](const model::Expr& part) {
+    const auto* d = as<model::Derivative>(part);
+    const auto* shift = as<model::Shift>(part);
     return (d != nullptr && d->axis == axis) ||
            (shift != nullptr && shift->offset[static_cast<std::size_t>(axis)] != 0);
   });
 }
 
-bool solves(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& part) { return std::holds_alternative<model::Solve>(part->kind); });
-}
+bool solves(const model::Expr& e) { return holds_any<model::Solve>(e); }
 
 /// Whether the state is a scalar whose diffusion an implicit scheme can take.
 bool spreads(const model::State& state) {
@@ -44,8 +42,8 @@ struct Rates {
     for (const model::State& state : problem.states) {
       if (!state.rhs || !is_in(verdict.group, state.name)) continue;
       diffuse = diffuse || spreads(state);
-      are_filtered = are_filtered || model::any_part(*state.rhs, [&](const model::Expr& part) {
-                       const auto* solve = std::get_if<model::Solve>(&part->kind);
+      are_filtered = are_filtered || any_part(*state.rhs, [&](const model::Expr& part) {
+                       const auto* solve = as<model::Solve>(part);
                        return solve != nullptr && reads_along(solve->operation, around) &&
                               !reads_along(solve->operation, 1 - around);
                      });

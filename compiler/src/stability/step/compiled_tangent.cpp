@@ -2,11 +2,8 @@
 #include "stability/step/compiled_tangent.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <map>
 #include <set>
 #include <span>
 #include <utility>

@@ -12,15 +12,11 @@ namespace dpde::stability {
 
 namespace {
 
-bool varies(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& part) {
-    return std::holds_alternative<model::Field>(part->kind) || std::holds_alternative<model::Coordinate>(part->kind);
-  });
-}
+bool varies(const model::Expr& e) { return holds_any<model::Field, model::Coordinate>(e); }
 
 bool is_product(const model::Expr& e) {
-  if (const auto* call = std::get_if<model::Call>(&e->kind)) return std::ranges::any_of(call->arguments, varies);
-  const auto* binary = std::get_if<model::Binary>(&e->kind);
+  if (const auto* call = as<model::Call>(e)) return std::ranges::any_of(call->arguments, varies);
+  const auto* binary = as<model::Binary>(e);
   if (binary == nullptr) return false;
   switch (binary->op) {
     case BinaryOp::multiply: return varies(binary->left) && varies(binary->right);
@@ -42,17 +38,16 @@ bool is_product(const model::Expr& e) {
 
 /// Solutions of solves do not count: they are smooth, whatever the derivatives in their equations are.
 bool has_series(const model::Scheme& scheme, const model::Expr& e) {
-  if (std::holds_alternative<model::Solve>(e->kind)) return false;
-  bool found = model::is_spectral(scheme, e);
-  model::for_each_part(e, [&](const model::Expr& part) { found = found || has_series(scheme, part); });
-  return found;
+  if (is<model::Solve>(e)) return false;
+  return model::is_spectral(scheme, e) ||
+         any_child(e, [&](const model::Expr& part) { return has_series(scheme, part); });
 }
 
 bool folds(const model::Scheme& scheme, const model::Expr& e) {
-  if (const auto* advect = std::get_if<model::Advect>(&e->kind))
+  if (const auto* advect = as<model::Advect>(e))
     return model::is_spectral(scheme, e) && std::ranges::any_of(advect->velocity, varies);
-  if (const auto* derivative = std::get_if<model::Derivative>(&e->kind))
-    return model::is_spectral(scheme, e) && model::any_part(derivative->operand, is_product);
+  if (const auto* derivative = as<model::Derivative>(e))
+    return model::is_spectral(scheme, e) && any_part(derivative->operand, is_product);
   return is_product(e) && has_series(scheme, e);
 }
 
@@ -63,7 +58,7 @@ bool folds_products(const model::Problem& problem, const StateGroup& group) {
   const auto is_folded = [&](const model::Expr& e) { return folds(problem.scheme, e); };
   return model::any_formula(problem, [&](const model::Use& use) {
     const bool is_cut = model::makes_state(use.kind) && use.kind != model::UseKind::event;  // where waves can be
-    return is_cut && is_in(group, use.owner) && model::any_part(use.formula, is_folded);
+    return is_cut && is_in(group, use.owner) && any_part(use.formula, is_folded);
   });
 }
 

@@ -89,7 +89,7 @@ std::vector<RateTerm> rate_terms(const model::Problem& problem, const StateGroup
   std::vector<RateTerm> result;
   for (const model::State& state : problem.states) {
     if (!state.rhs || !state.history_of.empty() || !is_in(group, state.name)) continue;
-    if (std::holds_alternative<model::Field>((*state.rhs)->kind)) continue;
+    if (is<model::Field>(*state.rhs)) continue;
     const auto first = std::ssize(result);
     for (const auto& [term, is_negative] : model::terms_of(*state.rhs)) {
       const SourceRange range = term->origin.range;

@@ -22,7 +22,7 @@ NameList params_of(const std::vector<AxisBoundary>& axes) {
   NameList params;
   for_each_side_value(axes, [&](const Expr& value) {
     visit(value, [&](const Expr& e) {
-      if (const Param* p = std::get_if<Param>(&e->kind)) add_new(params, p->name);
+      if (const Param* p = as<Param>(e)) add_new(params, p->name);
     });
   });
   return params;

@@ -15,8 +15,8 @@ namespace {
 using Insides = std::vector<Inside>;
 
 void add_insides(const Expr& condition, Insides& insides) {
-  const Binary* both = std::get_if<Binary>(&condition->kind);
-  const Inside* inside = std::get_if<Inside>(&condition->kind);
+  const Binary* both = as<Binary>(condition);
+  const Inside* inside = as<Inside>(condition);
   if (inside && std::ranges::find(insides, *inside) == insides.end()) insides.push_back(*inside);
   if (!both || both->op != BinaryOp::logical_and) return;
   add_insides(both->left, insides);
@@ -31,7 +31,7 @@ class Extents {
   std::map<std::string, int> of(const Kernel& kernel) {
     Kernel stores = kernel;
     stores.lets.clear();
-    map_kernel(stores, [&](const Expr& value) { return look(value, {}), value; });
+    for_each_expression(stores, [&](const Expr& value) { look(value, {}); });
     for (const Let& let : kernel.lets | std::views::reverse) {
       for (const Insides& insides : uses_[let.name]) look(let.value, insides);
     }
@@ -40,16 +40,16 @@ class Extents {
 
  private:
   void look(const Expr& e, const Insides& insides) {
-    if (const Select* select = std::get_if<Select>(&e->kind)) {
+    if (const Select* select = as<Select>(e)) {
       Insides inner = insides;
       add_insides(select->condition, inner);
       look(select->condition, insides);
       look(select->yes, inner);
       return look(select->no, insides);
     }
-    if (const Local* let = std::get_if<Local>(&e->kind)) return note_use(let->name, insides);
-    const Access* a = std::get_if<Access>(&e->kind);
-    const Interp* i = std::get_if<Interp>(&e->kind);
+    if (const Local* let = as<Local>(e)) return note_use(let->name, insides);
+    const Access* a = as<Access>(e);
+    const Interp* i = as<Interp>(e);
     if (i) note(i->field, reach_of(*i, axes_));
     for (size_t axis = 0; a && axis < axes_.size(); ++axis) {
       if (axes_[axis] == Topology::periodic) continue;
@@ -94,14 +94,11 @@ std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std:
 
 std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes) {
   std::set<std::string> fields;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* a = std::get_if<Access>(&e->kind);
-      for (std::size_t axis = 0; a && axis < axes.size(); ++axis) {
-        if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
-      }
-    });
-    return value;
+  visit(kernel, [&](const Expr& e) {
+    const Access* a = as<Access>(e);
+    for (std::size_t axis = 0; a && axis < axes.size(); ++axis) {
+      if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
+    }
   });
   return fields;
 }

@@ -2,7 +2,6 @@
 #include "stencil/analyse/operator_reach.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 
 #include "stencil/analyse/effects.h"

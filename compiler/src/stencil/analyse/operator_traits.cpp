@@ -144,7 +144,7 @@ bool may_hide_a_term(const Expr& part) {
       },
       [&](const Binary& binary) {
         if (binary.op != BinaryOp::power) return false;
-        const Literal* exponent = std::get_if<Literal>(&binary.right->kind);
+        const Literal* exponent = as<Literal>(binary.right);
         return exponent == nullptr || !(std::abs(exponent->value) <= most_power);
       },
       [](const Call& call) { return call.fn != Fn::sin && call.fn != Fn::cos && call.fn != Fn::sqrt; });

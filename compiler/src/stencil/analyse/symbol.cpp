@@ -47,7 +47,7 @@ Terms times(Terms p, const auto& f) {
 }
 
 std::optional<Terms> power_of(const Terms& base, const Expr& exponent) {
-  const Literal* number = std::get_if<Literal>(&exponent->kind);
+  const Literal* number = as<Literal>(exponent);
   if (number == nullptr || number->value != std::floor(number->value) || number->value < 1 ||
       number->value > highest_power)
     return std::nullopt;
@@ -81,7 +81,7 @@ namespace {
 
 /// Index of `e` in wave_names.
 std::optional<int> number_of(const Expr& e) {
-  const Param* p = std::get_if<Param>(&e->kind);
+  const Param* p = as<Param>(e);
   if (p == nullptr) return std::nullopt;
   const auto found = std::ranges::find(wave_names, p->name);
   if (found == std::end(wave_names)) return std::nullopt;
@@ -101,15 +101,11 @@ std::optional<int> wave_axis(const Expr& e) {
 bool is_slope_number(const Expr& e) { return number_of(e).value_or(0) >= max_rank; }
 
 bool holds_wave_number(const Expr& e) {
-  bool holds = false;
-  visit(e, [&](const Expr& part) { holds = holds || wave_axis(part); });
-  return holds;
+  return any_part(e, [&](const Expr& part) { return wave_axis(part); });
 }
 
 bool holds_params(const Expr& e) {
-  bool holds = false;
-  visit(e, [&](const Expr& part) { holds = holds || (std::holds_alternative<Param>(part->kind) && !wave_axis(part)); });
-  return holds;
+  return any_part(e, [&](const Expr& part) { return (is<Param>(part) && !wave_axis(part)); });
 }
 
 std::optional<Terms> polynomial_of(const Expr& e) {
@@ -120,12 +116,12 @@ std::optional<Terms> polynomial_of(const Expr& e) {
     return Terms{term};
   }
   if (!holds_wave_number(e)) return Terms{{e}};
-  if (const Neg* neg = std::get_if<Neg>(&e->kind)) {
+  if (const Neg* neg = as<Neg>(e)) {
     const std::optional<Terms> operand = polynomial_of(neg->operand);
     if (!operand) return std::nullopt;
     return times(*operand, [](const Expr& c) { return -c; });
   }
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  const Binary* b = as<Binary>(e);
   return b != nullptr ? of_binary(*b) : std::nullopt;
 }
 
@@ -194,7 +190,7 @@ std::vector<std::string> params_of(const Transform& transform) {
   std::vector<std::string> params;
   for_each_symbol(transform, [&](const Expr& symbol) {
     visit(symbol, [&](const Expr& part) {
-      const Param* p = std::get_if<Param>(&part->kind);
+      const Param* p = as<Param>(part);
       if (p != nullptr && !wave_axis(part) && !contains(params, p->name)) params.push_back(p->name);
     });
   });

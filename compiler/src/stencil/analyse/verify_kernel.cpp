@@ -51,16 +51,16 @@ class KernelCheck {
   }
 
   void check_node(const Expr& e) {
-    if (const Local* l = std::get_if<Local>(&e->kind)) {
+    if (const Local* l = as<Local>(e)) {
       if (!defined_.contains(l->name)) violation("uses local {} before it is defined", l->name);
-    } else if (const Access* a = std::get_if<Access>(&e->kind)) {
+    } else if (const Access* a = as<Access>(e)) {
       check_offset(a->offset, a->field);
-    } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+    } else if (const Interp* i = as<Interp>(e)) {
       check_interp(*i);
-    } else if (const Inside* inside = std::get_if<Inside>(&e->kind)) {
+    } else if (const Inside* inside = as<Inside>(e)) {
       check_offset(inside->offset, "inside");
       if (inside->grow < 0) violation("has inside grown by {}", inside->grow);
-    } else if (const Call* c = std::get_if<Call>(&e->kind)) {
+    } else if (const Call* c = as<Call>(e)) {
       if (static_cast<int>(c->arguments.size()) != arity(c->fn)) {
         violation("calls {} with {} arguments", name_of(c->fn), c->arguments.size());
       }
@@ -137,7 +137,7 @@ class KernelCheck {
 
   static void collect_locals(const Expr& e, std::set<std::string>& used) {
     visit(e, [&](const Expr& part) {
-      if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
+      if (const Local* l = as<Local>(part)) used.insert(l->name);
     });
   }
 

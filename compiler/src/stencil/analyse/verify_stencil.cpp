@@ -226,10 +226,9 @@ class ProgramCheck {
   bool is_uniform(const Expr& value) {
     bool uniform = true;
     visit(value, [&](const Expr& e) {
-      const Param* p = std::get_if<Param>(&e->kind);
+      const Param* p = as<Param>(e);
       if (p) params_.insert(p->name);
-      const bool varies = std::holds_alternative<Access>(e->kind) || std::holds_alternative<Interp>(e->kind) ||
-                          std::holds_alternative<Local>(e->kind) || std::holds_alternative<Inside>(e->kind);
+      const bool varies = is<Access, Interp, Local, Inside>(e);
       uniform = uniform && !varies;
     });
     return uniform;
@@ -384,17 +383,10 @@ class ProgramCheck {
     filled_.erase(field);
   }
 
-  static bool looks_inside(const Kernel& kernel) {
-    bool found = false;
-    const auto note = [&](const Expr& part) { found = found || std::holds_alternative<Inside>(part->kind); };
-    map_kernel(kernel, [&](const Expr& e) { return visit(e, note), e; });
-    return found;
-  }
-
   /// Along periodic axes a read of a neighbour needs a fill. Along bounded axes it may also have been computed on an
   /// extended region; reads of kernels with inside[] are not checked.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
-    const bool masked = looks_inside(kernel);
+    const bool masked = any_part(kernel, [](const Expr& e) { return is<Inside>(e); });
     const std::set<std::string> around = read_around(kernel, program_.axes);
     std::map<std::string, int> extents = extents_of(kernel, grow, program_.axes);
     for (const Signature::Read& read : s.reads) {

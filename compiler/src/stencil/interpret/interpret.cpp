@@ -3,8 +3,6 @@
 #include "stencil/interpret/interpret.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "stencil/analyse/effects.h"
 #include "stencil/build.h"

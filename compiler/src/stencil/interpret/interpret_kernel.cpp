@@ -90,20 +90,10 @@ struct BoundInterp {
 struct BoundLocal {
   std::size_t number;
 };
-struct BoundNeg {
-  Operand operand;
-};
-struct BoundBinary {
-  BinaryOp op;
-  Operand left, right;
-};
-struct BoundCall {
-  Fn fn;
-  std::vector<Operand> arguments;
-};
-struct BoundSelect {
-  Operand condition, yes, no;
-};
+using BoundNeg = NegOf<Operand>;
+using BoundBinary = BinaryOf<Operand>;
+using BoundCall = CallOf<Operand>;
+using BoundSelect = SelectOf<Operand>;
 /// An expression with its names looked up and its uniform parts evaluated.
 struct Bound {
   std::variant<double, BoundLocal, BoundAccess, BoundInterp, Inside, BoundNeg, BoundBinary, BoundCall, BoundSelect>
@@ -306,7 +296,7 @@ BoundKernel bind(const Kernel& kernel, Scope& scope) {
 }  // namespace
 
 double uniform_value(const Expr& e, const State& state, const Params& params) {
-  if (const Literal* number = std::get_if<Literal>(&e->kind)) return number->value;
+  if (const Literal* number = as<Literal>(e)) return number->value;
   const std::vector<Topology> no_axes;
   const Scope scope{state, no_axes, params};
   return Evaluation(scope, {}, {1, 1, 1}).values(bind(e, scope)).front();

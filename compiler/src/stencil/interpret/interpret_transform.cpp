@@ -70,8 +70,8 @@ Complex value_of(const Expr& e, const Waves& waves, const State& state, const Pa
     return is_slope_number(e) && waves.is_shortest(*axis) ? 0 : waves.numbers[static_cast<std::size_t>(*axis)];
   if (!holds_wave_number(e)) return uniform_value(e, state, params);
   const auto value = [&](const Expr& part) { return value_of(part, waves, state, params); };
-  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return -value(neg->operand);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (const Neg* neg = as<Neg>(e)) return -value(neg->operand);
+  const Binary* b = as<Binary>(e);
   require(b != nullptr, "a polynomial of wave numbers");
   switch (b->op) {
     case BinaryOp::add: return value(b->left) + value(b->right);

@@ -17,11 +17,11 @@ namespace dpde::stencil {
 namespace {
 
 Expr with_rounding(const Expr& e, int& nodes, double phase, double size) {
-  const bool is_interp = std::holds_alternative<Interp>(e->kind);
+  const bool is_interp = is<Interp>(e);
   if (is_decision(e) && !is_interp) return e;
   const Expr inner =
       is_interp ? e : map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase, size); });
-  const bool rounds = std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) || is_interp;
+  const bool rounds = is<Binary, Call>(e) || is_interp;
   if (!rounds) return inner;
   ++nodes;
   const Expr place = 100.0 * nodes * access("x") + phase * nodes;
@@ -75,7 +75,7 @@ Module with_rounding(Module module, double phase, double size) {
   for (Kernel& kernel : module.kernels) {
     const std::set<std::string> decisive = decisive_lets(kernel);
     const std::vector<Let> lets = kernel.lets;
-    kernel = map_kernel(kernel, [&](const Expr& value) { return with_rounding(value, nodes, phase, size); });
+    kernel = map_expressions(kernel, [&](const Expr& value) { return with_rounding(value, nodes, phase, size); });
     for (std::size_t i = 0; i < lets.size(); ++i) {
       if (decisive.contains(lets[i].name)) kernel.lets[i] = lets[i];
     }

@@ -19,7 +19,7 @@ class OwnNames {
 
   void rename(Kernel& kernel) const {
     const auto renamed = [&](const std::string& field) { return name_of(field); };
-    kernel = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
+    kernel = map_expressions(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
     for (CustomAdjoint& given : kernel.custom_adjoints) {
       given.input = name_of(given.input);
       given.value = rename_fields(given.value, [&](const std::string& field) {

@@ -41,21 +41,21 @@ Dependence of_branches(const Select& s, const Kernel& kernel) {
 Dependence dependence(const Expr& e, const Kernel& kernel) {
   bool holds_seed = false;
   visit(e, [&](const Expr& part) {
-    const Access* a = std::get_if<Access>(&part->kind);
-    const Interp* i = std::get_if<Interp>(&part->kind);
+    const Access* a = as<Access>(part);
+    const Interp* i = as<Interp>(part);
     holds_seed = holds_seed || (a && seeded_by(kernel, a->field)) || (i && seeded_by(kernel, i->field));
   });
   if (!holds_seed) return Dependence::none;
-  if (std::holds_alternative<Access>(e->kind)) return Dependence::linear;
-  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return dependence(neg->operand, kernel);
-  if (const Select* select = std::get_if<Select>(&e->kind)) return of_branches(*select, kernel);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (is<Access>(e)) return Dependence::linear;
+  if (const Neg* neg = as<Neg>(e)) return dependence(neg->operand, kernel);
+  if (const Select* select = as<Select>(e)) return of_branches(*select, kernel);
+  const Binary* b = as<Binary>(e);
   return b ? of_product(*b, dependence(b->left, kernel), dependence(b->right, kernel)) : Dependence::other;
 }
 
 /// `e` with each read replaced for which `f` returns an expression.
 Expr replace_reads(const Expr& e, const std::function<std::optional<Expr>(const Access&)>& f) {
-  if (const Access* a = std::get_if<Access>(&e->kind)) return f(*a).value_or(e);
+  if (const Access* a = as<Access>(e)) return f(*a).value_or(e);
   return map_children(e, [&](const Expr& child) { return replace_reads(child, f); });
 }
 
@@ -63,14 +63,11 @@ Expr replace_reads(const Expr& e, const std::function<std::optional<Expr>(const 
 std::optional<std::set<Offset>> offsets_read(const Kernel& kernel, const std::string& field) {
   std::set<Offset> offsets;
   bool interpolates = false;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* a = std::get_if<Access>(&e->kind);
-      const Interp* i = std::get_if<Interp>(&e->kind);
-      if (a && a->field == field) offsets.insert(a->offset);
-      interpolates = interpolates || (i && i->field == field);
-    });
-    return value;
+  visit(kernel, [&](const Expr& e) {
+    const Access* a = as<Access>(e);
+    const Interp* i = as<Interp>(e);
+    if (a && a->field == field) offsets.insert(a->offset);
+    interpolates = interpolates || (i && i->field == field);
   });
   return interpolates ? std::nullopt : std::optional(offsets);
 }
@@ -87,7 +84,7 @@ std::string place(const std::string& field, const Offset& k, int rank) {
 std::string seed_in(const Kernel& kernel, const Expr& term) {
   std::string name;
   visit(term, [&](const Expr& e) {
-    const Access* a = std::get_if<Access>(&e->kind);
+    const Access* a = as<Access>(e);
     if (a && name.empty() && seeded_by(kernel, a->field)) name = a->field;
   });
   return name;
@@ -128,8 +125,8 @@ std::optional<CustomAdjointViolation> problem_of_factors(const Kernel& kernel, c
                                      "a term with a seed holds only values that the kernel reads around that point"};
   };
   visit(term, [&](const Expr& e) {
-    if (const Access* a = std::get_if<Access>(&e->kind)) look(a->field, a->offset);
-    if (const Interp* i = std::get_if<Interp>(&e->kind)) look(i->field, i->offset);
+    if (const Access* a = as<Access>(e)) look(a->field, a->offset);
+    if (const Interp* i = as<Interp>(e)) look(i->field, i->offset);
   });
   return problem;
 }
@@ -154,7 +151,7 @@ const CustomAdjoint* find_custom_adjoint(const Kernel& kernel, const std::string
 std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula) {
   std::map<Offset, Expr> terms;
   visit(formula, [&](const Expr& e) {
-    const Access* a = std::get_if<Access>(&e->kind);
+    const Access* a = as<Access>(e);
     if (a && seeded_by(kernel, a->field)) terms.emplace(a->offset, 0.0);
   });
   for (auto& [k, term] : terms) {

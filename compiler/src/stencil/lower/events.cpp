@@ -37,7 +37,7 @@ std::optional<Expr> condition_by_number(const model::Event& event, const Expr& s
 
 /// `e` with reads of these fields replaced by the locals.
 Expr with_locals(const Expr& e, const std::map<std::string, Expr>& locals) {
-  if (const Access* read = std::get_if<Access>(&e->kind)) {
+  if (const Access* read = as<Access>(e)) {
     const auto found = locals.find(read->field);
     return found == locals.end() ? e : found->second;
   }

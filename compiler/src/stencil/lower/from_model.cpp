@@ -124,8 +124,8 @@ struct Formula {
 /// Whether the formula, or the boundary value of the field on a high wall, reads one of these fields.
 bool reads_any(const model::Problem& problem, const Formula& formula, const std::vector<std::string>& fields) {
   const auto reads = [&](const model::Expr& e) {
-    return model::any_part(e, [&](const model::Expr& part) {
-      const auto* field = std::get_if<model::Field>(&part->kind);
+    return any_part(e, [&](const model::Expr& part) {
+      const auto* field = as<model::Field>(part);
       return field && contains(fields, field->name);
     });
   };

@@ -55,10 +55,10 @@ std::set<std::string> Converter::names_in(const Expr& e) {
     if (movement_.moves(name)) names.insert(name);
   };
   visit(e, [&](const Expr& part) {
-    if (const auto* param = std::get_if<Param>(&part->kind)) add(param->name);
-    if (const auto* access = std::get_if<Access>(&part->kind)) add(access->field);
-    if (const auto* interp = std::get_if<Interp>(&part->kind)) add(interp->field);
-    const auto* local = std::get_if<Local>(&part->kind);
+    if (const auto* param = as<Param>(part)) add(param->name);
+    if (const auto* access = as<Access>(part)) add(access->field);
+    if (const auto* interp = as<Interp>(part)) add(interp->field);
+    const auto* local = as<Local>(part);
     if (local == nullptr || !lets_.contains(local->name)) return;
     const std::set<std::string>& of_let = names_in_let(local->name);
     names.insert(of_let.begin(), of_let.end());
@@ -75,7 +75,7 @@ const std::set<std::string>& Converter::names_in_let(const std::string& name) {
 
 std::set<std::string> Converter::movers_of(Piecewise::Id id) {
   const Expr& e = sources_.at(id);
-  const auto* select = std::get_if<Select>(&e->kind);
+  const auto* select = as<Select>(e);
   return names_in(select ? select->condition : e);
 }
 
@@ -86,8 +86,8 @@ std::string Converter::function_of(Piecewise::Id id) const {
 
 bool Converter::is_pole(Piecewise::Id id) const {
   const Expr& e = sources_.at(id);
-  const auto* call = std::get_if<Call>(&e->kind);
-  return std::holds_alternative<Binary>(e->kind) || (call && has_poles(call->fn));
+  const auto* call = as<Call>(e);
+  return is<Binary>(e) || (call && has_poles(call->fn));
 }
 
 Piecewise::Id Converter::symbol(const Expr& e, const Piecewise::Symbol& symbol) {

@@ -40,7 +40,7 @@ void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary
   std::vector<Signature::Read> reads = signature(solve.kernel).reads;
   std::erase_if(reads, [&](const Signature::Read& read) { return read.field == solve.unknown; });
   state_halos(reads);
-  Kernel walls = map_kernel(solve.kernel, [&](const Expr& e) {
+  Kernel walls = map_expressions(solve.kernel, [&](const Expr& e) {
     return rename_fields(e, [&](const std::string& field) { return field == solve.unknown ? solve.at_rest : field; });
   });
   walls.name += "_walls";
@@ -57,7 +57,7 @@ void Lowering::add_walls_of(PreparedSolve& solve, const std::vector<AxisBoundary
 std::string Lowering::keep_wall_values(PreparedSolve& solve, Module& module, Program& block) const {
   const std::vector<Offset> beyond_walls = known_on_walls(solve.state, problem_);
   if (beyond_walls.empty()) return solve.unknown;
-  solve.kernel = map_kernel(solve.kernel, [&](const Expr& e) {
+  solve.kernel = map_expressions(solve.kernel, [&](const Expr& e) {
     return rename_fields(
         e, [&](const std::string& field) { return field == solve.unknown ? solve.between_walls : field; });
   });

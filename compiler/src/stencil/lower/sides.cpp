@@ -30,7 +30,7 @@ bool derives_wall(const Side& side, int cells) {
 }
 
 const std::string* wall_field(const Side& side) {
-  const Access* access = std::get_if<Access>(&side.value->kind);
+  const Access* access = as<Access>(side.value);
   return access ? &access->field : nullptr;
 }
 

@@ -98,7 +98,7 @@ class Readers {
     const Expr value = at_point(e, state.placement);
     visit_all(value, at_point, [&](const Expr& part) {
       note(part, in_step_, [&](int axis) { return is_on_walls(state, axis) ? 1 : 0; });
-      const Access* access = std::get_if<Access>(&part->kind);
+      const Access* access = as<Access>(part);
       for (int axis = 0; access && axis < lowering_.rank(); ++axis) {
         const int offset = access->offset[static_cast<std::size_t>(axis)];
         if (!is_on_walls(state, axis)) continue;
@@ -129,8 +129,8 @@ class Readers {
 
   /// `last(axis)`: number of cells between the last point and the last cell.
   void note(const Expr& part, Sides& sides, const std::function<int(int)>& last) {
-    if (const Interp* interp = std::get_if<Interp>(&part->kind)) return note_all(interp->field, sides);
-    const Access* access = std::get_if<Access>(&part->kind);
+    if (const Interp* interp = as<Interp>(part)) return note_all(interp->field, sides);
+    const Access* access = as<Access>(part);
     for (int axis = 0; access && axis < lowering_.rank(); ++axis) {
       const int offset = access->offset[static_cast<std::size_t>(axis)];
       std::array<bool, 2>& along = of(access->field, sides)[static_cast<std::size_t>(axis)];
@@ -172,12 +172,12 @@ class Readers {
 
 bool asks_for_something(const model::Side& side) {
   return (condition_of(side.kind).a != SideCondition::Part::zero && !condition_of(side.kind).turns()) ||
-         !model::is_constant(side.value, 0);
+         !is_literal(side.value, 0);
 }
 
 bool has_no_slope(const model::Side& side) {
   const bool is_slope = side.kind == SideKind::zero_gradient || condition_of(side.kind).gives_slope();
-  return is_slope && model::is_constant(side.value, 0);
+  return is_slope && is_literal(side.value, 0);
 }
 
 /// Source range of the condition.
@@ -189,13 +189,12 @@ SourceRange range_of(const model::State& state, const model::Side& side) {
 /// Whether the condition depends on time, a control variable or a field.
 bool varies(const model::Problem& problem, const model::Side& side) {
   const auto is_varying = [&](const model::Expr& part) {
-    const auto* param = std::get_if<model::Param>(&part->kind);
+    const auto* param = as<model::Param>(part);
     const model::Parameter* known = param ? problem.find_param(param->name) : nullptr;
-    return std::holds_alternative<model::Field>(part->kind) ||
-           (param && (param->name == "t" || problem.find_control(param->name))) || (known && known->unknown);
+    return is<model::Field>(part) || (param && (param->name == "t" || problem.find_control(param->name))) ||
+           (known && known->unknown);
   };
-  return model::any_part(side.value, is_varying) || model::any_part(side.a, is_varying) ||
-         model::any_part(side.b, is_varying);
+  return any_part(side.value, is_varying) || any_part(side.a, is_varying) || any_part(side.b, is_varying);
 }
 
 using WallPlace = std::array<double, max_rank>;
@@ -205,27 +204,27 @@ using WallPlace = std::array<double, max_rank>;
 std::optional<double> number_at(const model::Problem& problem, const model::Expr& e, const WallPlace& place) {
   const auto at = [&](const model::Expr& part) { return number_at(problem, part, place); };
   std::optional<double> value;
-  if (const auto* number = std::get_if<model::Number>(&e->kind)) value = number->value;
-  if (const auto* coordinate = std::get_if<model::Coordinate>(&e->kind)) {
+  if (const auto* number = as<model::Number>(e)) value = number->value;
+  if (const auto* coordinate = as<model::Coordinate>(e)) {
     value = place[static_cast<std::size_t>(coordinate->axis)];
   }
-  if (const auto* param = std::get_if<model::Param>(&e->kind)) {
+  if (const auto* param = as<model::Param>(e)) {
     const model::Parameter* known = problem.find_param(param->name);
     if (known != nullptr && !known->unknown) value = known->value;
   }
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
+  if (const auto* neg = as<model::Neg>(e)) {
     if (const auto operand = at(neg->operand)) value = -*operand;
   }
-  if (const auto* b = std::get_if<model::Binary>(&e->kind)) {
+  if (const auto* b = as<model::Binary>(e)) {
     const auto left = at(b->left), right = at(b->right);
     if (left && right) value = evaluate_binary(b->op, *left, *right);
   }
-  if (const auto* call = std::get_if<model::Call>(&e->kind)) {
+  if (const auto* call = as<model::Call>(e)) {
     const auto first = at(call->arguments.front());
     const auto second = call->arguments.size() > 1 ? at(call->arguments[1]) : std::optional(0.0);
     if (first && second) value = evaluate_call(call->fn, *first, *second);
   }
-  if (const auto* select = std::get_if<model::Select>(&e->kind)) {
+  if (const auto* select = as<model::Select>(e)) {
     if (const auto condition = at(select->condition)) return at(*condition != 0 ? select->yes : select->no);
   }
   return value && std::isfinite(*value) ? value : std::nullopt;

@@ -24,7 +24,7 @@ Expr lowered(const model::Expr& value, const Expr& time, const model::Placement&
 
 /// `e` with the coordinate along the axis replaced by that of the wall.
 Expr at_wall(const Expr& e, const std::string& coordinate, double wall) {
-  const Access* read = std::get_if<Access>(&e->kind);
+  const Access* read = as<Access>(e);
   if (read && read->field == coordinate) return wall;
   return map_children(e, [&](const Expr& part) { return at_wall(part, coordinate, wall); });
 }
@@ -55,7 +55,7 @@ bool is_led_to_walls(const std::string& field, const model::Problem& problem, in
 /// A formula in the cell next to the side, with fields extrapolated to the wall: (3u - w)/2 with u in this cell and w
 /// in the next one inside, u if there is one cell. Fields that lie on the wall are read as they are.
 Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is_low, const FieldsOfStates& at = {}) {
-  const Access* read = std::get_if<Access>(&e->kind);
+  const Access* read = as<Access>(e);
   if (!read || !is_led_to_walls(read->field, problem, axis, at))
     return map_children(e, [&](const Expr& part) { return led_to_wall(part, problem, axis, is_low, at); });
   Offset inwards{}, behind = read->offset;
@@ -68,8 +68,8 @@ Expr led_to_wall(const Expr& e, const model::Problem& problem, int axis, bool is
 /// speeds are those in that cell.
 bool is_made_beside(const model::Side& side, const model::Problem& problem, int axis) {
   if (model::is_of_states(problem, side)) return true;
-  return !condition_of(side.kind).takes_rate() && model::any_part(side.value, [&](const model::Expr& part) {
-    const auto* field = std::get_if<model::Field>(&part->kind);
+  return !condition_of(side.kind).takes_rate() && any_part(side.value, [&](const model::Expr& part) {
+    const auto* field = as<model::Field>(part);
     return field && is_led_to_walls(field->name, problem, axis, {});
   });
 }
@@ -120,13 +120,12 @@ std::vector<Offset> known_on_walls(const model::State& state, const model::Probl
 }
 
 bool Walls::varies(const model::Expr& value) const {
-  return model::any_part(value, [&](const model::Expr& part) {
-    const auto* param = std::get_if<model::Param>(&part->kind);
+  return any_part(value, [&](const model::Expr& part) {
+    const auto* param = as<model::Param>(part);
     const model::Parameter* known = param ? problem_.find_param(param->name) : nullptr;
     const bool is_control = param && problem_.find_control(param->name) !=
                                          nullptr;  // a halo filled one step earlier would have its last value
-    return std::holds_alternative<model::Coordinate>(part->kind) || std::holds_alternative<model::Field>(part->kind) ||
-           (known && known->unknown) || is_control;
+    return is<model::Coordinate, model::Field>(part) || (known && known->unknown) || is_control;
   });
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <set>
 
 #include "stencil/build.h"
 #include "stencil/passes/numbering.h"
@@ -39,7 +38,7 @@ class Rewriter {
       lets_.push_back({let.name, value});
       if (is_worth_a_name(n)) defined_.emplace(n, let.name);
     }
-    result = map_kernel(result, [&](const Expr& e) { return rewrite(e); });
+    result = map_expressions(result, [&](const Expr& e) { return rewrite(e); });
     result.lets = lets_;
     return result;
   }
@@ -56,16 +55,13 @@ class Rewriter {
     }
     Kernel rest = kernel_;
     rest.lets.clear();
-    map_kernel(rest, [&](const Expr& e) {
-      numbering_.refer(numbering_.number(e));
-      return e;
-    });
+    for_each_expression(rest, [&](const Expr& e) { numbering_.refer(numbering_.number(e)); });
   }
 
   bool is_worth_a_name(int n) const { return !numbering_[n].uniform && !numbering_[n].children.empty(); }
 
   Expr rewrite(const Expr& e) {
-    if (std::holds_alternative<Local>(e->kind) && !defined_.contains(numbering_.number(e))) return e;
+    if (is<Local>(e) && !defined_.contains(numbering_.number(e))) return e;
     const int n = numbering_.number(e);
     const auto found = defined_.find(n);
     if (found != defined_.end()) return local(found->second);

@@ -23,17 +23,14 @@ using NameSet = std::set<std::string>;
 /// Goes from the last let to the first, once: a let is read only by later lets and statements.
 Kernel without_unused_lets(Kernel kernel) {
   NameSet used;
-  const auto note = [&](const Expr& e) {
-    visit(e, [&](const Expr& part) {
-      if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
-    });
-    return e;
+  const auto note = [&](const Expr& part) {
+    if (const Local* l = as<Local>(part)) used.insert(l->name);
   };
   std::vector<Let> lets = std::exchange(kernel.lets, {});
-  map_kernel(kernel, note);
+  visit(kernel, note);
   for (auto let = lets.rbegin(); let != lets.rend(); ++let) {
     if (!used.contains(let->name)) continue;
-    note(let->value);
+    visit(let->value, note);
     kernel.lets.push_back(std::move(*let));
   }
   std::reverse(kernel.lets.begin(), kernel.lets.end());
@@ -170,7 +167,7 @@ class Liveness {
   /// Removes dead fields of boundary values from a fold: it must not add to fields that may be removed.
   Statement without_dead_walls(Fold fold) const {
     fold.axes = map_sides(fold.axes, [&](const Expr& e) {
-      const Access* wall = std::get_if<Access>(&e->kind);
+      const Access* wall = as<Access>(e);
       return wall && !live_.contains(wall->field) ? Expr(0.0) : e;
     });
     return fold;

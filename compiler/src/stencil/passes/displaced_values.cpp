@@ -114,7 +114,7 @@ class Forms {
   }
 
   Placed find(const Expr& e) {
-    if (const Local* local = std::get_if<Local>(&e->kind)) return lets_.at(local->name);
+    if (const Local* local = as<Local>(e)) return lets_.at(local->name);
     Key key{static_cast<std::int64_t>(e->kind.index())};
     Form form;
     std::optional<Offset> at;
@@ -329,7 +329,7 @@ class Rewriting {
   /// Finds in `e` one value of each form to be stored, and its origin.
   void find(const Expr& e, const Origin& origin, std::map<int, Written>& values) {
     if (!looked_at_.insert(&e.node()).second) return;
-    if (const Local* local = std::get_if<Local>(&e->kind)) return find(lets_.at(local->name), origin, values);
+    if (const Local* local = as<Local>(e)) return find(lets_.at(local->name), origin, values);
     const int form = forms_.placed(e).form;
     if (fields_.contains(form)) values.emplace(form, Written{e, origin});
     for_each_child(e, [&](const Expr& child) { find(child, origin, values); });
@@ -347,7 +347,7 @@ class Rewriting {
   }
 
   Expr parts_of(const Expr& e, bool keeps_lets) {
-    const Local* local = std::get_if<Local>(&e->kind);
+    const Local* local = as<Local>(e);
     if (local != nullptr) return keeps_lets ? e : written(lets_.at(local->name), false);
     return map_children(e, [&](const Expr& child) { return written(child, keeps_lets); });
   }
@@ -399,7 +399,7 @@ StoredValues with_stored_values(const Kernel& kernel, const std::vector<Topology
   for (const Store& store : kernel.stores) rewriting.find(store.value, store.origin, values);
   for (const Sum& sum : kernel.sums) rewriting.find(sum.value, {}, values);
   StoredValues result = as_it_is;
-  result.kernel = map_kernel(kernel, rewriting);
+  result.kernel = map_expressions(kernel, rewriting);
   for (const int form : chosen) {
     const Rewriting::Written& found = values.at(form);
     const Store store{fields.at(form), false, rewriting.definition(found.value), found.origin};
@@ -429,7 +429,7 @@ class InPlace {
           [&](const OneOf<Fold, Reduce, NetworkCall, Transform> auto& same) { keep(same); },
           [&](const Run& run) {
             Kernel& kernel = *std::ranges::find(module_.kernels, run.kernel, &Kernel::name);
-            kernel = map_kernel(kernel, [&](const Expr& e) { return in_place(e); });
+            kernel = map_expressions(kernel, [&](const Expr& e) { return in_place(e); });
             if (!kernel.origin.is_stored_part) return keep(run);
             std::map<std::string, Expr> lets;
             for (const Let& let : kernel.lets) lets.insert_or_assign(let.name, without_lets(let.value, lets));
@@ -447,13 +447,13 @@ class InPlace {
  private:
   /// Substitutes lets, which are local to their kernel.
   static Expr without_lets(const Expr& e, const std::map<std::string, Expr>& lets) {
-    if (const Local* local = std::get_if<Local>(&e->kind)) return lets.at(local->name);
+    if (const Local* local = as<Local>(e)) return lets.at(local->name);
     return map_children(e, [&](const Expr& child) { return without_lets(child, lets); });
   }
 
   Expr in_place(const Expr& e) const {
     if (values_.empty()) return e;
-    if (const Access* read = std::get_if<Access>(&e->kind)) {
+    if (const Access* read = as<Access>(e)) {
       const auto known = values_.find(read->field);
       if (known == values_.end()) return e;
       return shift(known->second, read->offset, [](const std::string& name) { return name; });

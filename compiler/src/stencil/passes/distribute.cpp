@@ -15,7 +15,7 @@ namespace dpde::stencil {
 namespace {
 
 const Binary* as_binary(const Expr& e, BinaryOp one, BinaryOp other) {
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  const Binary* b = as<Binary>(e);
   return b && (b->op == one || b->op == other) ? b : nullptr;
 }
 const Binary* as_sum(const Expr& e) { return as_binary(e, BinaryOp::add, BinaryOp::subtract); }
@@ -31,7 +31,7 @@ struct Chain {
     if (const Binary* b = as_product(e)) {
       add(b->left, inverse);
       add(b->right, inverse != (b->op == BinaryOp::divide));
-    } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
+    } else if (const Neg* n = as<Neg>(e)) {
       uniform = -uniform;
       add(n->operand, inverse);
     } else if (is_uniform(e)) {
@@ -61,7 +61,7 @@ bool is_one(const Expr& uniform) { return is_literal(uniform, 1) || is_literal(u
 bool absorbs(const Expr& e) {
   if (is_uniform(e)) return true;
   if (const Binary* sum = as_sum(e)) return absorbs(sum->left) && absorbs(sum->right);
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return absorbs(n->operand);
+  if (const Neg* n = as<Neg>(e)) return absorbs(n->operand);
   if (!as_product(e)) return false;
   const Chain chain = chain_of(e);
   if (!is_one(chain.uniform)) return true;
@@ -88,7 +88,7 @@ Expr pushed_down(Chain chain) {
 Expr each_scaled(const Expr& e, const Expr& uniform) {
   if (const Binary* sum = as_sum(e))
     return binary(sum->op, each_scaled(sum->left, uniform), each_scaled(sum->right, uniform));
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return -each_scaled(n->operand, uniform);
+  if (const Neg* n = as<Neg>(e)) return -each_scaled(n->operand, uniform);
   Chain chain = chain_of(e);
   chain.uniform = uniform * chain.uniform;
   return pushed_down(std::move(chain));
@@ -109,7 +109,7 @@ Expr distribute(const Expr& e) {
 std::unordered_map<std::string, int> count_uses(const Kernel& kernel) {
   std::unordered_map<std::string, int> uses;
   const auto note = [&](const Expr& e) {
-    if (const Local* local = std::get_if<Local>(&e->kind)) ++uses[local->name];
+    if (const Local* local = as<Local>(e)) ++uses[local->name];
   };
   for (const Store& store : kernel.stores) visit(store.value, note);
   for (const Sum& sum : kernel.sums) visit(sum.value, note);
@@ -129,7 +129,7 @@ Kernel with_lets_inlined(const Kernel& kernel) {
   const std::unordered_map<std::string, int> uses = count_uses(kernel);
   std::unordered_map<std::string, Expr> inlined;
   const std::function<Expr(const Expr&)> inline_in = [&](const Expr& e) {
-    const Local* local = std::get_if<Local>(&e->kind);
+    const Local* local = as<Local>(e);
     const auto value = local ? inlined.find(local->name) : inlined.end();
     return value != inlined.end() ? value->second : map_children(e, inline_in);
   };
@@ -144,7 +144,7 @@ Kernel with_lets_inlined(const Kernel& kernel) {
       kept.push_back({let.name, value});
     }
   }
-  Kernel result = map_kernel(kernel, inline_in);
+  Kernel result = map_expressions(kernel, inline_in);
   result.lets = std::move(kept);
   return result;
 }
@@ -160,7 +160,7 @@ Module distribute_uniforms(const Module& module) {
   for (Kernel& kernel : result.kernels) {
     const std::set<std::string> decisive = decisive_lets(kernel);
     const std::vector<Let> lets = kernel.lets;
-    kernel = map_kernel(kernel, distribute);
+    kernel = map_expressions(kernel, distribute);
     for (std::size_t i = 0; i < lets.size(); ++i) {
       if (decisive.contains(lets[i].name)) kernel.lets[i] = lets[i];
     }

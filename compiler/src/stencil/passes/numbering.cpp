@@ -74,7 +74,7 @@ Numbering::Key Numbering::describe(const Expr& e, Value& value) {
 }
 
 int Numbering::find_number(const Expr& e) {
-  if (const Local* l = std::get_if<Local>(&e->kind)) {
+  if (const Local* l = as<Local>(e)) {
     const auto found = locals_.find(l->name);
     if (found != locals_.end()) return found->second;
   }

@@ -2,7 +2,6 @@
 #include "stencil/passes/polynomial.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "stencil/build.h"
@@ -30,10 +29,10 @@ std::size_t hash_of(const Expr& e) {
   std::size_t hash = e->kind.index();
   const auto mix = [&](std::size_t part) { hash = hash * 1'000'003 + part; };
   const std::hash<std::string> name;
-  if (const Literal* literal = std::get_if<Literal>(&e->kind)) mix(std::hash<double>{}(literal->value));
-  if (const Param* param = std::get_if<Param>(&e->kind)) mix(name(param->name));
-  if (const Local* local = std::get_if<Local>(&e->kind)) mix(name(local->name));
-  if (const Access* access = std::get_if<Access>(&e->kind)) {
+  if (const Literal* literal = as<Literal>(e)) mix(std::hash<double>{}(literal->value));
+  if (const Param* param = as<Param>(e)) mix(name(param->name));
+  if (const Local* local = as<Local>(e)) mix(name(local->name));
+  if (const Access* access = as<Access>(e)) {
     mix(name(access->field));
     for (const int cells : access->offset) mix(cells);
   }
@@ -46,15 +45,9 @@ std::size_t hash_of(const Expr& e) {
 /// Stops at the first value that varies. Visits right operands first: sums are deep on the left, and passes call this
 /// at each level.
 bool is_uniform(const Expr& e) {
-  const Kind& kind = e->kind;
-  if (std::holds_alternative<Access>(kind) || std::holds_alternative<Local>(kind) ||
-      std::holds_alternative<Interp>(kind) || std::holds_alternative<Inside>(kind)) {
-    return false;
-  }
-  if (const Binary* b = std::get_if<Binary>(&kind)) return is_uniform(b->right) && is_uniform(b->left);
-  bool uniform = true;
-  for_each_child(e, [&](const Expr& child) { uniform = uniform && is_uniform(child); });
-  return uniform;
+  if (is<Access, Local, Interp, Inside>(e)) return false;
+  if (const Binary* b = as<Binary>(e)) return is_uniform(b->right) && is_uniform(b->left);
+  return !any_child(e, [](const Expr& child) { return !is_uniform(child); });
 }
 
 int Atoms::of(const Expr& value, bool uniform) {
@@ -126,7 +119,7 @@ std::set<std::string> Expansion::carried_fields(const Expr& e) {
   for (const auto& [monomial, coefficient] : expand(e, {})) {
     if (monomial.size() != 1 || monomial.begin()->second != 1 || !coefficient.contains({})) continue;
     const Atom& atom = atoms_[monomial.begin()->first];
-    const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
+    const Access* access = atom.definition ? nullptr : as<Access>(atom.value);
     if (access) fields.insert(access->field);
   }
   return fields;
@@ -140,19 +133,19 @@ std::map<std::string, double> Expansion::weights(const Expr& e) {
 
 /// Adds the weights of terms that are a number times a value at offset 0; ignores other terms.
 void Expansion::add_weights(const Expr& e, double scale, std::map<std::string, double>& weights) {
-  if (const Access* access = std::get_if<Access>(&e->kind)) {
+  if (const Access* access = as<Access>(e)) {
     if (access->offset == Offset{}) weights[access->field] += scale;
     return;
   }
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return add_weights(n->operand, -scale, weights);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (const Neg* n = as<Neg>(e)) return add_weights(n->operand, -scale, weights);
+  const Binary* b = as<Binary>(e);
   if (!b) return;
   if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) {
     add_weights(b->left, scale, weights);
     add_weights(b->right, b->op == BinaryOp::add ? scale : -scale, weights);
-  } else if (const Literal* divisor = std::get_if<Literal>(&b->right->kind); divisor && b->op == BinaryOp::divide) {
+  } else if (const Literal* divisor = as<Literal>(b->right); divisor && b->op == BinaryOp::divide) {
     add_weights(b->left, scale / divisor->value, weights);
-  } else if (const Literal* factor = std::get_if<Literal>(&b->left->kind); factor && b->op == BinaryOp::multiply) {
+  } else if (const Literal* factor = as<Literal>(b->left); factor && b->op == BinaryOp::multiply) {
     add_weights(b->right, scale * factor->value, weights);
   }
 }
@@ -164,21 +157,21 @@ Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried
     const Coefficient value = uniform(e);
     return value.empty() ? Polynomial{} : Polynomial{{{}, value}};
   }
-  if (const Local* l = std::get_if<Local>(&e->kind)) {
+  if (const Local* l = as<Local>(e)) {
     const auto let =
         std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
     require(let != kernel_.lets.end(), "a let is defined before its use");
     return expand(let->value, carried);
   }
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return negated(expand(n->operand, carried));
-  if (const Binary* b = std::get_if<Binary>(&e->kind)) return expand_binary(e, *b, carried);
+  if (const Neg* n = as<Neg>(e)) return negated(expand(n->operand, carried));
+  if (const Binary* b = as<Binary>(e)) return expand_binary(e, *b, carried);
   return atom(e);
 }
 
 Polynomial Expansion::expand_binary(const Expr& e, const Binary& b, const std::set<std::string>& carried) {
   const std::optional<Coefficient> below =
       b.op == BinaryOp::divide && is_uniform(b.right) ? inverse(b.right) : std::nullopt;
-  const Literal* exponent = std::get_if<Literal>(&b.right->kind);
+  const Literal* exponent = as<Literal>(b.right);
   const bool square = b.op == BinaryOp::power && exponent && exponent->value == 2;
   const bool both = b.op == BinaryOp::add || b.op == BinaryOp::subtract || b.op == BinaryOp::multiply;
   if (!both && !below && !square) return atom(e);
@@ -198,7 +191,7 @@ Polynomial Expansion::times(const Polynomial& a, const Polynomial& b) {
 bool Expansion::is_open(const Powers& monomial, const std::set<std::string>& carried) const {
   return std::any_of(monomial.begin(), monomial.end(), [&](const auto& factor) {
     const Atom& atom = atoms_[factor.first];
-    const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
+    const Access* access = atom.definition ? nullptr : as<Access>(atom.value);
     return access && carried.contains(access->field);
   });
 }
@@ -235,10 +228,9 @@ std::optional<Coefficient> Expansion::uniform_binary(const Binary& b) {
 }
 
 Coefficient Expansion::uniform(const Expr& e) {
-  if (const Literal* l = std::get_if<Literal>(&e->kind))
-    return l->value == 0 ? Coefficient{} : Coefficient{{{}, l->value}};
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return negated(uniform(n->operand));
-  if (const Binary* b = std::get_if<Binary>(&e->kind)) {
+  if (const Literal* l = as<Literal>(e)) return l->value == 0 ? Coefficient{} : Coefficient{{{}, l->value}};
+  if (const Neg* n = as<Neg>(e)) return negated(uniform(n->operand));
+  if (const Binary* b = as<Binary>(e)) {
     const std::optional<Coefficient> sum = uniform_binary(*b);
     if (sum) return *sum;
   }

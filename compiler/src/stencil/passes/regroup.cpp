@@ -109,10 +109,7 @@ class Writer {
     return local(name);
   }
 
-  static bool is_leaf(const Atom& atom) {
-    return atom.uniform || std::holds_alternative<Access>(atom.value->kind) ||
-           std::holds_alternative<Inside>(atom.value->kind);
-  }
+  static bool is_leaf(const Atom& atom) { return atom.uniform || is<Access, Inside>(atom.value); }
 
   std::string fresh_name() {
     std::string name;
@@ -141,15 +138,14 @@ bool is_finite(const Polynomial& p) {
 
 /// Whether `e` is linear in states at offset 0, with numeric weights.
 bool is_of_states(const Expr& e, const std::set<std::string>& states) {
-  if (const Access* access = std::get_if<Access>(&e->kind))
-    return access->offset == Offset{} && states.contains(access->field);
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_of_states(n->operand, states);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (const Access* access = as<Access>(e)) return access->offset == Offset{} && states.contains(access->field);
+  if (const Neg* n = as<Neg>(e)) return is_of_states(n->operand, states);
+  const Binary* b = as<Binary>(e);
   if (!b) return false;
   if (b->op == BinaryOp::add || b->op == BinaryOp::subtract)
     return is_of_states(b->left, states) && is_of_states(b->right, states);
-  if (b->op == BinaryOp::divide) return is_literal(b->right) && is_of_states(b->left, states);
-  return b->op == BinaryOp::multiply && is_literal(b->left) && is_of_states(b->right, states);
+  if (b->op == BinaryOp::divide) return is<Literal>(b->right) && is_of_states(b->left, states);
+  return b->op == BinaryOp::multiply && is<Literal>(b->left) && is_of_states(b->right, states);
 }
 
 /// The parts of an update: a state, sums and differences of states, and the rest.
@@ -158,13 +154,12 @@ struct SumParts {
 
   void add(const Expr& e, bool negative, const std::set<std::string>& states) {
     if (is_of_states(e, states)) {
-      const bool is_state = std::holds_alternative<Access>(e->kind) && !negative && is_literal(state, 0);
+      const bool is_state = is<Access>(e) && !negative && is_literal(state, 0);
       Expr& part = is_state ? state : differences;
       part = negative ? part - e : part + e;
-    } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
+    } else if (const Neg* n = as<Neg>(e)) {
       add(n->operand, !negative, states);
-    } else if (const Binary* b = std::get_if<Binary>(&e->kind);
-               b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
+    } else if (const Binary* b = as<Binary>(e); b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
       add(b->left, negative, states);
       add(b->right, negative != (b->op == BinaryOp::subtract), states);
     } else {

@@ -15,16 +15,14 @@ using ValuesOfLocals = std::map<std::string, Expr>;
 
 /// Rebuilds `e` from the leaves up, with the locals in `values` replaced.
 Expr rebuild(const Expr& e, const ValuesOfLocals& values) {
-  if (const Local* l = std::get_if<Local>(&e->kind)) {
+  if (const Local* l = as<Local>(e)) {
     const auto found = values.find(l->name);
     return found == values.end() ? e : found->second;
   }
   return map_children(e, [&](const Expr& child) { return rebuild(child, values); });
 }
 
-bool is_trivial(const Expr& e) {
-  return is_literal(e) || std::holds_alternative<Param>(e->kind) || std::holds_alternative<Local>(e->kind);
-}
+bool is_trivial(const Expr& e) { return is<Literal, Param, Local>(e); }
 
 Kernel simplify_kernel(const Kernel& kernel) {
   Kernel result = kernel;
@@ -38,7 +36,7 @@ Kernel simplify_kernel(const Kernel& kernel) {
       result.lets.push_back({let.name, value});
     }
   }
-  result = map_kernel(result, [&](const Expr& e) { return rebuild(e, values); });
+  result = map_expressions(result, [&](const Expr& e) { return rebuild(e, values); });
   std::erase_if(result.stores, [&](const Store& store) {
     return result.custom_adjoints.empty() && store.accumulate && is_literal(store.value, 0);
   });

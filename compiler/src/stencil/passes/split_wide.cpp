@@ -24,7 +24,7 @@ constexpr std::size_t widest = 48, part_width = 32;
 constexpr double most_work = 1.25;
 
 void add_terms(const Expr& e, std::vector<Expr>& terms) {
-  const Binary* sum = std::get_if<Binary>(&e->kind);
+  const Binary* sum = as<Binary>(e);
   if (sum == nullptr || sum->op != BinaryOp::add) return terms.push_back(e);
   add_terms(sum->left, terms);
   add_terms(sum->right, terms);
@@ -48,7 +48,7 @@ std::vector<Let> lets_of(const Kernel& part, const std::vector<Let>& all) {
   std::set<std::string> used;
   const auto note = [&](const Expr& value) {
     visit(value, [&](const Expr& e) {
-      if (const Local* local = std::get_if<Local>(&e->kind)) used.insert(local->name);
+      if (const Local* local = as<Local>(e)) used.insert(local->name);
     });
   };
   for (const Store& store : part.stores) note(store.value);

@@ -14,8 +14,8 @@ namespace dpde::stencil {
 namespace {
 
 bool is_product(const Expr& e) {
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_product(n->operand);
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (const Neg* n = as<Neg>(e)) return is_product(n->operand);
+  const Binary* b = as<Binary>(e);
   return b && (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) && !is_uniform(e);
 }
 
@@ -28,7 +28,7 @@ struct Product {
   void add(const Expr& e) {
     if (is_uniform(e)) {
       scaled = true;
-    } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
+    } else if (const Neg* n = as<Neg>(e)) {
       add(n->operand);
     } else if (is_product(e)) {
       add(std::get<Binary>(e->kind).left);
@@ -55,8 +55,8 @@ int instructions(const Expr& e) {
     return total + product.multiplications();
   }
   for_each_child(e, [&](const Expr& child) { total += instructions(child); });
-  const Binary* b = std::get_if<Binary>(&e->kind);
-  if (!b) return total + (std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind) ? 1 : 0);
+  const Binary* b = as<Binary>(e);
+  if (!b) return total + (is<Call, Select>(e) ? 1 : 0);
   const bool adds = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
   const auto multiplies = [](const Expr& x) { return is_product(x) && product_of(x).multiplications() > 0; };
   return total + (adds && (multiplies(b->left) || multiplies(b->right)) ? 0 : 1);
@@ -66,20 +66,14 @@ int instructions(const Expr& e) {
 
 int instructions(const Kernel& kernel) {
   int total = 0;
-  map_kernel(kernel, [&](const Expr& e) {
-    total += instructions(e);
-    return e;
-  });
+  for_each_expression(kernel, [&](const Expr& e) { total += instructions(e); });
   return total;
 }
 
 int loads(const Kernel& kernel) {
   std::set<std::pair<std::string, Offset>> reads;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      if (const Access* a = std::get_if<Access>(&e->kind)) reads.insert({a->field, a->offset});
-    });
-    return value;
+  visit(kernel, [&](const Expr& e) {
+    if (const Access* a = as<Access>(e)) reads.insert({a->field, a->offset});
   });
   return static_cast<int>(reads.size());
 }

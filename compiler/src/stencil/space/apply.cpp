@@ -19,7 +19,7 @@ Expr same_place(const Expr& e, const Offset& k) {
 }
 
 Expr with_lets_replaced(const Expr& e, const std::vector<Let>& lets) {
-  const Local* l = std::get_if<Local>(&e->kind);
+  const Local* l = as<Local>(e);
   if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child, lets); });
   for (const Let& let : lets) {
     if (let.name == l->name) return with_lets_replaced(let.value, lets);
@@ -29,7 +29,7 @@ Expr with_lets_replaced(const Expr& e, const std::vector<Let>& lets) {
 
 /// A formula for a kernel that stores the operator at the point displaced by `k`: the seed of a point has offset -k.
 Expr with_seeds_behind(const Expr& e, const Kernel& kernel, const Offset& k) {
-  const Access* a = std::get_if<Access>(&e->kind);
+  const Access* a = as<Access>(e);
   if (!a) return map_children(e, [&](const Expr& child) { return with_seeds_behind(child, kernel, k); });
   return seeded_by(kernel, a->field) ? same_place(e, {-k[0], -k[1], -k[2]}) : e;
 }
@@ -51,7 +51,7 @@ Offset whole_cells(const std::array<int, max_rank>& place) {
 /// The scene parameter passed as argument `name`, if no other argument contains it; else "".
 std::string lone_param(const Environment& reading, const std::string& name) {
   const auto value = reading.values.find(name);
-  const Param* p = value == reading.values.end() ? nullptr : std::get_if<Param>(&value->second->kind);
+  const Param* p = value == reading.values.end() ? nullptr : as<Param>(value->second);
   if (!p) return "";
   for (const auto& [other, held] : reading.values) {
     if (other != name && reads_param(held, p->name)) return "";

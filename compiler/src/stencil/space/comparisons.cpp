@@ -9,7 +9,7 @@ namespace {
 
 void add_locals(const Expr& e, std::set<std::string>& locals) {
   visit(e, [&](const Expr& part) {
-    if (const Local* local = std::get_if<Local>(&part->kind)) locals.insert(local->name);
+    if (const Local* local = as<Local>(part)) locals.insert(local->name);
   });
 }
 
@@ -23,9 +23,9 @@ void add_decisive(const Expr& e, std::set<std::string>& locals) {
 }  // namespace
 
 bool is_decision(const Expr& e) {
-  if (std::holds_alternative<Interp>(e->kind)) return true;
-  if (const Binary* b = std::get_if<Binary>(&e->kind)) return precedence(b->op) == precedence(BinaryOp::less);
-  const Call* call = std::get_if<Call>(&e->kind);
+  if (is<Interp>(e)) return true;
+  if (const Binary* b = as<Binary>(e)) return precedence(b->op) == precedence(BinaryOp::less);
+  const Call* call = as<Call>(e);
   return call && has_jumps(call->fn);
 }
 

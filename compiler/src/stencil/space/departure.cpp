@@ -10,7 +10,7 @@ namespace dpde::stencil {
 
 const model::Advect* find_transport(const model::Expr& rate) {
   for (const model::Term& term : model::terms_of(rate)) {
-    const auto* advect = std::get_if<model::Advect>(&term.value->kind);
+    const auto* advect = as<model::Advect>(term.value);
     if (advect) return advect;  // lives as long as the equation
   }
   return nullptr;

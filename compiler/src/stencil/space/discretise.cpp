@@ -25,9 +25,7 @@ bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
   if (as<model::NetworkCall>(e) || as<model::Solve>(e)) return true;
-  bool found = is_field(e);
-  model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
-  return found;
+  return is_field(e) || any_child(e, [&](const model::Expr& part) { return reads_in_place(part); });
 }
 
 model::Placement parity(const std::array<int, max_rank>& place) {
@@ -39,9 +37,8 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 bool holds_derivative(const model::Expr& e) {
   if (as<model::NetworkCall>(e) || as<model::Solve>(e) || as<model::BandPass>(e))
     return false;  // these become separate fields
-  bool found = as<model::Derivative>(e) || as<model::Advect>(e);
-  model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
-  return found;
+  return as<model::Derivative>(e) || as<model::Advect>(e) ||
+         any_child(e, [&](const model::Expr& part) { return holds_derivative(part); });
 }
 
 Reduction reduction_of(model::Reduce::Kind kind) {
@@ -97,9 +94,8 @@ bool has_parts_midway(const model::Expr& e) {
 }
 
 bool is_leaf(const Expr& e) {
-  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return is_leaf(neg->operand);
-  return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Param>(e->kind) ||
-         std::holds_alternative<Local>(e->kind) || std::holds_alternative<Access>(e->kind);
+  if (const Neg* neg = as<Neg>(e)) return is_leaf(neg->operand);
+  return is<Literal, Param, Local, Access>(e);
 }
 
 }  // namespace
@@ -108,10 +104,10 @@ std::string axis_letter(int axis) { return std::string(1, "xyz"[axis]); }
 Expr spacing(int axis) { return param(std::string("h").append(axis_letter(axis))); }
 
 Expr scaled(const Expr& factor, const Expr& product) {
-  if (const Neg* neg = std::get_if<Neg>(&product->kind)) return -scaled(factor, neg->operand);
-  const Binary* b = std::get_if<Binary>(&product->kind);
+  if (const Neg* neg = as<Neg>(product)) return -scaled(factor, neg->operand);
+  const Binary* b = as<Binary>(product);
   const bool is_product = b && (b->op == BinaryOp::multiply || b->op == BinaryOp::divide);
-  if (!is_product || is_literal(b->left)) return factor * product;
+  if (!is_product || is<Literal>(b->left)) return factor * product;
   return binary(b->op, scaled(factor, b->left), b->right);
 }
 
@@ -345,11 +341,9 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
     return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     const bool is_central = model::transport_of(scheme_, *a).advect == model::Advection::central;
-    if (is_central && !model::is_constant(a->velocity[axis], 0)) return true;
+    if (is_central && !is_literal(a->velocity[axis], 0)) return true;
   }
-  bool found = false;
-  model::for_each_part(e, [&](const model::Expr& child) { found = found || belongs_midway(child, axis); });
-  return found;
+  return any_child(e, [&](const model::Expr& child) { return belongs_midway(child, axis); });
 }
 
 Discretiser::Quotient Discretiser::derivative_at(const model::Derivative& e, const Place& place, int accuracy) {
@@ -414,7 +408,7 @@ Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place
   if (transport.advect != model::Advection::central) return upwind_at(e, place);
   std::vector<Quotient> terms;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
-    if (model::is_constant(e.velocity[axis], 0)) continue;
+    if (is_literal(e.velocity[axis], 0)) continue;
     const Quotient speed = velocity_at(e.velocity[axis], place);
     const bool has_base = base_ || placements_.only(e.operand) == parity(place);
     const Within within(*this, base_ ? base_ : has_base ? std::optional(parity(place)) : std::nullopt);

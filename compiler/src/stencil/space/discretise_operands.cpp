@@ -42,7 +42,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   for (const Prerequisite& made : preparations_) {  // those of `inner` too
     for (const std::string& field : fields_made(made)) names_.reserve(field);
   }
-  const Access* field = std::get_if<Access>(&value->kind);
+  const Access* field = as<Access>(value);
   const bool is_there = field && field->offset == Offset{};
   operands_.push_back({e, place, is_there ? field->field : store_before(inner, value, e->origin)});
   return operands_.back().field;

@@ -37,7 +37,7 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
   const model::Transport& transport = model::transport_of(scheme_, e);
   Expr sum = 0.0;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
-    if (model::is_constant(e.velocity[axis], 0)) continue;
+    if (is_literal(e.velocity[axis], 0)) continue;
     Expr speed = velocity_at(e.velocity[axis], place).value();
     const auto cell = [&](int distance) {
       Place there = place;

@@ -16,7 +16,7 @@ WaveReading Discretiser::wave_reading() {
 Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& place) {
   const WaveReading reading = wave_reading();
   std::vector<WavePart> parts;
-  if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind); d && !reading.is_multiplier(e)) {
+  if (const model::Derivative* d = as<model::Derivative>(e); d && !reading.is_multiplier(e)) {
     parts = {{d->operand, wave_number(d->axis)}};  // the derivative in an advect: independent of the rule for dx
   } else {
     parts = wave_parts(e, reading);
@@ -29,7 +29,7 @@ Discretiser::Quotient Discretiser::waves_at(const model::Expr& e, const Place& p
 std::string Discretiser::stored_waves(const std::vector<WavePart>& parts) {
   Transform transform;
   for (const WavePart& part : parts) {
-    const model::Solve* solve = std::get_if<model::Solve>(&part.operand->kind);
+    const model::Solve* solve = as<model::Solve>(part.operand);
     if (solve == nullptr || !model::is_of_waves(*solve, scheme_)) {
       transform.terms.push_back({stored_operand(part.operand, {}), {{}, 0.0, part.symbol, false}});
       continue;
@@ -89,7 +89,7 @@ std::optional<Discretiser::Quotient> Discretiser::sum_of_waves(const model::Bina
   }
   if (count < 2) return std::nullopt;
   const Quotient of_waves = waves_at(waves, place);
-  if (model::is_constant(rest, 0)) return of_waves;
+  if (is_literal(rest, 0)) return of_waves;
   return Quotient{at(rest, place).value() + of_waves.value()};
 }
 

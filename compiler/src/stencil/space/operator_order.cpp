@@ -71,7 +71,7 @@ class Sample {
   }
 
   bool holds(const Expr& e) {
-    const Binary* b = std::get_if<Binary>(&e->kind);
+    const Binary* b = as<Binary>(e);
     return b && compare(*b);
   }
 
@@ -201,24 +201,17 @@ bool is_worse(const MeasuredOrder& a, const MeasuredOrder& b) {
 }
 
 std::string reason_not_to_measure(const model::Problem& problem, const model::Expr& body) {
-  const auto holds = [&](auto is_kind) { return model::any_part(body, is_kind); };
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Reduce>(e->kind); }))
-    return "it holds a reduction";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::NetworkCall>(e->kind); }))
-    return "a network is in it";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Solve>(e->kind); }))
-    return "a solve is in it";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); }))
-    return "it holds a sample";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::BandPass>(e->kind); }))
-    return "it holds a part of the waves";
-  const bool has_places = holds([](const model::Expr& e) {
-    return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind) ||
-           std::holds_alternative<model::Interpolate>(e->kind);
-  });
+  const auto holds = [&](auto is_kind) { return any_part(body, is_kind); };
+  if (holds([](const model::Expr& e) { return is<model::Reduce>(e); })) return "it holds a reduction";
+  if (holds([](const model::Expr& e) { return is<model::NetworkCall>(e); })) return "a network is in it";
+  if (holds([](const model::Expr& e) { return is<model::Solve>(e); })) return "a solve is in it";
+  if (holds([](const model::Expr& e) { return is<model::Sample>(e); })) return "it holds a sample";
+  if (holds([](const model::Expr& e) { return is<model::BandPass>(e); })) return "it holds a part of the waves";
+  const bool has_places =
+      holds([](const model::Expr& e) { return is<model::Derivative, model::Advect, model::Interpolate>(e); });
   if (has_places && model::Placements(problem).is_staggered())
     return "it holds derivatives, and the scene has staggered fields";
-  const bool transports = holds([](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); });
+  const bool transports = holds([](const model::Expr& e) { return is<model::Advect>(e); });
   if (transports && problem.scheme.is_semi_lagrangian()) return "it holds a semi-Lagrangian advect";
   return "";
 }
@@ -248,8 +241,8 @@ MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
 /// Whether its order may depend on a parameter that the scene sets.
 bool holds_parameter(const model::Problem& problem, const model::StatedOrder& stated) {
   return std::any_of(stated.body.begin(), stated.body.end(), [&](const model::Expr& body) {
-    return model::any_part(body, [&](const model::Expr& e) {
-      const auto* param = std::get_if<model::Param>(&e->kind);
+    return any_part(body, [&](const model::Expr& e) {
+      const auto* param = as<model::Param>(e);
       return param && problem.find_param(param->name) != nullptr;
     });
   });

@@ -36,9 +36,9 @@ Quotient reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
 }
 
 Quotient share(const model::Expr& e, int rank, Discretiser& at_point) {
-  if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return reduced(*reduce, rank, at_point);
-  if (!model::holds_reduction(e)) return {at_point(e), param("cells")};
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
+  if (const auto* reduce = as<model::Reduce>(e)) return reduced(*reduce, rank, at_point);
+  if (!holds_any<model::Reduce>(e)) return {at_point(e), param("cells")};
+  if (const auto* neg = as<model::Neg>(e)) {
     const Quotient positive = share(neg->operand, rank, at_point);
     return {-positive.top, positive.bottom};
   }
@@ -48,7 +48,7 @@ Quotient share(const model::Expr& e, int rank, Discretiser& at_point) {
     return {left.top, at_point(b.right) * left.bottom};
   }
   if (b.op == BinaryOp::multiply) {
-    const bool factor_first = !model::holds_reduction(b.left);
+    const bool factor_first = !holds_any<model::Reduce>(b.left);
     const Quotient rest = share(factor_first ? b.right : b.left, rank, at_point);
     return {scaled(at_point(factor_first ? b.left : b.right), rest.top), rest.bottom};
   }

@@ -2,7 +2,6 @@
 #include "stencil/space/semi_lagrangian.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -18,17 +17,17 @@ namespace {
 
 using model::Term;
 
-const model::Advect* as_advect(const model::Expr& e) { return std::get_if<model::Advect>(&e->kind); }
+const model::Advect* as_advect(const model::Expr& e) { return as<model::Advect>(e); }
 
 bool holds_advect(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& x) { return as_advect(x) != nullptr; });
+  return any_part(e, [](const model::Expr& x) { return as_advect(x) != nullptr; });
 }
 
 /// Whether a term is -advect(v, state), with no advect in the velocity.
 bool is_transport(const Term& term, const std::string& state) {
   const model::Advect* advect = as_advect(term.value);
   if (!advect || !term.negative) return false;
-  const auto* field = std::get_if<model::Field>(&advect->operand->kind);
+  const auto* field = as<model::Field>(advect->operand);
   if (!field || field->name != state) return false;
   for (const model::Expr& component : advect->velocity) {
     if (holds_advect(component)) return false;
@@ -39,11 +38,11 @@ bool is_transport(const Term& term, const std::string& state) {
 /// The equation without its transport; nullopt if there are no other terms. The other terms keep their form.
 std::optional<model::Expr> without_transport(const model::Expr& e) {
   if (as_advect(e)) return std::nullopt;
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
+  if (const auto* neg = as<model::Neg>(e)) {
     const auto rest = without_transport(neg->operand);
     return rest ? std::optional(model::Expr(model::Node{model::Neg{*rest}, e->origin})) : std::nullopt;
   }
-  const auto* b = std::get_if<model::Binary>(&e->kind);
+  const auto* b = as<model::Binary>(e);
   if (!b || (b->op != BinaryOp::add && b->op != BinaryOp::subtract)) return e;
   const auto left = without_transport(b->left);
   const auto right = without_transport(b->right);
@@ -70,11 +69,11 @@ void check_state(const model::State& state, DiagnosticSink& sink) {
 
 bool has_moving_walls(const model::Problem& problem, const model::State& state) {
   const auto moves = [&](const model::Expr& part) {
-    const auto* param = std::get_if<model::Param>(&part->kind);
+    const auto* param = as<model::Param>(part);
     return param && (param->name == "t" || problem.find_control(param->name) != nullptr);
   };
   return std::any_of(state.boundary.begin(), state.boundary.end(), [&](const model::AxisSides& sides) {
-    return model::any_part(sides.low.value, moves) || model::any_part(sides.high.value, moves);
+    return any_part(sides.low.value, moves) || any_part(sides.high.value, moves);
   });
 }
 
@@ -87,14 +86,12 @@ void check_velocity(const model::Problem& problem, const model::State& state, Di
   for (const model::State& read : problem.states) {
     if (!has_moving_walls(problem, read)) continue;
     const auto looks_around = [&](const model::Expr& part) {
-      const bool is_difference = std::holds_alternative<model::Derivative>(part->kind) ||
-                                 std::holds_alternative<model::Interpolate>(part->kind) ||
-                                 std::holds_alternative<model::Shift>(part->kind);
+      const bool is_difference = is<model::Derivative, model::Interpolate, model::Shift>(part);
       return is_difference && model::reads(part, read.name);
     };
     for (const model::Expr& component : transport->velocity) {
       const bool is_elsewhere = placements.natural(component).value_or(state.placement) != state.placement;
-      if (!model::any_part(component, looks_around) && !(is_elsewhere && model::reads(component, read.name))) continue;
+      if (!any_part(component, looks_around) && !(is_elsewhere && model::reads(component, read.name))) continue;
       sink.report(
           "not-allowed-here", component->origin.range.is_known() ? component->origin.range : state.origin.range,
           {"a velocity with differences of " + read.name + ", whose walls move,", "a scene with advect = maccormack"},
@@ -132,8 +129,8 @@ bool is_of_states(const model::Problem& problem, const model::Advect& advect) {
 
 bool is_of_time(const model::Advect& advect) {
   return std::ranges::any_of(advect.velocity, [](const model::Expr& e) {
-    return model::any_part(e, [](const model::Expr& part) {
-      const auto* param = std::get_if<model::Param>(&part->kind);
+    return any_part(e, [](const model::Expr& part) {
+      const auto* param = as<model::Param>(part);
       return param && param->name == "t";
     });
   });
@@ -236,7 +233,7 @@ class TransportStep {
     for (Moved& moved : moved_) {
       const std::optional<model::Expr> terms =
           moved.transport ? without_transport(moved.advance->rate) : moved.advance->rate;
-      if (!terms || model::is_constant(*terms, 0)) continue;
+      if (!terms || is_literal(*terms, 0)) continue;
       moved.mid = moved.ahead = lowering_.field_beside(moved.state->name, "mid");
       advances.push_back({moved.state->name, *terms, moved.mid, moved.state->origin});
     }

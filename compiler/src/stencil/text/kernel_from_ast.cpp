@@ -274,7 +274,7 @@ class KernelReader : public ExprReader {
 
   /// Replaces lets by their values: formulas of adjoints have no lets.
   Expr with_lets_replaced(const Expr& e) const {
-    const Local* l = std::get_if<Local>(&e->kind);
+    const Local* l = as<Local>(e);
     if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child); });
     const auto let =
         std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });

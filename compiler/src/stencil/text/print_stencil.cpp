@@ -37,11 +37,11 @@ std::string access_text(const std::string& field, const Offset& offset, int rank
 
 /// True for a*b and a/b if the first factor is neither a number nor negated: -a*b reads back as -(a*b).
 bool takes_minus_in_front(const Expr& e) {
-  const Binary* b = std::get_if<Binary>(&e->kind);
+  const Binary* b = as<Binary>(e);
   if (!b || precedence(b->op) != precedence_of_product) return false;
-  const Binary* left = std::get_if<Binary>(&b->left->kind);
+  const Binary* left = as<Binary>(b->left);
   if (left && precedence(left->op) == precedence_of_product) return takes_minus_in_front(b->left);
-  return !is_literal(b->left) && !std::holds_alternative<Neg>(b->left->kind);
+  return !is<Literal, Neg>(b->left);
 }
 
 /// A text and the precedence of its outermost operator.
@@ -119,24 +119,16 @@ class ExprPrinter {
 
 /// Whether an offset, interp or inside in the body shows the number of axes.
 bool shows_axes(const Kernel& kernel) {
-  if (!kernel.scatters.empty()) return true;
-  bool shown = false;
-  const auto look = [&](const Expr& e) {
-    const Access* a = std::get_if<Access>(&e->kind);
-    shown = shown || (a && a->offset != Offset{}) || std::holds_alternative<Interp>(e->kind) ||
-            std::holds_alternative<Inside>(e->kind);
-  };
-  map_kernel(kernel, [&](const Expr& e) {
-    visit(e, look);
-    return e;
+  return !kernel.scatters.empty() || any_part(kernel, [](const Expr& e) {
+    const Access* a = as<Access>(e);
+    return (a && a->offset != Offset{}) || is<Interp, Inside>(e);
   });
-  return shown;
 }
 
 void add_params_of_formulas(const Kernel& kernel, std::vector<std::string>& params) {
   for (const CustomAdjoint& given : kernel.custom_adjoints) {
     visit(given.value, [&](const Expr& e) {
-      const Param* p = std::get_if<Param>(&e->kind);
+      const Param* p = as<Param>(e);
       if (p && !contains(params, p->name)) params.push_back(p->name);
     });
   }

@@ -52,12 +52,12 @@ class Touched {
 
  private:
   void add_leaf(const Expr& e) {
-    if (const Param* p = std::get_if<Param>(&e->kind)) {
+    if (const Param* p = as<Param>(e)) {
       params.add(p->name);
-    } else if (const Access* a = std::get_if<Access>(&e->kind)) {
+    } else if (const Access* a = as<Access>(e)) {
       Signature::Read& read = read_of(a->field);
       for (int axis = 0; axis < rank_; ++axis) read.halo[axis] = std::max(read.halo[axis], std::abs(a->offset[axis]));
-    } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+    } else if (const Interp* i = as<Interp>(e)) {
       Signature::Read& read = read_of(i->field);
       read.interpolated = true;
       for (int axis = 0; axis < rank_; ++axis) read.halo[axis] = std::max(read.halo[axis], reach_of(i->along[axis]));
@@ -90,11 +90,11 @@ Halo on_bounded_axes(const Program& program, int cells) {
 }
 
 void add_read_halo(std::map<std::string, Halo>& result, const Expr& e, const Halo& grown, const Program& program) {
-  if (const Access* a = std::get_if<Access>(&e->kind)) {
+  if (const Access* a = as<Access>(e)) {
     Halo needed = grown;
     for (int axis = 0; axis < max_rank; ++axis) needed[axis] += std::abs(a->offset[axis]);
     widen(result[a->field], needed);
-  } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+  } else if (const Interp* i = as<Interp>(e)) {
     widen(result[i->field], on_bounded_axes(program, reach_of(*i, program.axes)));
   }
 }
@@ -237,10 +237,7 @@ class RequiredHalo {
   void add_run(const Run& run) {
     const Kernel& kernel = kernel_of(module_, run);
     const Halo grown = on_bounded_axes(program_, run.grow);
-    map_kernel(kernel, [&](const Expr& e) {
-      visit(e, [&](const Expr& part) { add_read_halo(result_, part, grown, program_); });
-      return e;
-    });
+    visit(kernel, [&](const Expr& part) { add_read_halo(result_, part, grown, program_); });
     for (const Store& store : kernel.stores) widen(result_[store.field], grown);
     for (const Scatter& scatter : kernel.scatters)
       widen(result_[scatter.target.field], on_bounded_axes(program_, reach_of(scatter.target, program_.axes)));

@@ -53,7 +53,7 @@ class Displacer {
     return substitute_params(rename_fields(e, [&](const std::string& field) { return named(field); }), clock_);
   }
   void move(Kernel& kernel) const {
-    kernel = map_kernel(kernel, [&](const Expr& e) { return moved(e); });
+    kernel = map_expressions(kernel, [&](const Expr& e) { return moved(e); });
     for (CustomAdjoint& given : kernel.custom_adjoints) {
       rename(given.input);
       const auto name = [&](const std::string& field) { return seeded_by(kernel, field) ? field : named(field); };

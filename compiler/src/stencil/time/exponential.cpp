@@ -35,8 +35,8 @@ const std::vector<Row> etdrk4{
     {1, 1, 0, {{0, 1, 1}, {0, 2, -3}, {0, 3, 4}, {1, 2, 2}, {1, 3, -4}, {2, 2, 2}, {2, 3, -4}, {3, 2, -1}, {3, 3, 4}}}};
 
 bool depends_on_time(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& part) {
-    const model::Param* p = std::get_if<model::Param>(&part->kind);
+  return any_part(e, [](const model::Expr& part) {
+    const model::Param* p = as<model::Param>(part);
     return p && p->name == "t";
   });
 }
@@ -90,7 +90,7 @@ class Exponential {
         pointwise = model::binary(term.negative ? BinaryOp::subtract : BinaryOp::add, pointwise, term.value);
       }
     }
-    if (!model::is_constant(pointwise, 0)) result.rest.push_back({pointwise, 1.0});
+    if (!is_literal(pointwise, 0)) result.rest.push_back({pointwise, 1.0});
     if (!holds_odd_powers(result.linear)) return result;  // means over k and -k then agree with the derivatives
     result.linear = with_slopes(result.linear);
     for (WavePart& part : result.rest) part.symbol = with_slopes(part.symbol);

@@ -2,10 +2,7 @@
 #include "stencil/time/implicit_schemes.h"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
-#include <map>
-#include <span>
 #include <utility>
 
 #include "model/analyse/implicit_part.h"
@@ -88,8 +85,8 @@ struct Equation {
   std::vector<std::string> left = {};    // U_1, U_2, ... before projection: used in the sums, so that the last
   // projection includes all effects of constraints on the step
 
-  bool is_solved() const { return !model::is_constant(parts.part, 0); }
-  bool has_rest() const { return !model::is_constant(parts.rest, 0); }
+  bool is_solved() const { return !is_literal(parts.part, 0); }
+  bool has_rest() const { return !is_literal(parts.rest, 0); }
   bool is_at_rest() const { return !is_solved() && !has_rest() && !is_projected; }
 };
 

@@ -55,13 +55,13 @@ void check_one(const Lowering& lowering, const model::Expr& e, DiagnosticSink& s
 void check_iterations(const Lowering& lowering, DiagnosticSink& sink) {
   std::vector<model::Expr> known;
   const std::function<bool(const model::Expr&)> look = [&](const model::Expr& e) {
-    const model::Solve* solve = std::get_if<model::Solve>(&e->kind);
+    const model::Solve* solve = as<model::Solve>(e);
     if (solve == nullptr || !solve->iterations || std::ranges::find(known, e) != known.end()) return false;
     known.push_back(e);
     return false;
   };
   model::for_each_formula(lowering.problem(), [&](const model::Use& use) {
-    if (model::is_of_states(use.kind)) model::any_part(use.formula, look);
+    if (model::is_of_states(use.kind)) any_part(use.formula, look);
   });
   for (const model::Expr& e : known) check_one(lowering, e, sink);
 }

@@ -123,7 +123,7 @@ Expr Multistep::next_velocity(const model::State& velocity) {
   const Expr step = at_first("velocity_step", dt() / 2.0, dt());
   const Expr push = scaled(step, at_point_(force.rest, velocity.placement)), here = access(velocity.name);
   Expr value = here + push;
-  if (!model::is_constant(force.factor, 0)) {
+  if (!is_literal(force.factor, 0)) {
     const Expr damping = at_point_.shared(velocity.name + "_damping", at_point_(force.factor, velocity.placement));
     const Expr implicit = at_first("implicit_step", 0.0, dt() / 2.0);
     value = ((1.0 + dt() / 2.0 * damping) * here + push) / (1.0 - implicit * damping);

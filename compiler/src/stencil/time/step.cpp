@@ -49,7 +49,7 @@ std::vector<Advance> advances_of(const model::Problem& problem, const std::vecto
     if (!part.is_of(advance.state)) continue;
     Advance own = advance;
     own.rate = model::terms_for(problem, advance.state, advance.rate, part.terms);
-    if (!model::is_constant(own.rate, 0)) result.push_back(std::move(own));
+    if (!is_literal(own.rate, 0)) result.push_back(std::move(own));
   }
   return result;
 }

@@ -2,7 +2,6 @@
 #include "stencil/time/time_schemes.h"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <iterator>
 #include <map>
@@ -32,8 +31,7 @@ class Stages {
 
   /// Whether neither a rate nor a constraint changes the state.
   bool is_at_rest(const Advance& advance) const {
-    return model::is_constant(advance.rate, 0) &&
-           !(part_.is_projected && lowering_.problem().is_projected(advance.state));
+    return is_literal(advance.rate, 0) && !(part_.is_projected && lowering_.problem().is_projected(advance.state));
   }
 
   /// The fields of stage `number` that replace the states.

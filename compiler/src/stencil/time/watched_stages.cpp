@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
-#include <variant>
 
 #include "stencil/build.h"
 #include "support/match.h"
@@ -37,7 +36,7 @@ std::optional<Environment> solution_in(const Stage& stage, const Lowering& lower
   Environment reading = *stage.reading;
   for (const Store& store : stage.kernel.stores) {
     const std::string state = lowering.state_of(store.field);
-    if (!state.empty() && std::holds_alternative<Access>(store.value->kind)) reading.fields[state] = store.field;
+    if (!state.empty() && is<Access>(store.value)) reading.fields[state] = store.field;
   }
   return reading;
 }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "dpde/runtime/bytes.h"
 #include "stencil/text/print_stencil.h"

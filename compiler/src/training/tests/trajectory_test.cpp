@@ -32,8 +32,8 @@ bool made_data_of(const TrainingScene& scene, const UnknownValues& values, const
 /// Whether the test reads data; otherwise it measures no error.
 bool reads_data(const model::Problem& problem, const model::Test& test) {
   if (test.kind != model::Test::Kind::number) return true;
-  return model::any_part(test.quantity.value, [&](const model::Expr& e) {
-    const auto* field = std::get_if<model::Field>(&e->kind);
+  return any_part(test.quantity.value, [&](const model::Expr& e) {
+    const auto* field = as<model::Field>(e);
     const auto& data = problem.task->data;
     return field != nullptr && std::ranges::find(data, field->name, &model::Datum::name) != data.end();
   });

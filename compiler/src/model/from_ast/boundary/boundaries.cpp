@@ -43,9 +43,9 @@ std::optional<NamedSides> find_place(Elaboration& elaboration, const ast::Identi
 
 /// A number or a parameter with value 0.
 bool is_zero(const Elaboration& elaboration, const Expr& e) {
-  const auto* param = std::get_if<Param>(&e->kind);
+  const auto* param = as<Param>(e);
   const auto found = param ? elaboration.params.values.find(param->name) : elaboration.params.values.end();
-  return is_constant(e, 0) || (found != elaboration.params.values.end() && found->second && *found->second == 0);
+  return is_literal(e, 0) || (found != elaboration.params.values.end() && found->second && *found->second == 0);
 }
 
 /// Whether the call has `count` unnamed arguments.
@@ -160,7 +160,7 @@ void check_complete(Elaboration& elaboration, const State& state, const std::vec
 bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) {
   if (has_wall_formula(problem, boundary)) return true;
   const auto is_time = [](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
+    const auto* param = as<Param>(part);
     return param && param->name == "t";
   };
   return std::any_of(boundary.begin(), boundary.end(), [&](const AxisSides& sides) {
@@ -175,14 +175,12 @@ bool holds_time(const Problem& problem, const std::vector<AxisSides>& boundary) 
 /// Whether an equation has a spatial derivative of an expression with the field.
 bool reads_around(const Problem& problem, const std::string& field) {
   const auto is_field = [&](const Expr& part) {
-    const auto* read = std::get_if<Field>(&part->kind);
+    const auto* read = as<Field>(part);
     return read && read->name == field;
   };
   return std::any_of(problem.states.begin(), problem.states.end(), [&](const State& state) {
     return state.rhs && any_part(*state.rhs, [&](const Expr& part) {
-             const bool reads = std::holds_alternative<Derivative>(part->kind) ||
-                                std::holds_alternative<Advect>(part->kind) ||
-                                std::holds_alternative<Interpolate>(part->kind);
+             const bool reads = is<Derivative, Advect, Interpolate>(part);
              return reads && any_part(part, is_field);
            });
   });

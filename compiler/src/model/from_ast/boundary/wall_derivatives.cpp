@@ -28,16 +28,14 @@ std::string walls_with_values(const Problem& problem, const State& state) {
 
 /// Ignores forces on masks: these use the right-hand sides exactly as the step does.
 bool holds_second(const Elaboration& elaboration, const Expr& e, const std::string& state) {
-  const auto* reduce = std::get_if<Reduce>(&e->kind);
+  const auto* reduce = as<Reduce>(e);
   const auto is_it = [&](const auto& force) {
-    const auto* moment = std::get_if<Binary>(&reduce->operand->kind);
+    const auto* moment = as<Binary>(reduce->operand);
     return force.second.rate == reduce->operand || (moment && moment->right == force.second.rate);
   };
   if (reduce && std::ranges::any_of(elaboration.masks.forces, is_it)) return false;
-  if (std::holds_alternative<Derivative>(e->kind) && reads(e, state) && nested_order(e) >= 2) return true;
-  bool found = false;
-  for_each_part(e, [&](const Expr& part) { found = found || holds_second(elaboration, part, state); });
-  return found;
+  if (is<Derivative>(e) && reads(e, state) && nested_order(e) >= 2) return true;
+  return any_child(e, [&](const Expr& part) { return holds_second(elaboration, part, state); });
 }
 
 void check(Elaboration& elaboration, const Expr& value, const Origin& origin, const char* hint) {

@@ -52,11 +52,11 @@ class WallFormula {
   }
 
   void for_each_field(const Expr& e) {
-    if (const auto* field = std::get_if<Field>(&e->kind)) {
+    if (const auto* field = as<Field>(e)) {
       if (const State* read = elaboration_.problem.find_state(field->name)) check_place(*read);
       return;
     }
-    for_each_part(e, [&](const Expr& part) { for_each_field(part); });
+    for_each_child(e, [&](const Expr& part) { for_each_field(part); });
   }
 
   /// Allowed: cell centres, or points on the wall that are stored in arrays and complete without a fill.

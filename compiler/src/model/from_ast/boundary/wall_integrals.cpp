@@ -56,24 +56,24 @@ class OnWall {
   }
   std::optional<Expr> operator()(const Expr& e) {
     if (is_uniform(e)) return e;
-    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) {  // values on the wall need no interpolation to it
+    if (const auto* taken = as<Interpolate>(e)) {  // values on the wall need no interpolation to it
       const bool is_brought = takes_all_on_it_ && !reads_what_lies_on_it(taken->operand);
       return is_brought ? std::optional(inside(e, row_of_wall())) : (*this)(taken->operand);
     }
-    if (const auto* read = std::get_if<Field>(&e->kind)) return value(*read, e);
-    if (std::holds_alternative<Coordinate>(e->kind)) {
+    if (const auto* read = as<Field>(e)) return value(*read, e);
+    if (is<Coordinate>(e)) {
       const bool is_across = std::get<Coordinate>(e->kind).axis == wall_.axis;
       return is_across ? Expr(wall_.is_low ? axis_.low : axis_.high) : e;
     }
-    if (const auto* neg = std::get_if<Neg>(&e->kind)) {
+    if (const auto* neg = as<Neg>(e)) {
       const auto operand = (*this)(neg->operand);
       return operand ? std::optional(negate(*operand, e->origin)) : std::nullopt;
     }
-    if (const auto* b = std::get_if<Binary>(&e->kind)) {
+    if (const auto* b = as<Binary>(e)) {
       const auto left = (*this)(b->left), right = left ? (*this)(b->right) : std::nullopt;
       return right ? std::optional(binary(b->op, *left, *right, e->origin)) : std::nullopt;
     }
-    if (const auto* c = std::get_if<Call>(&e->kind)) {
+    if (const auto* c = as<Call>(e)) {
       std::vector<Expr> arguments;
       for (const Expr& argument : c->arguments) {
         const auto here = (*this)(argument);
@@ -82,7 +82,7 @@ class OnWall {
       }
       return call(c->fn, std::move(arguments), e->origin);
     }
-    const auto* d = std::get_if<Derivative>(&e->kind);
+    const auto* d = as<Derivative>(e);
     if (d == nullptr || d->order != 1) return unknown(e);
     if (d->axis == wall_.axis) return across(d->operand);
     const auto operand = (*this)(d->operand);
@@ -108,7 +108,7 @@ class OnWall {
 
   bool reads_what_lies_on_it(const Expr& e) const {
     return any_part(e, [&](const Expr& part) {
-      const auto* field = std::get_if<Field>(&part->kind);
+      const auto* field = as<Field>(part);
       return field && lies_on_wall(field->name);
     });
   }
@@ -139,13 +139,13 @@ class OnWall {
   /// The derivative across the wall.
   std::optional<Expr> across(const Expr& e) {
     if (is_uniform(e)) return Expr(0.0);
-    if (const auto* read = std::get_if<Field>(&e->kind)) return slope(*read, e);
-    if (const auto* at = std::get_if<Coordinate>(&e->kind)) return Expr(at->axis == wall_.axis ? 1.0 : 0.0);
-    if (const auto* neg = std::get_if<Neg>(&e->kind)) {
+    if (const auto* read = as<Field>(e)) return slope(*read, e);
+    if (const auto* at = as<Coordinate>(e)) return Expr(at->axis == wall_.axis ? 1.0 : 0.0);
+    if (const auto* neg = as<Neg>(e)) {
       const auto operand = across(neg->operand);
       return operand ? std::optional(negate(*operand, e->origin)) : std::nullopt;
     }
-    const auto* b = std::get_if<Binary>(&e->kind);
+    const auto* b = as<Binary>(e);
     if (b == nullptr) return unknown(e);
     const auto left = across(b->left), right = left ? across(b->right) : std::nullopt;
     if (!right) return std::nullopt;
@@ -192,8 +192,8 @@ class OnWall {
 
 /// The terms of a sum with their constant factors; the terms may have different placements.
 void add_terms(const Expr& e, const Expr& factor, std::vector<Expr>& terms) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return add_terms(neg->operand, negate(factor), terms);
-  const auto* b = std::get_if<Binary>(&e->kind);
+  if (const auto* neg = as<Neg>(e)) return add_terms(neg->operand, negate(factor), terms);
+  const auto* b = as<Binary>(e);
   if (b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
     add_terms(b->left, factor, terms);
     return add_terms(b->right, b->op == BinaryOp::add ? factor : negate(factor), terms);

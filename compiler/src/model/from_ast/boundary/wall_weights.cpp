@@ -70,7 +70,7 @@ std::optional<WallMisfit> misfit_at(const Problem& problem, const WeightedSide& 
 /// Whether it contains an unknown parameter.
 bool may_change(const Problem& problem, const Expr& e) {
   return any_part(e, [&](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
+    const Param* param = as<Param>(part);
     const Parameter* parameter = param ? problem.find_param(param->name) : nullptr;
     return parameter && parameter->unknown;
   });

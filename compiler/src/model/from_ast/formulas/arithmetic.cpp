@@ -39,19 +39,19 @@ std::string list_hint(BinaryOp op, const TypedExpr& a, const TypedExpr& b) {
 }
 
 bool is_sum_of_squares(const Expr& e) {
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   if (b && b->op == BinaryOp::add) return is_sum_of_squares(b->left) && is_sum_of_squares(b->right);
   return b && b->op == BinaryOp::multiply && b->left == b->right;
 }
 
 /// v|^2, the sum of squares under the root of a norm; nullptr if `e` is not a norm.
 const Expr* square_of(const Expr& e) {
-  const auto* choice = std::get_if<Select>(&e->kind);
-  const auto* positive = choice ? std::get_if<Binary>(&choice->condition->kind) : nullptr;
-  const auto* root = choice ? std::get_if<Call>(&choice->yes->kind) : nullptr;
-  if (!positive || !root || root->fn != Fn::sqrt || !is_constant(choice->no, 0)) return nullptr;
-  const auto* inside = std::get_if<Select>(&root->arguments.front()->kind);
-  const bool is_norm = positive->op == BinaryOp::greater && is_constant(positive->right, 0) && inside &&
+  const auto* choice = as<Select>(e);
+  const auto* positive = choice ? as<Binary>(choice->condition) : nullptr;
+  const auto* root = choice ? as<Call>(choice->yes) : nullptr;
+  if (!positive || !root || root->fn != Fn::sqrt || !is_literal(choice->no, 0)) return nullptr;
+  const auto* inside = as<Select>(root->arguments.front());
+  const bool is_norm = positive->op == BinaryOp::greater && is_literal(positive->right, 0) && inside &&
                        inside->condition == choice->condition && inside->yes == positive->left &&
                        is_sum_of_squares(positive->left);
   return is_norm ? &positive->left : nullptr;
@@ -68,7 +68,7 @@ TypedExpr scalar_operation(FormulaScope& here, BinaryOp op, const Operand& left,
   const auto a = as_number(here, left.value, left.source.range());
   const auto b = as_number(here, right.value, right.source.range());
   if (!a || !b) return {};
-  const Expr* square = op == BinaryOp::power && is_constant(*b, 2) ? square_of(*a) : nullptr;  // no kink
+  const Expr* square = op == BinaryOp::power && is_literal(*b, 2) ? square_of(*a) : nullptr;  // no kink
   return number_of(square ? *square : binary(op, *a, *b, {range}));
 }
 

@@ -57,11 +57,9 @@ std::optional<int> shell_of(FormulaScope& here, const ast::Expr& e, int least) {
   constexpr int most = 1 << 20;
   const TypedExpr typed = numeric(here, e);
   if (typed.type == TypedExpr::Type::none) return std::nullopt;
-  const bool is_number =
-      typed.parts.size() == 1 && !any_part(typed.parts.front(), [](const Expr& part) {
-        return !std::holds_alternative<Number>(part->kind) && !std::holds_alternative<Neg>(part->kind) &&
-               !std::holds_alternative<Binary>(part->kind) && !std::holds_alternative<Call>(part->kind);
-      });
+  const bool is_number = typed.parts.size() == 1 && !any_part(typed.parts.front(), [](const Expr& part) {
+                           return !is<Number, Neg, Binary, Call>(part);
+                         });
   const double value = is_number ? value_of(typed.parts.front(), {}).number : -1;
   if (value >= least && value <= most && std::floor(value) == value) return static_cast<int>(value);
   here.elaboration.sink.report(

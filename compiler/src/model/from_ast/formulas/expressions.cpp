@@ -319,7 +319,7 @@ TypedExpr combine(FormulaScope& here, BinaryOp op, const Operand& left, const Op
 
 void note_if_dropped(FormulaScope& here, const Operand& term, std::size_t begin) {
   std::vector<std::string>& dropped = here.elaboration.problem.remarks.dropped;
-  const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
+  const auto is_zero = [](const Expr& part) { return is_literal(part, 0); };
   const std::vector<Expr>& parts = term.value.parts;
   if (!here.is_of_step() || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
   if (is_written_sum(term.source) || is_written_zero(term.source)) return;

@@ -14,7 +14,7 @@ namespace {
 
 bool moves(const Elaboration& elaboration, const Expr& condition) {
   return any_part(condition, [&](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
+    const auto* param = as<Param>(part);
     return param != nullptr && (param->name == "t" || elaboration.params.controls.contains(param->name));
   });
 }

@@ -15,11 +15,11 @@ namespace dpde::model {
 
 namespace {
 
-bool is_plain_field(const Expr& e) { return std::holds_alternative<Field>(e->kind); }
+bool is_plain_field(const Expr& e) { return is<Field>(e); }
 
 bool holds_part_reduction(const Expr& e) {
   return any_part(e, [](const Expr& part) {
-    const Reduce* reduce = std::get_if<Reduce>(&part->kind);
+    const Reduce* reduce = as<Reduce>(part);
     return reduce && !reduce->is_over_all();
   });
 }
@@ -60,8 +60,8 @@ std::vector<Placement> places_of_others(const Placements& placements, const Appl
 /// Whether an argument has an adjoint: it contains a field or an unknown of the task.
 bool is_active(const Elaboration& elaboration, const Expr& argument) {
   return any_part(argument, [&](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
-    return std::holds_alternative<Field>(part->kind) || (param && elaboration.params.unknowns.contains(param->name));
+    const Param* param = as<Param>(part);
+    return is<Field>(part) || (param && elaboration.params.unknowns.contains(param->name));
   });
 }
 
@@ -135,11 +135,7 @@ TypedExpr formula_of_parameters(FormulaScope& here, const FunctionScope& call, c
     return {};
   }
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
-    return any_part(component, [](const Expr& part) {
-      return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||
-             std::holds_alternative<Advect>(part->kind) || std::holds_alternative<NetworkCall>(part->kind) ||
-             std::holds_alternative<Solve>(part->kind) || std::holds_alternative<BandPass>(part->kind);
-    });
+    return holds_any<Reduce, Apply, Advect, NetworkCall, Solve, BandPass>(component);
   });
   if (is_simple) return value;
   here.elaboration.sink.report("not-allowed-here", e.range(),
@@ -175,7 +171,7 @@ bool add_adjoint(FormulaScope& here, const FunctionScope& call, const ast::Adjoi
   TypedExpr value = formula_of_parameters(here, call, item.value, &seed);
   if (value.type == TypedExpr::Type::none) return false;
   const bool is_vector = call.arguments.at(parameter->name).type == TypedExpr::Type::vector;
-  if (is_vector && value.type == TypedExpr::Type::number && is_constant(value.parts.front(), 0))
+  if (is_vector && value.type == TypedExpr::Type::number && is_literal(value.parts.front(), 0))
     value.parts.resize(parts.size(), value.parts.front());
   if (is_vector && !as_vector(here, value, item.value.range())) return false;
   if (!is_vector && !as_number(here, value, item.value.range())) return false;
@@ -187,10 +183,10 @@ bool add_adjoint(FormulaScope& here, const FunctionScope& call, const ast::Adjoi
 /// Whether argument `i` is a parameter of the scene that no other argument contains: then the adjoint of the number is
 /// the parameter's.
 bool is_lone_param(const Apply& application, std::size_t i) {
-  const auto* own = std::get_if<Param>(&application.arguments[i]->kind);
+  const auto* own = as<Param>(application.arguments[i]);
   for (std::size_t other = 0; own != nullptr && other < application.arguments.size(); ++other) {
     const bool is_there = any_part(application.arguments[other], [&](const Expr& part) {
-      const auto* param = std::get_if<Param>(&part->kind);
+      const auto* param = as<Param>(part);
       return param != nullptr && param->name == own->name;
     });
     if (other != i && is_there) return false;

@@ -18,14 +18,14 @@ namespace {
 constexpr const char* residual = "residual";
 
 bool is_residual(const Expr& e) {
-  const Field* is_field = std::get_if<Field>(&e->kind);
+  const Field* is_field = as<Field>(e);
   return is_field != nullptr && is_field->name == residual;
 }
 
 /// The call with the residual replaced by the unknown's name.
 Expr in_terms_of(const Expr& e, const std::string& unknown) {
   if (is_residual(e)) return field(unknown, e->origin);
-  return map_parts(e, [&](const Expr& part) { return in_terms_of(part, unknown); });
+  return map_children(e, [&](const Expr& part) { return in_terms_of(part, unknown); });
 }
 
 /// A suggestion for a single word.
@@ -70,7 +70,7 @@ bool is_preconditioner(Elaboration& elaboration, const Expr& value, SourceRange 
     elaboration.sink.report("solve-does-not-fit", range, {solved.name, why}, hint);
     return false;
   };
-  const NetworkCall* call = std::get_if<NetworkCall>(&value->kind);
+  const NetworkCall* call = as<NetworkCall>(value);
   if (call == nullptr)
     return refuse("its preconditioner is no network", "as in preconditioner smooth(residual), network smooth(r) -> z");
   if (call->outputs != 1)

@@ -64,9 +64,9 @@ std::vector<std::array<double, 3>> places_to_look_at(const std::vector<Axis>& ax
 /// A field that is read at the point itself.
 std::optional<std::string> field_in(const Expr& e) {
   std::optional<std::string> found;
-  if (const auto* field = std::get_if<Field>(&e->kind)) return field->name;
-  if (std::holds_alternative<Reduce>(e->kind) || std::holds_alternative<Sample>(e->kind)) return found;
-  for_each_part(e, [&](const Expr& part) {
+  if (const auto* field = as<Field>(e)) return field->name;
+  if (is<Reduce, Sample>(e)) return found;
+  for_each_child(e, [&](const Expr& part) {
     if (!found) found = field_in(part);
   });
   return found;
@@ -99,13 +99,13 @@ struct MovableField {
 MovableField::Found MovableField::in(const Expr& e, bool of_sum) const {
   if (!holds_place(e)) return field_in(e);
   if (is_integral(e)) return std::nullopt;
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return in(neg->operand, of_sum);
-  if (const auto* derivative = std::get_if<Derivative>(&e->kind)) return in(derivative->operand, of_sum);
-  if (const auto* select = std::get_if<Select>(&e->kind)) {
+  if (const auto* neg = as<Neg>(e)) return in(neg->operand, of_sum);
+  if (const auto* derivative = as<Derivative>(e)) return in(derivative->operand, of_sum);
+  if (const auto* select = as<Select>(e)) {
     const bool has_edge_by_field = holds_place(select->condition) && field_in(select->condition);
     return has_edge_by_field ? std::nullopt : in({select->yes, select->no}, of_sum);
   }
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   if (b == nullptr) return std::nullopt;
   const bool left = holds_place(b->left), right = holds_place(b->right);
   switch (b->op) {

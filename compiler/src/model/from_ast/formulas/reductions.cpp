@@ -24,10 +24,10 @@ bool split_by_place(const Placements& placements, const Expr& e, const Around& a
     terms.push_back(around(e));
     return !placements.find_mistake(terms.back());
   }
-  if (const auto* neg = std::get_if<Neg>(&e->kind))
+  if (const auto* neg = as<Neg>(e))
     return split_by_place(
         placements, neg->operand, [&](const Expr& part) { return around(negate(part, e->origin)); }, terms);
-  const auto* b = std::get_if<Binary>(&e->kind);
+  const auto* b = as<Binary>(e);
   if (!b) return false;
   const auto is_everywhere = [&](const Expr& part) {
     return !placements.natural(part) && !placements.find_mistake(part);

@@ -59,8 +59,8 @@ std::vector<Expr> symmetric_part(const std::vector<Expr>& s, std::size_t n, cons
 
 /// Order of nested derivatives, ignoring those with a factor that vanishes fast enough towards poles.
 int order_beside_poles(const Problem& problem, const Expr& e) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return order_beside_poles(problem, neg->operand);
-  const auto* b = std::get_if<Binary>(&e->kind);
+  if (const auto* neg = as<Neg>(e)) return order_beside_poles(problem, neg->operand);
+  const auto* b = as<Binary>(e);
   if (b != nullptr && (b->op == BinaryOp::add || b->op == BinaryOp::subtract))
     return std::max(order_beside_poles(problem, b->left), order_beside_poles(problem, b->right));
   const bool falls = b != nullptr && b->op == BinaryOp::multiply &&
@@ -92,7 +92,7 @@ TypedExpr scalar_product(FormulaScope& here, const std::vector<Expr>& a, const s
 /// With an axis of symmetry a tensor would also have a component around it.
 bool can_take_tensor(FormulaScope& here, const std::string& what, SourceRange range) {
   const std::optional<Metric>& metric = here.elaboration.problem.metric;
-  if (!metric || is_constant(metric->around, 1)) return true;
+  if (!metric || is_literal(metric->around, 1)) return true;
   here.elaboration.sink.report(
       "in-curved-coordinates", range, {what, metric->name},
       "there a tensor has a component around the axis of symmetry: write the terms of each component");

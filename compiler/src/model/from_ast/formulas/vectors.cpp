@@ -40,7 +40,7 @@ bool can_take_vector_laplacian(FormulaScope& here, const TypedExpr& operand, Sou
   if (metric && operand.type == TypedExpr::Type::tensor)
     return !is_refused_in_curves(here.elaboration, "lap of a tensor", range);
   const bool is_one_place = std::ranges::none_of(operand.parts, is_elsewhere);
-  if (!metric || (here.axis_count() == 2 && is_constant(metric->around, 1) && is_one_place)) return true;
+  if (!metric || (here.axis_count() == 2 && is_literal(metric->around, 1) && is_one_place)) return true;
   const std::string what = std::string("lap of a vector") + (here.axis_count() == 3 ? " on three axes"
                                                              : is_one_place         ? ""
                                                                                     : " on faces");
@@ -96,7 +96,7 @@ std::optional<std::vector<Expr>> components(FormulaScope& here, const ast::Expr&
     return value ? std::optional(std::vector<Expr>{*value}) : std::nullopt;
   }
   const TypedExpr value = definition(here, e);
-  if (value.type == TypedExpr::Type::number && is_constant(value.parts.front(), 0)) {
+  if (value.type == TypedExpr::Type::number && is_literal(value.parts.front(), 0)) {
     return std::vector<Expr>(here.axis_count(), value.parts.front());
   }
   return as_vector(here, value, e.range());
@@ -268,7 +268,7 @@ TypedExpr curl(FormulaScope& here, const ast::Call& e, SourceRange range) {
   look_beside_poles(here, value.parts, 0, range);
   const Coordinates coordinates(here.elaboration.problem, {range});
   if (here.axis_count() == 2 && value.type == TypedExpr::Type::number) {
-    if (here.elaboration.problem.metric && !is_constant(here.elaboration.problem.metric->around, 1)) {
+    if (here.elaboration.problem.metric && !is_literal(here.elaboration.problem.metric->around, 1)) {
       here.elaboration.sink.report("in-curved-coordinates", range,
                                    {"curl of a number", here.elaboration.problem.metric->name},
                                    "of a stream function s write (dy(s)/r, -dx(s)/r)");
@@ -296,7 +296,7 @@ TypedExpr cross_product(FormulaScope& here, const ast::Call& e, SourceRange rang
   const TypedExpr v = numeric(here, e.arguments[1].value);
   if (!s || v.type == TypedExpr::Type::none) return {};
   const bool is_flat = here.axis_count() == 2 &&
-                       (!here.elaboration.problem.metric || is_constant(here.elaboration.problem.metric->around, 1));
+                       (!here.elaboration.problem.metric || is_literal(here.elaboration.problem.metric->around, 1));
   if (!is_flat) {
     here.elaboration.sink.report("vector-operation", e.callee_range, {"cross", counted(here.axis_count(), "axis")},
                                  "cross(s, v) is (-s*v.y, s*v.x), on two axes");

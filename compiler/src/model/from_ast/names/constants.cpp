@@ -79,7 +79,7 @@ Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>
 
 void fix_params(Elaboration& elaboration, const Expr& formula) {
   any_part(formula, [&](const Expr& part) {
-    if (const auto* param = std::get_if<Param>(&part->kind)) elaboration.params.fixed.insert(param->name);
+    if (const auto* param = as<Param>(part)) elaboration.params.fixed.insert(param->name);
     return false;
   });
 }

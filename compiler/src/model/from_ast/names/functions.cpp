@@ -57,11 +57,8 @@ TypedExpr body(FormulaScope& here, FunctionScope& scope, const ast::Call& e, Sou
 void note_order(FormulaScope& here, const FunctionScope& call, const TypedExpr& value) {
   if (here.is_measuring) return;
   const ast::Function& function = call.function;
-  const bool holds_network = std::any_of(value.parts.begin(), value.parts.end(), [](const Expr& part) {
-    return any_part(part, [](const Expr& e) {
-      return std::holds_alternative<NetworkCall>(e->kind) || std::holds_alternative<Solve>(e->kind);
-    });
-  });
+  const bool holds_network = std::any_of(value.parts.begin(), value.parts.end(),
+                                         [](const Expr& part) { return holds_any<NetworkCall, Solve>(part); });
   FunctionScope scope{function, {}, here.function};
   for (const auto& [name, value] : call.arguments) {
     TypedExpr argument = value;

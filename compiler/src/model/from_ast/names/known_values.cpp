@@ -12,7 +12,7 @@ namespace dpde::model {
 
 std::optional<double> known_value(const Expr& e, const KnownValues& values) {
   const bool is_open = any_part(e, [&](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
+    const Param* param = as<Param>(part);
     const auto found = param ? values.find(param->name) : values.end();
     return param && (found == values.end() || !found->second);
   });
@@ -23,15 +23,14 @@ std::optional<double> known_value(const Expr& e, const KnownValues& values) {
 
 Expr with_known(const Expr& e, const KnownValues& values) {
   const auto same = [&](const Expr& part) { return with_known(part, values); };
-  if (const auto* param = std::get_if<Param>(&e->kind)) {
+  if (const auto* param = as<Param>(e)) {
     const auto found = values.find(param->name);
     return found != values.end() && found->second ? number(*found->second, e->origin) : e;
   }
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
-  if (const auto* s = std::get_if<Select>(&e->kind))
-    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
-  const auto* c = std::get_if<Call>(&e->kind);
+  if (const auto* neg = as<Neg>(e)) return negate(same(neg->operand), e->origin);
+  if (const auto* b = as<Binary>(e)) return binary(b->op, same(b->left), same(b->right), e->origin);
+  if (const auto* s = as<Select>(e)) return select(same(s->condition), same(s->yes), same(s->no), e->origin);
+  const auto* c = as<Call>(e);
   if (!c) return e;
   std::vector<Expr> arguments;
   for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
@@ -40,7 +39,7 @@ Expr with_known(const Expr& e, const KnownValues& values) {
 
 bool holds_time(const Expr& e) {
   return any_part(e, [](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
+    const Param* param = as<Param>(part);
     return param && param->name == "t";
   });
 }
@@ -58,8 +57,7 @@ KnownValues values_at_start(const Elaboration& elaboration) {
   KnownValues values = elaboration.params.values;
   for (const Unknown& unknown : elaboration.problem.task->unknowns) {
     if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
-    if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind))
-      values[unknown.name] = number->value;
+    if (const Number* number = as<Number>(*unknown.from.formula)) values[unknown.name] = number->value;
   }
   return values;
 }

@@ -44,33 +44,33 @@ class NetworkPlaces {
  private:
   /// `displaced`: axes along which neighbouring values are read, too.
   void walk(const Expr& e, const Placement& wanted, AlongAxes displaced) {
-    if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return look(*call, e->origin, wanted, displaced);
-    if (const auto* d = std::get_if<Derivative>(&e->kind)) {
+    if (const auto* call = as<NetworkCall>(e)) return look(*call, e->origin, wanted, displaced);
+    if (const auto* d = as<Derivative>(e)) {
       const Placement between = toggled(wanted, d->axis);
       const bool is_between =
           d->order == 1 && placements_.only(e) != wanted && placements_.can_be_at(d->operand, between);
       displaced[static_cast<std::size_t>(d->axis)] = true;
       return walk(d->operand, is_between ? between : wanted, displaced);
     }
-    if (const auto* here = std::get_if<Interpolate>(&e->kind)) return walk_between(here->operand, wanted, displaced);
-    if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+    if (const auto* here = as<Interpolate>(e)) return walk_between(here->operand, wanted, displaced);
+    if (const auto* reduce = as<Reduce>(e)) {
       const Placement there = placements_.operand_placement(*reduce, wanted).value_or(Placement{});
       return walk(reduce->operand, there, reduce->is_over_all() ? AlongAxes{} : displaced);
     }
-    if (const auto* advect = std::get_if<Advect>(&e->kind)) {
+    if (const auto* advect = as<Advect>(e)) {
       for (const Expr& velocity : advect->velocity) walk_between(velocity, wanted, displaced);
       return walk(advect->operand, wanted, {true, true, true});
     }
-    if (const auto* apply = std::get_if<Apply>(&e->kind)) {
+    if (const auto* apply = as<Apply>(e)) {
       for (std::size_t i = 0; i < apply->arguments.size(); ++i)
         walk(apply->arguments[i], apply->places[i].value_or(Placement{}), {true, true, true});
       return;
     }
-    if (const auto* shift = std::get_if<Shift>(&e->kind)) {
+    if (const auto* shift = as<Shift>(e)) {
       for (std::size_t axis = 0; axis < shift->offset.size(); ++axis)
         displaced[axis] = displaced[axis] || shift->offset[axis] != 0;
     }
-    for_each_part(e, [&](const Expr& part) { walk(part, wanted, displaced); });
+    for_each_child(e, [&](const Expr& part) { walk(part, wanted, displaced); });
   }
 
   /// Averages from their own placement to the required one.

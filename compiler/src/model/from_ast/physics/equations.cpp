@@ -57,12 +57,12 @@ void bind_solved(Elaboration& elaboration, const ast::SolvedItem& item, SourceRa
         fmt::format("write sums of products of {0} and its derivatives with what does not hold {0}", name));
     return;
   }
-  if (is_constant(parts->part, 0)) {
+  if (is_literal(parts->part, 0)) {
     elaboration.sink.report("solve-does-not-fit", range, {name, "the equation does not hold it"},
                             "as in lap(phi) = omega");
     return;
   }
-  const bool is_advected = any_part(parts->part, [](const Expr& e) { return std::holds_alternative<Advect>(e->kind); });
+  const bool is_advected = holds_any<Advect>(parts->part);
   const Advection advect = elaboration.problem.scheme.transport.advect;
   if (is_advected && advect != Advection::central && advect != Advection::upwind) {
     elaboration.sink.report("solve-does-not-fit", range,

@@ -15,7 +15,7 @@ namespace {
 bool is_leapfrog(const Elaboration& elaboration) { return model::is_leapfrog(elaboration.problem.scheme.time); }
 
 bool needs_history(const Elaboration& elaboration, const State& state) {
-  if (!state.rhs || is_constant(*state.rhs, 0)) return false;
+  if (!state.rhs || is_literal(*state.rhs, 0)) return false;
   if (is_adams_bashforth(elaboration.problem.scheme.time)) return true;
   return is_leapfrog(elaboration) && state.velocity_of.empty() && !elaboration.problem.velocity_of(state.name);
 }

@@ -183,7 +183,7 @@ class Binder {
       operation = binary(BinaryOp::add, operation, moved->part);
       found = binary(BinaryOp::add, held->part, held->rest);
     }
-    if (is_constant(operation, 0))
+    if (is_literal(operation, 0))
       return refuse(item_.value.range(), "it binds no field whose rate holds the pressure", "");
     const auto boundary = derived_boundary(value);
     if (!boundary) return;
@@ -331,9 +331,9 @@ void check_projected_starts(Elaboration& elaboration) {
   // The adjoint of the initial state does not include dependence through coefficients.
   const auto is_sought = [&](const Unknown& unknown) {
     const auto is_it = [&](const Expr& e) {
-      const Param* param = std::get_if<Param>(&e->kind);
+      const Param* param = as<Param>(e);
       return (param != nullptr && param->name == unknown.name) ||
-             (unknown.kind == Unknown::Kind::network && std::holds_alternative<NetworkCall>(e->kind));
+             (unknown.kind == Unknown::Kind::network && is<NetworkCall>(e));
     };
     const auto holds_it = [&](const Coefficient& c) { return c.value.formula && any_part(*c.value.formula, is_it); };
     return unknown.kind == Unknown::Kind::coefficient || unknown.kind == Unknown::Kind::control ||

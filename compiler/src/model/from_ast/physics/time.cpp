@@ -124,7 +124,7 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
   std::vector<std::pair<std::vector<Expr>, int>> seen;
   int parts = 1;
   const std::function<void(const Expr&)> visit = [&](const Expr& e) {
-    const auto* advect = std::get_if<Advect>(&e->kind);
+    const auto* advect = as<Advect>(e);
     if (advect && std::find(seen.begin(), seen.end(), std::pair(advect->velocity, parts)) == seen.end()) {
       seen.emplace_back(advect->velocity, parts);
       Expr own = 0.0;
@@ -134,7 +134,7 @@ std::optional<Expr> rate_of_advection(const Problem& problem) {
       if (parts > 1) own = binary(BinaryOp::divide, own, parts);
       rate = rate ? model::call(Fn::max, {*rate, own}) : own;
     }
-    for_each_part(e, visit);
+    for_each_child(e, visit);
   };
   for (const State& state : problem.states) {
     parts = state.parts;

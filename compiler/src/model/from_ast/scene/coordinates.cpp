@@ -31,7 +31,7 @@ Expr Coordinates::outflow(const Expr& flux, int axis) const {
 
 Expr Coordinates::on_faces(const Expr& component, int axis) const {
   const bool has_slope = any_part(component, [&](const Expr& part) {
-    const auto* slope = std::get_if<Derivative>(&part->kind);
+    const auto* slope = as<Derivative>(part);
     return slope != nullptr && slope->axis == axis;
   });
   const std::optional<Placement> own = placements_.natural(component);
@@ -45,7 +45,7 @@ Expr Coordinates::slope(const Expr& f, int axis) const { return over(d(f, axis),
 Expr Coordinates::diffusion(const Expr& f, int axis) const {
   const Expr h = scale(axis), across = face(axis);
   if (depends_on_axis(h, axis)) return outflow(slope(f, axis), axis);
-  const bool is_plain = is_constant(across, 1);
+  const bool is_plain = is_literal(across, 1);
   const Expr bend = is_plain ? derivative(f, axis, 2, origin_) : d(times(across, d(f, axis)), axis);
   return over(bend, times(times(h, h), across));
 }
@@ -60,7 +60,7 @@ Expr Coordinates::divergence(const std::vector<Expr>& v) const {
   Expr sum = 0.0;
   for (int axis = 0; axis < axes(); ++axis) {
     const Expr& along = v[static_cast<std::size_t>(axis)];
-    const bool is_plain = is_constant(face(axis), 1);
+    const bool is_plain = is_literal(face(axis), 1);
     const Expr out = outflow(is_plain ? along : on_faces(along, axis), axis);
     sum = axis == 0 ? out : binary(BinaryOp::add, sum, out, origin_);
   }
@@ -221,7 +221,7 @@ std::vector<Expr> Coordinates::vector_laplacian(const std::vector<Expr>& f) cons
     Expr sum = 0.0;
     for (int axis = 0; axis < 2; ++axis) {
       const Expr turn = turns[static_cast<std::size_t>(axis)], h = scale(axis);
-      if (is_constant(turn, 0)) {
+      if (is_literal(turn, 0)) {
         sum = binary(BinaryOp::add, sum, diffusion(own, axis), origin_);
         continue;
       }

@@ -20,15 +20,12 @@ bool reads_neighbours(const Elaboration& elaboration, const NetworkCall& call) {
 }
 
 bool varies(const Elaboration& elaboration, const Expr& e) {
-  if (const auto* call = std::get_if<NetworkCall>(&e->kind)) return reads_neighbours(elaboration, *call);
-  if (const auto* apply = std::get_if<Apply>(&e->kind))
+  if (const auto* call = as<NetworkCall>(e)) return reads_neighbours(elaboration, *call);
+  if (const auto* apply = as<Apply>(e))
     return std::ranges::any_of(apply->function.body, [&](const Expr& part) {
       return any_part(part, [&](const Expr& inner) { return varies(elaboration, inner); });
     });
-  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
-         std::holds_alternative<Coordinate>(e->kind) || std::holds_alternative<Shift>(e->kind) ||
-         std::holds_alternative<BandPass>(e->kind) || std::holds_alternative<Noise>(e->kind) ||
-         std::holds_alternative<Sample>(e->kind);
+  return is<Derivative, Advect, Coordinate, Shift, BandPass, Noise, Sample>(e);
 }
 
 /// Whether a formula of this kind needs a grid in order to vary in space.
@@ -84,8 +81,8 @@ class Gridless {
     const bool is_any = any_part(e, [&](const Expr& part) {
       if (!varies(elaboration_, part)) return false;
       range = part->origin.range;
-      const auto* call = std::get_if<NetworkCall>(&part->kind);
-      const auto* apply = std::get_if<Apply>(&part->kind);
+      const auto* call = as<NetworkCall>(part);
+      const auto* apply = as<Apply>(part);
       what = call    ? fmt::format("network {}, whose layers read other cells,", call->network)
              : apply ? "operator " + apply->function.name
                      : print(part);

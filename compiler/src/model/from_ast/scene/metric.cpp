@@ -276,7 +276,7 @@ class Poles {
   }
 
   static bool lacks_pole(const State& state, const Side& side, std::size_t axis) {
-    const bool is_closed = side.kind == SideKind::value && is_constant(side.value, 0);
+    const bool is_closed = side.kind == SideKind::value && is_literal(side.value, 0);
     return state.placement[axis] ? !is_closed : side.kind != SideKind::pole;
   }
 

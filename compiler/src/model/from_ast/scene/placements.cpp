@@ -25,11 +25,11 @@ int axis_count(const Elaboration& elaboration) { return static_cast<int>(elabora
 
 /// Each reduction has its own placement.
 void check_quantity(Elaboration& elaboration, const Placements& placements, const Expr& e, SourceRange where) {
-  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+  if (const auto* reduce = as<Reduce>(e)) {
     if (const auto mistake = placements.find_mistake(reduce->operand)) report_misplaced(elaboration, *mistake, where);
     return;
   }
-  for_each_part(e, [&](const Expr& part) { check_quantity(elaboration, placements, part, where); });
+  for_each_child(e, [&](const Expr& part) { check_quantity(elaboration, placements, part, where); });
 }
 
 /// The bounded axis along which a field is staggered, or -1.
@@ -41,28 +41,22 @@ int walled_axis(const Elaboration& elaboration, const Placement& placement) {
   return -1;
 }
 
-bool holds_advect(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return std::holds_alternative<Advect>(part->kind); });
-}
+bool holds_advect(const Expr& e) { return holds_any<Advect>(e); }
 
-bool moves(const Expr& e) {
-  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
-         std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
-}
+bool moves(const Expr& e) { return is<Derivative, Interpolate, Advect, Shift>(e); }
 
 /// Whether the body of an operator reads a parameter at other points.
 bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
-  const auto* field = std::get_if<Field>(&e->kind);
-  bool found = field && inside && field->name == parameter;
-  for_each_part(e, [&](const Expr& part) { found = found || takes_elsewhere(part, parameter, inside || moves(e)); });
-  return found;
+  const auto* field = as<Field>(e);
+  if (field && inside && field->name == parameter) return true;
+  return any_child(e, [&](const Expr& part) { return takes_elsewhere(part, parameter, inside || moves(e)); });
 }
 
 /// Coefficients and data have no boundary conditions: between walls a staggered one has values on the high wall but not
 /// on the low one.
 void check_no_wall_values(Elaboration& elaboration, const Placements& placements, const Expr& e, bool inside,
                           SourceRange where) {
-  if (const auto* field = std::get_if<Field>(&e->kind)) {
+  if (const auto* field = as<Field>(e)) {
     const int axis = walled_axis(elaboration, placements.of(field->name));
     if (!inside || axis < 0 || elaboration.problem.find_state(field->name)) return;
     elaboration.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where,
@@ -70,15 +64,15 @@ void check_no_wall_values(Elaboration& elaboration, const Placements& placements
                             fmt::format("a field has a boundary: make it one, with dt({}) = 0", field->name));
     return;
   }
-  if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
+  if (const auto* sampled = as<Sample>(e)) {
     return check_no_wall_values(elaboration, placements, field(sampled->field, e->origin), true, where);
   }
-  if (const auto* network = std::get_if<NetworkCall>(&e->kind)) {  // its arguments are read at their own placements
+  if (const auto* network = as<NetworkCall>(e)) {  // its arguments are read at their own placements
     for (const Expr& argument : network->arguments)
       check_no_wall_values(elaboration, placements, argument, false, where);
     return;
   }
-  if (const auto* applied = std::get_if<Apply>(&e->kind)) {
+  if (const auto* applied = as<Apply>(e)) {
     for (std::size_t i = 0; i < applied->arguments.size(); ++i) {
       const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) {
         return takes_elsewhere(body, applied->function.parameters[i], inside);
@@ -87,7 +81,7 @@ void check_no_wall_values(Elaboration& elaboration, const Placements& placements
     }
     return;
   }
-  for_each_part(
+  for_each_child(
       e, [&](const Expr& part) { check_no_wall_values(elaboration, placements, part, inside || moves(e), where); });
 }
 
@@ -116,7 +110,7 @@ void check_coupling(Elaboration& elaboration) {
 
 /// "edges" or "faces" if a vector with this word would have the required placement in this component; else "".
 std::string places_wanted(const Elaboration& elaboration, const Placements::Mistake& mistake) {
-  const auto* field = std::get_if<Field>(&mistake.part->kind);
+  const auto* field = as<Field>(mistake.part);
   const std::string whole = field ? vector_of(field->name) : "";
   const Symbol* meaning = elaboration.names.scope.find(whole);
   if (!meaning || !meaning->is_vector || meaning->role == Role::datum) return "";

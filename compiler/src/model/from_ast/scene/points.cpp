@@ -86,7 +86,7 @@ class Hats {
   /// The position wrapped onto the axis; unchanged if already there.
   static Expr around(const Axis& axis, const Expr& position) {
     const double period = axis.high - axis.low;
-    const auto* fixed = std::get_if<Number>(&position->kind);
+    const auto* fixed = as<Number>(position);
     if (fixed != nullptr && axis.low <= fixed->value && fixed->value < axis.high) return position;
     const Expr rounds = binary(BinaryOp::divide, minus(position, axis.low), period);
     const Expr is_there = binary(BinaryOp::logical_and, binary(BinaryOp::less_equal, axis.low, position),
@@ -215,20 +215,19 @@ class AtPoint {
 
   Expr operator()(const Expr& e) const {
     if (is_uniform(e)) return e;
-    if (const auto* field = std::get_if<Field>(&e->kind)) return sampled(problem_, {field->name, place_}, 0, origin_);
-    if (const auto* at = std::get_if<Coordinate>(&e->kind)) return place_[static_cast<std::size_t>(at->axis)];
-    if (const auto* taken = std::get_if<Interpolate>(&e->kind)) return (*this)(taken->operand);
-    if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate((*this)(neg->operand), e->origin);
-    const auto* b = std::get_if<Binary>(&e->kind);
+    if (const auto* field = as<Field>(e)) return sampled(problem_, {field->name, place_}, 0, origin_);
+    if (const auto* at = as<Coordinate>(e)) return place_[static_cast<std::size_t>(at->axis)];
+    if (const auto* taken = as<Interpolate>(e)) return (*this)(taken->operand);
+    if (const auto* neg = as<Neg>(e)) return negate((*this)(neg->operand), e->origin);
+    const auto* b = as<Binary>(e);
     if (b != nullptr && !is_with_lengths(*b)) return binary(b->op, (*this)(b->left), (*this)(b->right), e->origin);
-    if (const auto* c = std::get_if<Select>(&e->kind))
-      return select((*this)(c->condition), (*this)(c->yes), (*this)(c->no), e->origin);
-    if (const auto* c = std::get_if<Call>(&e->kind)) {
+    if (const auto* c = as<Select>(e)) return select((*this)(c->condition), (*this)(c->yes), (*this)(c->no), e->origin);
+    if (const auto* c = as<Call>(e)) {
       std::vector<Expr> arguments;
       for (const Expr& argument : c->arguments) arguments.push_back((*this)(argument));
       return call(c->fn, std::move(arguments), e->origin);
     }
-    const auto* reduce = std::get_if<Reduce>(&e->kind);
+    const auto* reduce = as<Reduce>(e);
     if (reduce && reduce->is_over_all()) return e;
     const Hats hats(problem_);
     Expr weight = 1.0;
@@ -242,11 +241,7 @@ class AtPoint {
   bool is_with_lengths(const Binary& b) const {
     const bool is_product = b.op == BinaryOp::multiply || b.op == BinaryOp::divide;
     if (!problem_.metric || !is_product || is_uniform(b.left) || is_uniform(b.right)) return false;
-    const auto is_made_of_neighbours = [](const Expr& e) {
-      return any_part(e, [](const Expr& part) {
-        return std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind);
-      });
-    };
+    const auto is_made_of_neighbours = [](const Expr& e) { return holds_any<Derivative, Advect>(e); };
     return is_made_of_neighbours(b.left) || is_made_of_neighbours(b.right);
   }
 
@@ -258,7 +253,7 @@ class AtPoint {
 /// Whether the value of `e` is known when it is read: it has no t, no unknown and no parameter without a value.
 bool is_known_now(const Elaboration& elaboration, const Expr& e) {
   return !any_part(e, [&](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
+    const auto* param = as<Param>(part);
     if (!param) return false;
     const auto value = elaboration.params.values.find(param->name);
     return elaboration.params.unknowns.contains(param->name) || value == elaboration.params.values.end() ||
@@ -282,9 +277,7 @@ bool is_beside_its_pole(const Elaboration& elaboration, const Expr& e, const std
   return false;
 }
 
-bool holds_sample(const Expr& e) {
-  return any_part(e, [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); });
-}
+bool holds_sample(const Expr& e) { return holds_any<Sample>(e); }
 
 }  // namespace
 
@@ -404,25 +397,23 @@ bool mark_as_series(Elaboration& elaboration, const std::string& field) {
 }
 
 Expr with_points_as_numbers(const Problem& problem, const Expr& e) {
-  if (!holds_sample(e) || std::holds_alternative<Reduce>(e->kind)) return e;
-  const bool is_at_point = !holds_reduction(e) && !any_part(e, [](const Expr& part) {
-    return std::holds_alternative<Coordinate>(part->kind) || std::holds_alternative<Field>(part->kind);
-  });
+  if (!holds_sample(e) || is<Reduce>(e)) return e;
+  const bool is_at_point = !holds_any<Reduce>(e) && !holds_any<Coordinate, Field>(e);
   if (is_at_point && !is_condition(e)) return in_first_cell(problem, e);
-  return map_parts(e, [&](const Expr& part) { return with_points_as_numbers(problem, part); });
+  return map_children(e, [&](const Expr& part) { return with_points_as_numbers(problem, part); });
 }
 
 Expr over_one_cell(Elaboration& elaboration, const Expr& e) {
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(over_one_cell(elaboration, neg->operand), e->origin);
-  if (holds_reduction(e)) {
-    const auto* b = std::get_if<Binary>(&e->kind);
+  if (const auto* neg = as<Neg>(e)) return negate(over_one_cell(elaboration, neg->operand), e->origin);
+  if (holds_any<Reduce>(e)) {
+    const auto* b = as<Binary>(e);
     if (!b) return e;
     return binary(b->op, over_one_cell(elaboration, b->left), over_one_cell(elaboration, b->right), e->origin);
   }
   if (!holds_sample(e)) return e;
   const bool at_a_point = !any_part(e, [&](const Expr& part) {
-    const auto* field = std::get_if<Field>(&part->kind);
-    return std::holds_alternative<Coordinate>(part->kind) || (field && !mark_as_series(elaboration, field->name));
+    const auto* field = as<Field>(part);
+    return is<Coordinate>(part) || (field && !mark_as_series(elaboration, field->name));
   });
   return at_a_point ? in_first_cell(elaboration.problem, e) : e;
 }

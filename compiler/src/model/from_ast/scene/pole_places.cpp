@@ -43,25 +43,25 @@ class Divisions {
       const Expr formula = with_numbers(e, 0), other = with_numbers(e, 1);  // a factor may be 0 in one of them
       if (is_formula(formula) && is_formula(other)) return is_unbounded(formula) || is_unbounded(other) ? &e : nullptr;
     }
-    if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis == static_cast<int>(axis_))
+    if (const auto* d = as<Derivative>(e); d != nullptr && d->axis == static_cast<int>(axis_))
       return find(d->operand, read_by(*d, nearest));
-    if (const auto* here = std::get_if<Interpolate>(&e->kind)) {
+    if (const auto* here = as<Interpolate>(e)) {
       const bool is_apart = natural(here->operand) % 2 != nearest % 2;
       return find(here->operand, is_apart ? reaching(nearest, derivative_reach() - 1) : nearest);
     }
-    if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return find(reduce->operand, natural(reduce->operand));
-    if (const auto* shift = std::get_if<Shift>(&e->kind))
+    if (const auto* reduce = as<Reduce>(e)) return find(reduce->operand, natural(reduce->operand));
+    if (const auto* shift = as<Shift>(e))
       return find(shift->operand, reaching(nearest, 2 * std::abs(shift->offset[axis_])));
-    if (const auto* solve = std::get_if<Solve>(&e->kind)) {  // at cell centres
+    if (const auto* solve = as<Solve>(e)) {  // at cell centres
       const Expr* found = find(solve->operation, beside_it);
       return found != nullptr ? found : find(solve->right, beside_it);
     }
-    if (const auto* choice = std::get_if<Select>(&e->kind)) return in_choice(*choice, nearest);
-    const auto* quotient = std::get_if<Binary>(&e->kind);
+    if (const auto* choice = as<Select>(e)) return in_choice(*choice, nearest);
+    const auto* quotient = as<Binary>(e);
     const bool is_divided = quotient != nullptr && quotient->op == BinaryOp::divide && nearest == on_pole;
     if (is_divided && is_unbounded_divisor(with_numbers(quotient->right, 0))) return &e;
     const Expr* found = nullptr;
-    for_each_part(e, [&](const Expr& part) {
+    for_each_child(e, [&](const Expr& part) {
       if (found == nullptr) found = find(part, nearest);
     });
     return found;
@@ -82,7 +82,7 @@ class Divisions {
     constexpr double odd = 0.7316, growth = 0.3717;
     KnownValues values = values_;
     any_part(e, [&](const Expr& part) {
-      const auto* param = std::get_if<Param>(&part->kind);
+      const auto* param = as<Param>(part);
       if (param != nullptr && !values[param->name]) values[param->name] = odd;
       return false;
     });
@@ -128,11 +128,9 @@ class Divisions {
   }
   /// For formulas of fields at centres.
   bool belongs_midway(const Expr& e) const {
-    const auto* d = std::get_if<Derivative>(&e->kind);
+    const auto* d = as<Derivative>(e);
     if (d != nullptr && d->axis == static_cast<int>(axis_)) return belongs_midway(d->operand) != (d->order == 1);
-    bool found = false;
-    for_each_part(e, [&](const Expr& part) { found = found || belongs_midway(part); });
-    return found;
+    return any_child(e, [&](const Expr& part) { return belongs_midway(part); });
   }
 
   /// Each branch from the first point where it is chosen, as far as known.
@@ -149,11 +147,11 @@ class Divisions {
   /// Whether a condition holds at a point; nullopt if it depends on more than the coordinate along the axis.
   std::optional<bool> truth(const Expr& condition, int place) const {
     const bool is_elsewhere = any_part(condition, [&](const Expr& part) {
-      const auto* at = std::get_if<Coordinate>(&part->kind);
+      const auto* at = as<Coordinate>(part);
       return at != nullptr && at->axis != static_cast<int>(axis_);
     });
     if (!is_elsewhere && is_formula(condition)) return value_at(condition, coordinate(place)) != 0;
-    const auto* both = std::get_if<Binary>(&condition->kind);
+    const auto* both = as<Binary>(condition);
     if (both == nullptr || (both->op != BinaryOp::logical_and && both->op != BinaryOp::logical_or)) return std::nullopt;
     const auto left = truth(both->left, place), right = truth(both->right, place);
     const bool decides = both->op == BinaryOp::logical_or;  // whatever the other operand is

@@ -34,34 +34,33 @@ class StandIns {
   /// Across the periodic boundary of an axis.
   Expr formula_of(const Expr& e, int axis, const Arguments* arguments) {
     const auto same = [&](const Expr& part) { return formula_of(part, axis, arguments); };
-    if (std::holds_alternative<Number>(e->kind) || std::holds_alternative<Coordinate>(e->kind)) return e;
-    if (const auto* param = std::get_if<Param>(&e->kind)) return value_of(param->name);
-    if (const auto* field = std::get_if<Field>(&e->kind)) return field_of(field->name, axis, arguments);
-    if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand));
-    if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right));
-    if (const auto* s = std::get_if<Select>(&e->kind)) return select(same(s->condition), same(s->yes), same(s->no));
-    if (const auto* c = std::get_if<Call>(&e->kind)) {
+    if (is<Number, Coordinate>(e)) return e;
+    if (const auto* param = as<Param>(e)) return value_of(param->name);
+    if (const auto* field = as<Field>(e)) return field_of(field->name, axis, arguments);
+    if (const auto* neg = as<Neg>(e)) return negate(same(neg->operand));
+    if (const auto* b = as<Binary>(e)) return binary(b->op, same(b->left), same(b->right));
+    if (const auto* s = as<Select>(e)) return select(same(s->condition), same(s->yes), same(s->no));
+    if (const auto* c = as<Call>(e)) {
       std::vector<Expr> parts;
       for (const Expr& argument : c->arguments) parts.push_back(same(argument));
       return call(c->fn, std::move(parts));
     }
-    if (const auto* shift = std::get_if<Shift>(&e->kind)) return same(shift->operand);
-    if (const auto* here = std::get_if<Interpolate>(&e->kind)) return same(here->operand);
-    if (const auto* reduce = std::get_if<Reduce>(&e->kind); reduce && !reduce->over[static_cast<std::size_t>(axis)])
+    if (const auto* shift = as<Shift>(e)) return same(shift->operand);
+    if (const auto* here = as<Interpolate>(e)) return same(here->operand);
+    if (const auto* reduce = as<Reduce>(e); reduce && !reduce->over[static_cast<std::size_t>(axis)])
       return same(reduce->operand);
-    if (const auto* apply = std::get_if<Apply>(&e->kind)) {
+    if (const auto* apply = as<Apply>(e)) {
       const Arguments inner{*apply, e->origin, arguments};
       return formula_of(apply->function.body[static_cast<std::size_t>(apply->component)], axis, &inner);
     }
-    if (const auto* d = std::get_if<Derivative>(&e->kind); d != nullptr && d->axis != axis)
-      return slope(*d, same(d->operand));
+    if (const auto* d = as<Derivative>(e); d != nullptr && d->axis != axis) return slope(*d, same(d->operand));
     return some_number(std::to_string(others_++));
   }
 
  private:
   /// The derivative along another axis. If the operand has a field, so has its derivative, and any number will do.
   static Expr slope(const Derivative& d, Expr formula) {
-    const bool has_field = any_part(d.operand, [](const Expr& e) { return std::holds_alternative<Field>(e->kind); });
+    const bool has_field = holds_any<Field>(d.operand);
     for (int i = 0; i < d.order && !has_field; ++i) formula = slope_of(formula, {d.axis});
     return formula;
   }
@@ -144,47 +143,47 @@ class Seams {
 
   void walk(const Expr& e, const Inside& inside, const Placement& wanted) {
     const auto go_on = [&](const Expr& part, const Placement& place) { walk(part, inside, place); };
-    if (const auto* d = std::get_if<Derivative>(&e->kind)) {
+    if (const auto* d = as<Derivative>(e)) {
       look(d->operand, d->axis, inside, e->origin);
       const Placement between = toggled(wanted, d->axis);
       const bool is_between =
           inside.placements.is_staggered() && d->order == 1 && inside.placements.can_be_at(d->operand, between);
       return go_on(d->operand, is_between ? between : wanted);
     }
-    if (const auto* here = std::get_if<Interpolate>(&e->kind)) {
+    if (const auto* here = as<Interpolate>(e)) {
       look_between(here->operand, inside, wanted, e->origin);
       return go_on(here->operand, inside.placements.natural(here->operand).value_or(wanted));
     }
-    if (const auto* reduce = std::get_if<Reduce>(&e->kind))
+    if (const auto* reduce = as<Reduce>(e))
       return go_on(reduce->operand, inside.placements.operand_placement(*reduce, wanted).value_or(Placement{}));
-    if (const auto* apply = std::get_if<Apply>(&e->kind)) return walk_operator(*apply, inside, wanted, e->origin);
-    if (const auto* at = std::get_if<Sample>(&e->kind)) return look_beside(*at, inside, e->origin);
-    if (const auto* solve = std::get_if<Solve>(&e->kind)) {
+    if (const auto* apply = as<Apply>(e)) return walk_operator(*apply, inside, wanted, e->origin);
+    if (const auto* at = as<Sample>(e)) return look_beside(*at, inside, e->origin);
+    if (const auto* solve = as<Solve>(e)) {
       go_on(solve->operation, {});
       for (const Expr& start : solve->starts) go_on(start, {});
       if (solve->preconditioner) go_on(*solve->preconditioner, {});
       return go_on(solve->right, {});
     }
     look_around(e, inside, wanted);
-    if (const auto* call = std::get_if<NetworkCall>(&e->kind)) {
+    if (const auto* call = as<NetworkCall>(e)) {
       const Placements::OfCall places = inside.placements.places_of(*call, wanted);
       for (std::size_t i = 0; i < call->arguments.size(); ++i) go_on(call->arguments[i], places.arguments[i]);
       return;
     }
-    for_each_part(e, [&](const Expr& part) { go_on(part, wanted); });
+    for_each_child(e, [&](const Expr& part) { go_on(part, wanted); });
   }
 
   /// Expressions that read neighbours along several axes.
   void look_around(const Expr& e, const Inside& inside, const Placement& wanted) {
-    const auto* advect = std::get_if<Advect>(&e->kind);
-    const auto* shift = std::get_if<Shift>(&e->kind);
-    const bool is_place = shift != nullptr && std::holds_alternative<Coordinate>(shift->operand->kind);
+    const auto* advect = as<Advect>(e);
+    const auto* shift = as<Shift>(e);
+    const bool is_place = shift != nullptr && is<Coordinate>(shift->operand);
     if (is_place) return;  // the coordinate of the neighbour itself, as in inject, which handles the periodic boundary
-    const auto* inference = std::get_if<NetworkCall>(&e->kind);
+    const auto* inference = as<NetworkCall>(e);
     const network::Network* network = inference != nullptr ? network_of(inference->network) : nullptr;
     for (int axis = 0; axis < static_cast<int>(elaboration_.problem.axes.size()); ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      if (advect != nullptr && !is_constant(advect->velocity[a], 0)) look(advect->operand, axis, inside, e->origin);
+      if (advect != nullptr && !is_literal(advect->velocity[a], 0)) look(advect->operand, axis, inside, e->origin);
       if (shift != nullptr && shift->offset[a] != 0) look(shift->operand, axis, inside, e->origin);
       if (network == nullptr || network->is_host() || is_pointwise(*network)) continue;
       for (const Expr& argument : inference->arguments) look(argument, axis, inside, e->origin);

@@ -21,7 +21,7 @@ namespace {
 
 bool is_of_time(const Expr& e) {
   return any_part(e, [](const Expr& part) {
-    const auto* param = std::get_if<Param>(&part->kind);
+    const auto* param = as<Param>(part);
     return param && param->name == "t";
   });
 }

@@ -37,7 +37,7 @@ std::optional<Expr> formula_of(Elaboration& elaboration, const ast::Expr& e, int
       formulas::number({elaboration, FormulaContext::stretch, "the stretched axis " + name}, e);
   if (!written) return std::nullopt;
   const bool holds_others = any_part(*written, [&](const Expr& part) {
-    const auto* coordinate = std::get_if<Coordinate>(&part->kind);
+    const auto* coordinate = as<Coordinate>(part);
     return coordinate && coordinate->axis != axis;
   });
   if (!holds_others) return with_values(elaboration, *written);

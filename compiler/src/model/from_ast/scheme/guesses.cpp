@@ -30,12 +30,12 @@ SourceRange place_of(const Elaboration& elaboration, const std::string& key) {
 /// Removes guesses that are not in `known`.
 Expr with_guesses(const Expr& e, const std::set<std::string>& known) {
   const auto is_other = [&](const Expr& part) {
-    const auto* solve = std::get_if<Solve>(&part->kind);
+    const auto* solve = as<Solve>(part);
     return solve != nullptr &&
            std::ranges::any_of(solve->guesses, [&](const std::string& guess) { return !known.contains(guess); });
   };
   if (!any_part(e, is_other)) return e;
-  const Expr inside = map_parts(e, [&](const Expr& part) { return with_guesses(part, known); });
+  const Expr inside = map_children(e, [&](const Expr& part) { return with_guesses(part, known); });
   if (!is_other(inside)) return inside;
   Solve solve = std::get<Solve>(inside->kind);
   std::erase_if(solve.guesses, [&](const std::string& guess) { return !known.contains(guess); });
@@ -135,8 +135,7 @@ void drop_idle_guesses(Elaboration& elaboration) {
   for_each_formula(problem, [&](const Use& use) {
     if (!makes_state(use.kind)) return;  // the others are computed on request and store nothing
     any_part(use.formula, [&](const Expr& part) {
-      if (const auto* solve = std::get_if<Solve>(&part->kind))
-        found.insert(solve->guesses.begin(), solve->guesses.end());
+      if (const auto* solve = as<Solve>(part)) found.insert(solve->guesses.begin(), solve->guesses.end());
       return false;
     });
   });

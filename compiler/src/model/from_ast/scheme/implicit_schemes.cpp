@@ -43,10 +43,9 @@ std::optional<Obstacle> newton_obstacle(const Problem& problem, const State& sta
                     "take implicit = linear, or leave split out"};
   const std::string where = fmt::format(" in what it solves for in the equation for {}", state.name);
   const auto holds = [&](const auto& is_it) { return any_part(part, is_it); };
-  if (holds([](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind); }))
+  if (holds([](const Expr& e) { return is<NetworkCall>(e); }))
     return Obstacle{"a network" + where, "take implicit = linear"};
-  if (holds([](const Expr& e) { return std::holds_alternative<Solve>(e->kind); }))
-    return Obstacle{"a solve" + where, "take implicit = linear"};
+  if (holds([](const Expr& e) { return is<Solve>(e); })) return Obstacle{"a solve" + where, "take implicit = linear"};
   return std::nullopt;
 }
 
@@ -92,7 +91,7 @@ void check_implicit(Elaboration& elaboration) {
   for (const State& state : problem.states) {
     if (!state.rhs) continue;
     const LinearPart parts = implicit_part(problem, state.name, *state.rhs);
-    solves = solves || !is_constant(parts.part, 0);
+    solves = solves || !is_literal(parts.part, 0);
     if (const auto found = obstacle(problem, state, parts)) return report(state.origin.range, *found);
   }
   if (!solves) {

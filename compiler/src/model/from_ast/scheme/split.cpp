@@ -114,7 +114,7 @@ void check_split(Elaboration& elaboration) {
   }
   for (const State& state : problem.states) {
     for (const Split::Terms terms : all_terms) {
-      const bool is_there = state.rhs && !is_constant(terms_for(problem, state.name, *state.rhs, terms), 0);
+      const bool is_there = state.rhs && !is_literal(terms_for(problem, state.name, *state.rhs, terms), 0);
       const bool is_taken = std::ranges::any_of(problem.scheme.split.parts, [&](const Split::Part& part) {
         return part.terms == terms && part.is_of(state.name);
       });

@@ -48,7 +48,7 @@ namespace {
 
 /// A part of `e` that depends on a state, and so is not allowed in a formula of numbers; nullptr if there is none.
 const Expr* no_number(const Elaboration& elaboration, const Expr& e) {
-  const Param* param = std::get_if<Param>(&e->kind);
+  const Param* param = as<Param>(e);
   const auto is_average = [&](const ElaboratedAverages::Average& average) {
     return param != nullptr && average.name == param->name;
   };
@@ -58,11 +58,9 @@ const Expr* no_number(const Elaboration& elaboration, const Expr& e) {
                            elaboration.problem.find_control(param->name) == nullptr);
     return is_known ? nullptr : &e;
   }
-  const bool is_of_numbers = std::holds_alternative<Number>(e->kind) || std::holds_alternative<Neg>(e->kind) ||
-                             std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) ||
-                             std::holds_alternative<Select>(e->kind);
+  const bool is_of_numbers = is<Number, Neg, Binary, Call, Select>(e);
   const Expr* found = is_of_numbers ? nullptr : &e;
-  for_each_part(e, [&](const Expr& part) {
+  for_each_child(e, [&](const Expr& part) {
     if (found == nullptr) found = no_number(elaboration, part);
   });
   return found;

@@ -18,7 +18,7 @@ bool is_sum(const Binary& b) { return b.op == BinaryOp::add || b.op == BinaryOp:
 
 /// a*mean(u), mean(u)/a: the factor contains no reduction.
 const Expr* scaled_reduction(const Binary& b) {
-  const bool in_left = holds_reduction(b.left), in_right = holds_reduction(b.right);
+  const bool in_left = holds_any<Reduce>(b.left), in_right = holds_any<Reduce>(b.right);
   if (b.op == BinaryOp::multiply && in_right && is_uniform(b.left)) return &b.right;
   const bool is_product = b.op == BinaryOp::multiply || b.op == BinaryOp::divide;
   return is_product && in_left && is_uniform(b.right) ? &b.left : nullptr;
@@ -27,23 +27,22 @@ const Expr* scaled_reduction(const Binary& b) {
 /// The part of `e` outside all reductions that varies in space; nullptr if `e` is a number. Data outside reductions are
 /// one number per state, if possible.
 const Expr* varying_part(const Elaboration& elaboration, const Expr& e) {
-  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
-  if (const auto* field = std::get_if<Field>(&e->kind)) return can_be_series(elaboration, field->name) ? nullptr : &e;
+  if (const auto* reduce = as<Reduce>(e)) return reduce->is_over_all() ? nullptr : &e;
+  if (const auto* field = as<Field>(e)) return can_be_series(elaboration, field->name) ? nullptr : &e;
   if (is_uniform(e)) return nullptr;
   const Expr* found = nullptr;
   bool has_parts = false;
-  for_each_part(e, [&](const Expr& part) {
+  for_each_child(e, [&](const Expr& part) {
     has_parts = true;
     if (found == nullptr) found = varying_part(elaboration, part);
   });
-  const bool is_made_of_parts = std::holds_alternative<Neg>(e->kind) || std::holds_alternative<Binary>(e->kind) ||
-                                std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind);
+  const bool is_made_of_parts = is<Neg, Binary, Call, Select>(e);
   return has_parts && is_made_of_parts ? found : &e;
 }
 
 /// The suggested formula.
 std::string reduced(const Elaboration& elaboration, const Expr& varying) {
-  const auto* field = std::get_if<Field>(&varying->kind);
+  const auto* field = as<Field>(varying);
   if (field != nullptr && elaboration.problem.task) {
     const auto datum = std::ranges::find(elaboration.problem.task->data, field->name, &Datum::name);
     if (datum != elaboration.problem.task->data.end() && !datum->scene.empty())
@@ -57,20 +56,20 @@ std::string reduced(const Elaboration& elaboration, const Expr& varying) {
 
 /// Marks the data outside of reductions as series.
 void mark_series(Elaboration& elaboration, const Expr& e) {
-  if (std::holds_alternative<Reduce>(e->kind)) return;
-  if (const auto* field = std::get_if<Field>(&e->kind)) mark_as_series(elaboration, field->name);
-  for_each_part(e, [&](const Expr& part) { mark_series(elaboration, part); });
+  if (is<Reduce>(e)) return;
+  if (const auto* field = as<Field>(e)) mark_as_series(elaboration, field->name);
+  for_each_child(e, [&](const Expr& part) { mark_series(elaboration, part); });
 }
 
 /// A number as a sum of reductions with factors. A max or min over the grid becomes the mean of itself, too.
 Expr as_reductions(const Expr& e) {
-  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+  if (const auto* reduce = as<Reduce>(e)) {
     const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
     return is_extreme ? model::reduce(Reduce::Kind::mean, e, e->origin) : e;
   }
   if (is_uniform(e)) return e;
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(as_reductions(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind)) {
+  if (const auto* neg = as<Neg>(e)) return negate(as_reductions(neg->operand), e->origin);
+  if (const auto* b = as<Binary>(e)) {
     const Expr* scaled = scaled_reduction(*b);
     const auto side = [&](const Expr& part) { return is_sum(*b) || &part == scaled ? as_reductions(part) : part; };
     if (is_sum(*b) || scaled) return binary(b->op, side(b->left), side(b->right), e->origin);
@@ -81,13 +80,13 @@ Expr as_reductions(const Expr& e) {
 /// A term for which it is undefined whether values at several times are added or averaged, as it is no mean, sum or
 /// integral; nullptr if there is none.
 const Expr* uncounted_part(const Expr& e) {
-  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+  if (const auto* reduce = as<Reduce>(e)) {
     const bool is_extreme = reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min;
     return is_extreme ? &e : nullptr;
   }
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) return uncounted_part(neg->operand);
-  const auto* b = std::get_if<Binary>(&e->kind);
-  if (b == nullptr || !holds_reduction(e)) return &e;
+  if (const auto* neg = as<Neg>(e)) return uncounted_part(neg->operand);
+  const auto* b = as<Binary>(e);
+  if (b == nullptr || !holds_any<Reduce>(e)) return &e;
   if (const Expr* scaled = scaled_reduction(*b)) return uncounted_part(*scaled);
   if (!is_sum(*b)) return &e;
   const Expr* left = uncounted_part(b->left);

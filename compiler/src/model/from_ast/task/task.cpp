@@ -246,7 +246,7 @@ void bind_bounds(Elaboration& elaboration, const ast::UnknownItem& item, Unknown
 std::vector<double> starts_of(const Elaboration& elaboration, const Unknown& unknown) {
   if (unknown.kind == Unknown::Kind::control) return elaboration.problem.find_control(unknown.name)->start;
   const auto is_open = [&](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
+    const Param* param = as<Param>(part);
     if (!param) return false;
     const auto value = elaboration.params.values.find(param->name);  // nullopt after an error
     return value == elaboration.params.values.end() || !value->second;
@@ -304,11 +304,9 @@ void bind_unknowns(Elaboration& elaboration) {
 
 /// A loss without a varying part has a useless derivative: a factor of 0, or a constant.
 bool check_loss(Elaboration& elaboration, const ast::MinimiseItem& item, const Expr& value) {
-  const bool varies = any_part(value, [](const Expr& part) {
-    return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind);
-  });
+  const bool varies = holds_any<Field, Param>(value);
   if (varies) return true;
-  elaboration.sink.report("constant-loss", item.loss.range(), {is_constant(value, 0) ? "0" : "the same"},
+  elaboration.sink.report("constant-loss", item.loss.range(), {is_literal(value, 0) ? "0" : "the same"},
                           "leave the line out, or write a loss of the state, as mean((u - u_ref)^2)");
   return false;
 }

@@ -47,7 +47,7 @@ bool bind_fields(Elaboration& elaboration, const ast::TestItem& item, Test& test
   const SourceRange range = item.value.range();
   const TypedExpr value = formulas::numeric({elaboration, FormulaContext::quantity, what}, item.value);
   if (value.type == TypedExpr::Type::none || (is_spectrum && !has_waves(elaboration, range))) return false;
-  const auto is_sample = [](const Expr& part) { return std::holds_alternative<Sample>(part->kind); };
+  const auto is_sample = [](const Expr& part) { return is<Sample>(part); };
   if (std::ranges::any_of(value.parts, [&](const Expr& each) { return any_part(each, is_sample); })) {
     elaboration.sink.report("not-allowed-here", range, {"the point value sample", what});
     return false;
