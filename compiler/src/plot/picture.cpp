@@ -90,7 +90,8 @@ std::string title_of(const std::string& title, int width) {
 }
 
 std::string labels_of(const std::string& x_label, const std::string& y_label) {
-  return fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(typeset(x_label)), quoted(typeset(y_label)));
+  return fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(typeset(x_label)),
+                     quoted(typeset(y_label)));
 }
 
 /// gnuplot's number and size of a symbol.
@@ -145,8 +146,8 @@ std::string decades_of(const LinePanel& panel, const char* axis, std::vector<dou
 
 std::string linear_axis(const char* axis) { return fmt::format("set format {0} '%g'\nunset m{0}tics\n", axis); }
 
-std::string plot_of(const LinePanel& panel, int index, int width) {
-  std::string text = title_of(panel.title, width) + labels_of(panel.x_label, panel.y_label);
+std::string plot_of(const LinePanel& panel, int index, const Layout& layout) {
+  std::string text = title_of(panel.title, layout.width) + labels_of(panel.x_label, panel.y_label);
   if (panel.names_below || panel.curves.size() > 1)  // a second line separates them from the label
     text += fmt::format("set xlabel {}.\"\\n \" noenhanced\n", quoted(typeset(panel.x_label)));
   text += "unset logscale\n" + (panel.log_y ? decades_of(panel, "y", &Curve::y) : linear_axis("y"));
@@ -176,15 +177,25 @@ std::string plot_of(const LinePanel& panel, int index, int width) {
   return text + "\n";
 }
 
+/// The distance of ticks, 1, 2 or 5 times a power of ten, that leaves each number its room along so many pixels.
+double tick_step(double extent, double pixels) {
+  constexpr double room = 36;
+  const double least = extent / std::max(pixels / room, 2.0), power = std::pow(10, std::floor(std::log10(least)));
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (step * power >= least) return step * power;
+  }
+  return 10 * power;
+}
+
 std::string frame_of(const char* axis, const MapAxis& shown) {
   const ValueRange range = shown.frame.value_or(ValueRange{shown.low, shown.high});
   return fmt::format("set {}range [{}:{}]\n", axis, number(range.low), number(range.high));
 }
 
-std::string plot_of(const MapPanel& panel, int index, int width) {
+std::string plot_of(const MapPanel& panel, int index, const Layout& layout) {
   const double hx = (panel.x.high - panel.x.low) / panel.x.cells, hy = (panel.y.high - panel.y.low) / panel.y.cells;
   const Colours colours = colours_of(panel.range ? panel.range : range_of(panel.values));
-  std::string text = title_of(panel.title, width) + labels_of(panel.x.label, panel.y.label);
+  std::string text = title_of(panel.title, layout.width) + labels_of(panel.x.label, panel.y.label);
   text +=
       "set border 15\nset tics out\nunset mxtics\nunset mytics\nunset label\nunset object\nunset logscale\nunset "
       "grid\nunset key\nset "
@@ -194,7 +205,8 @@ std::string plot_of(const MapPanel& panel, int index, int width) {
               ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
               : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
   text += fmt::format("set cblabel {} noenhanced offset 0.6,0\n", quoted(typeset(panel.value_label)));
-  text += fmt::format("set cbrange [{}:{}]\n", number(colours.range.low), number(colours.range.high));
+  text += fmt::format("set cbrange [{}:{}]\nset cbtics {}\n", number(colours.range.low), number(colours.range.high),
+                      number(tick_step(colours.range.high - colours.range.low, map_height(layout))));
   text += frame_of("x", panel.x) + frame_of("y", panel.y);
   text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";
   text += aspect_of(panel) > 0 ? "set size ratio -1\n" : "set size noratio\n";
@@ -228,7 +240,7 @@ std::string page_of(const std::vector<Panel>& panels) {
   const Layout layout = layout_of(panels);
   if (panels.size() > 1) text += fmt::format("set multiplot layout {},{}\n", layout.rows, layout.columns);
   for (std::size_t p = 0; p < panels.size(); ++p) {
-    text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p), layout.width); });
+    text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p), layout); });
   }
   return text + (panels.size() > 1 ? "unset multiplot\n" : "");
 }

@@ -41,6 +41,8 @@ int names_height(const std::vector<Panel>& panels) {
 
 }  // namespace
 
+int map_height(const Layout& layout) { return layout.height - margin_above_and_below; }
+
 double aspect_of(const MapPanel& panel) {
   constexpr double most = 12;
   if (panel.shape != MapShape::to_scale) return 0;

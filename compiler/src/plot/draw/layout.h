@@ -23,6 +23,9 @@ struct Layout {
 /// each.
 Layout layout_of(const std::vector<Panel>& panels);
 
+/// Pixels of an SVG that the maps of the layout have upwards.
+int map_height(const Layout& layout);
+
 /// Height of the map over its width, if one unit is to be as long along both axes; else 0. Very long or high maps are
 /// stretched: one would not see them.
 double aspect_of(const MapPanel& panel);
