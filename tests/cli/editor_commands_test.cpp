@@ -143,6 +143,11 @@ TEST_F(EditorCommands, HelpSearchesTheManual) {
   EXPECT_EQ(dpde("help run").out, dpde("run --help").out);
   EXPECT_EQ(dpde("help").out, dpde("--help").out);
   EXPECT_EQ(dpde("help E0301").out, dpde("explain E0301").out);
+  EXPECT_EQ(dpde("help e0301").out, dpde("explain E0301").out);
+  EXPECT_NE(dpde("help E9999").err.find("there is no code E9999"), std::string::npos);
+  EXPECT_LE(std::ranges::count(dpde("help polar").out, '\n'), 80) << "of the grammar only the lines with the word";
+  EXPECT_EQ(dpde("help ' '").status, 2);
+  EXPECT_LT(dpde("help " + std::string(5000, 'x')).err.size(), 300u);
 }
 
 /// Every word that the manual sets as code is found in it.

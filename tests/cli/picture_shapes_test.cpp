@@ -208,5 +208,26 @@ TEST_F(PictureShapes, FacesAreShownOnTheGrid) {
   }
 }
 
+/// gnuplot draws no image of one row: the row stands there twice.
+TEST_F(PictureShapes, OneRowOfCellsIsSeen) {
+  write("row.dpde",
+        "model m { field u; dt(u) = 0*u }\nscene s : m {\n  grid x = 0 .. 4, cells 4\n  grid y = 0 .. 1, cells 1\n"
+        "  boundary u: all = zero_gradient\n  initial u = x\n  time 0 .. 1, step 1\n}\n");
+  const Rows map = block_of(scripts_of("run row.dpde --quiet --out o"), "$p0");
+  EXPECT_EQ(map, (Rows{{0.5, 1.5, 2.5, 3.5}, {0.5, 1.5, 2.5, 3.5}}));
+}
+
+/// Of more than a turn a part would cover another.
+TEST_F(PictureShapes, MoreThanATurnIsARectangle) {
+  write("turns.dpde",
+        "model m { field u; dt(u) = lap(u) }\nscene s : m {\n  coordinates polar\n  grid r = 1 .. 2, cells 4\n"
+        "  grid theta = 3 .. 12, cells 8\n  boundary u: all = zero_gradient\n  initial u = r\n"
+        "  time 0 .. 1e-9, step 1e-9\n}\n");
+  const std::string script = scripts_of("run turns.dpde --quiet --out o");
+  EXPECT_EQ(range_of(script, "xrange"), (std::pair(1.0, 2.0)));
+  EXPECT_EQ(range_of(script, "yrange"), (std::pair(3.0, 12.0)));
+  EXPECT_FALSE(lines_with(script, "set ylabel 'theta'").empty());
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <optional>
 #include <set>
@@ -12,7 +13,6 @@
 #include "command.h"
 #include "manual_search.h"
 #include "source/diagnostic.h"
-#include "source/error_codes.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -41,10 +41,26 @@ std::string indented(const std::string& text) {
   return result;
 }
 
+/// A long listing, as that of the grammar: its lines with the word.
+std::string shortened(const std::string& text, const std::string& word) {
+  constexpr std::ptrdiff_t longest = 16;
+  if (std::ranges::count(text, '\n') <= longest) return text;
+  std::string lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string line = text.substr(begin, end - begin);
+    if (has_word(line, word)) lines += line + "\n";
+    begin = end + 1;
+  }
+  return lines;
+}
+
 int refuse(const std::string& word, const Streams& streams) {
   const std::string nearest = nearest_name(word, words_of(manual_pages()));
   const std::string help = nearest.empty() ? "dpde help lists the verbs" : "did you mean " + nearest + "?";
-  fmt::print(streams.err, "dpde: error[E0904]: the manual has no word {}\n  help: {}\n", word, help);
+  constexpr std::size_t longest = 60;
+  const std::string shown = word.size() > longest ? word.substr(0, longest) + "..." : word;
+  fmt::print(streams.err, "dpde: error[E0904]: the manual has no word {}\n  help: {}\n", shown, help);
   return static_cast<int>(Exit::wrong_input);
 }
 
@@ -59,13 +75,26 @@ int search(const std::string& word, const Streams& streams) {
     const bool is_other_table = here != place || blocks[i].table != table;
     place = here;
     table = blocks[i].table;
-    fmt::print(streams.out, "{}", indented(without_marks((is_other_table ? table : "") + blocks[i].text)));
+    fmt::print(streams.out, "{}",
+               indented(without_marks((is_other_table ? table : "") + shortened(blocks[i].text, word))));
   }
   std::set<std::string> pages;
   for (std::size_t i = most_blocks; i < blocks.size(); ++i) pages.insert(blocks[i].page);
   if (!pages.empty())
     fmt::print(streams.out, "\n{} more places, in {}\n", blocks.size() - most_blocks, fmt::join(pages, ", "));
   return flushed(static_cast<int>(Exit::done), streams);
+}
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+/// E0301 or w0510.
+bool is_code(const std::string& word) {
+  const std::string code = upper(word);
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  return code.size() == 5 && (code[0] == 'E' || code[0] == 'W') && std::all_of(code.begin() + 1, code.end(), is_digit);
 }
 
 int help(const CLI::App& app, const std::string& word, const Streams& streams) {
@@ -76,9 +105,7 @@ int help(const CLI::App& app, const std::string& word, const Streams& streams) {
     fmt::print(streams.out, "{}", word.empty() ? all : (*verb)->help(app.get_name()));
     return flushed(static_cast<int>(Exit::done), streams);
   }
-  if (std::ranges::find(diagnostic_kinds, word, &DiagnosticKind::code) != std::end(diagnostic_kinds))
-    return explain(word, streams);
-  return search(word, streams);
+  return is_code(word) ? explain(upper(word), streams) : search(word, streams);
 }
 
 }  // namespace

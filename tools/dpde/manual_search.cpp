@@ -19,10 +19,13 @@ std::string lower(std::string_view text) {
   return result;
 }
 
+}  // namespace
+
 /// As a whole word: `rk2` is not in `ssp_rk2`. A word that begins or ends with a sign, as --set, may touch letters
 /// there.
-bool has_word(std::string_view text, const std::string& word) {
-  const std::string in = lower(text);
+bool has_word(std::string_view text, const std::string& any) {
+  const std::string in = lower(text), word = lower(any);
+  if (word.find_first_not_of(' ') == std::string::npos) return false;
   for (std::size_t at = in.find(word); at != std::string::npos; at = in.find(word, at + 1)) {
     const std::size_t end = at + word.size();
     const bool begins = at == 0 || !is_of_word(word.front()) || !is_of_word(in[at - 1]);
@@ -31,6 +34,8 @@ bool has_word(std::string_view text, const std::string& word) {
   }
   return false;
 }
+
+namespace {
 
 /// Splits a page into blocks. Comments of Markdown are for the tests of the page.
 class PageReader {
@@ -115,12 +120,12 @@ int rank_of(const ManualBlock& block, const std::string& word) {
 }  // namespace
 
 std::vector<ManualBlock> blocks_with(const std::string& word, const std::vector<ManualPage>& pages) {
-  const std::string wanted = lower(word);
   std::vector<std::pair<int, ManualBlock>> ranked;
   for (const ManualPage& page : pages) {
+    constexpr int after_all = 10;
+    const int rank = page.is_of_changes ? after_all : 0;
     for (ManualBlock& block : PageReader(page).blocks()) {
-      if (!wanted.empty() && has_word(block.text, wanted))
-        ranked.emplace_back(rank_of(block, wanted), std::move(block));
+      if (has_word(block.text, word)) ranked.emplace_back(rank + rank_of(block, word), std::move(block));
     }
   }
   std::ranges::stable_sort(ranked, {}, &std::pair<int, ManualBlock>::first);

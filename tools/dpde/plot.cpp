@@ -45,6 +45,9 @@ std::optional<plot::Slice> slice_at(Job& job, const plot::StoredField& field, co
   for (std::size_t a = 0; a < 3; ++a) {
     const plot::StoredAxis& axis = field.axes[a];
     if (axis.name != written.substr(0, equals)) continue;
+    const auto [low, high] = std::minmax(axis.low, axis.high);
+    if (!(place >= low && place <= high))
+      return refuse(fmt::format("{} is from {:.6g} to {:.6g}", axis.name, low, high), "write a place between");
     plot::Slice slice{a, 0};
     const auto distance = [&](std::int64_t i) { return std::abs(plot::centre_of(axis, i) - place); };
     for (std::int64_t i = 1; i < axis.cells; ++i) {
@@ -52,7 +55,8 @@ std::optional<plot::Slice> slice_at(Job& job, const plot::StoredField& field, co
     }
     return slice;
   }
-  return refuse("there is no axis of that name");
+  return refuse("there is no axis of that name",
+                fmt::format("the axes are {}, {} and {}", field.axes[0].name, field.axes[1].name, field.axes[2].name));
 }
 
 /// Reports values that cannot be drawn; returns false with an error if none remain.
@@ -75,16 +79,17 @@ bool tell_of_values_left_out(Job& job, const plot::StoredField& field) {
 /// False after a diagnostic.
 bool check_space_time(Job& job, const PlotOptions& options, const plot::StoredField& field) {
   const auto refuse = [&](const std::string& why, const std::string& hint) {
-    job.sink().report("bad-option", {}, {"--space-time: " + why}, hint);
+    job.sink().report("bad-option", {}, {"--space-time" + why}, hint);
     return false;
   };
   if (!options.space_time) return true;
   if (options.video || options.film || options.time)
-    return refuse("--time or a film", "a map over space and time has all states");
+    return refuse(" with --time or a film", "a map over space and time has all states");
   if (field.axes.size() != 1)
-    return refuse(fmt::format("{} has {} axes", field.name, field.axes.size()), "fields on one axis have such a map");
+    return refuse(fmt::format(": {} has {} axes", field.name, field.axes.size()), "fields on one axis have such a map");
   if (field.times.size() > 1) return true;
-  return refuse(fmt::format("{} has one state", field.name), "write output " + field.name + " every ... in the scene");
+  return refuse(fmt::format(": {} has one state", field.name),
+                "write output " + field.name + " every ... in the scene");
 }
 
 /// False after a diagnostic.

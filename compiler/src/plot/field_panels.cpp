@@ -42,7 +42,7 @@ Panel map_of(const StoredField& field, std::size_t state, const std::optional<Sl
   const StoredAxis &x = field.axes[a], &y = field.axes[b];
   MapPanel panel;
   panel.title = title_of(field, state);
-  set_axes(panel, field.system, {a, x.name, x.unit}, {b, y.name, y.unit});
+  set_axes(panel, field.system, {a, x.name, x.unit, x.high - x.low}, {b, y.name, y.unit, y.high - y.low});
   panel.value_label = dpde::label_of(field.name, field.unit);
   for (const auto& [axis, shown] : {std::pair(&x, &panel.x), std::pair(&y, &panel.y)}) {
     shown->cells = static_cast<int>(axis->cells);

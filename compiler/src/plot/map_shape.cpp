@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plot/map_shape.h"
 
+#include <cmath>
+#include <numbers>
+
 #include "support/assert.h"
 #include "support/names/number_text.h"
 
@@ -8,7 +11,13 @@ namespace dpde::plot {
 
 namespace {
 
-MapShape shape_of(const std::optional<model::CoordinateSystem>& system, const AxisName& a, const AxisName& b) {
+/// At most: of more, a part of the disc would cover another.
+bool is_one_turn(const ShownAxis& angle) {
+  constexpr double rounding = 1e-6;  // of angles in files
+  return std::abs(angle.extent) <= 2 * std::numbers::pi * (1 + rounding);
+}
+
+MapShape shape_of(const std::optional<model::CoordinateSystem>& system, const ShownAxis& a, const ShownAxis& b) {
   const MapShape lengths = a.unit == b.unit ? MapShape::to_scale : MapShape::stretched;
   if (!system) return lengths;
   switch (*system) {
@@ -16,16 +25,16 @@ MapShape shape_of(const std::optional<model::CoordinateSystem>& system, const Ax
     case model::CoordinateSystem::cylinder: return lengths;
     case model::CoordinateSystem::sphere: return MapShape::sphere;
     case model::CoordinateSystem::polar:  // r, theta and z
-      if (a.number == 0) return b.number == 1 ? MapShape::polar : lengths;
-      return MapShape::stretched;
+      if (a.number == 0 && b.number == 2) return lengths;
+      return a.number == 0 && is_one_turn(b) ? MapShape::polar : MapShape::stretched;
   }
   unreachable("coordinate system");
 }
 
 }  // namespace
 
-void set_axes(MapPanel& panel, const std::optional<model::CoordinateSystem>& system, const AxisName& a,
-              const AxisName& b) {
+void set_axes(MapPanel& panel, const std::optional<model::CoordinateSystem>& system, const ShownAxis& a,
+              const ShownAxis& b) {
   panel.shape = shape_of(system, a, b);
   const bool is_disc = panel.shape == MapShape::polar, is_sphere = panel.shape == MapShape::sphere;
   const std::string degrees = "\u00b0";

@@ -178,8 +178,7 @@ std::string plot_of(const LinePanel& panel, int index, const Layout& layout) {
 }
 
 /// The distance of ticks, 1, 2 or 5 times a power of ten, that leaves each number its room along so many pixels.
-double tick_step(double extent, double pixels) {
-  constexpr double room = 36;
+double tick_step(double extent, double pixels, double room) {
   const double least = extent / std::max(pixels / room, 2.0), power = std::pow(10, std::floor(std::log10(least)));
   for (const double step : {1.0, 2.0, 5.0}) {
     if (step * power >= least) return step * power;
@@ -187,12 +186,17 @@ double tick_step(double extent, double pixels) {
   return 10 * power;
 }
 
+ValueRange frame_of(const MapAxis& shown) { return shown.frame.value_or(ValueRange{shown.low, shown.high}); }
+double extent_of(const MapAxis& shown) { return frame_of(shown).high - frame_of(shown).low; }
+
 std::string frame_of(const char* axis, const MapAxis& shown) {
-  const ValueRange range = shown.frame.value_or(ValueRange{shown.low, shown.high});
+  const ValueRange range = frame_of(shown);
   return fmt::format("set {}range [{}:{}]\n", axis, number(range.low), number(range.high));
 }
 
 std::string plot_of(const MapPanel& panel, int index, const Layout& layout) {
+  constexpr double room_of_number = 64, room_of_line = 36;  // along an axis, pixels
+  const MapSize size = map_size(layout, panel);
   const double hx = (panel.x.high - panel.x.low) / panel.x.cells, hy = (panel.y.high - panel.y.low) / panel.y.cells;
   const Colours colours = colours_of(panel.range ? panel.range : range_of(panel.values));
   std::string text = title_of(panel.title, layout.width) + labels_of(panel.x.label, panel.y.label);
@@ -206,9 +210,12 @@ std::string plot_of(const MapPanel& panel, int index, const Layout& layout) {
               : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
   text += fmt::format("set cblabel {} noenhanced offset 0.6,0\n", quoted(typeset(panel.value_label)));
   text += fmt::format("set cbrange [{}:{}]\nset cbtics {}\n", number(colours.range.low), number(colours.range.high),
-                      number(tick_step(colours.range.high - colours.range.low, map_height(layout))));
+                      number(tick_step(colours.range.high - colours.range.low, size.height, room_of_line)));
   text += frame_of("x", panel.x) + frame_of("y", panel.y);
-  text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n" : "set xtics autofreq\nset ytics autofreq\n";
+  text += panel.is_in_degrees ? "set xtics 60\nset ytics 30\n"
+                              : fmt::format("set xtics {}\nset ytics {}\n",
+                                            number(tick_step(extent_of(panel.x), size.width, room_of_number)),
+                                            number(tick_step(extent_of(panel.y), size.height, room_of_line)));
   text += aspect_of(panel) > 0 ? "set size ratio -1\n" : "set size noratio\n";
   text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image", index, number(panel.x.low + hx / 2),
                       number(hx), number(panel.y.low + hy / 2), number(hy));

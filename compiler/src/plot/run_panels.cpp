@@ -64,7 +64,8 @@ void add_vorticity(std::vector<Panel>& panels, const SceneView& scene, const std
   const double most = size_of_most(values);
   const std::optional<ValueRange> range = range_of(values);
   const bool is_cut = range && std::max(-range->low, range->high) > 2 * most && most > 0;
-  const std::string label = fmt::format("dx({0}.y) \u2212 dy({0}.x){1}", flow, is_cut ? ", in 1 % larger" : "");
+  const std::string label =
+      fmt::format("dx({0}.y) \u2212 dy({0}.x){1}", flow, is_cut ? "; beyond the colours in 1 % of the cells" : "");
   add_state(panels, scene, time_text(scene.problem, run.time), {"vorticity of " + flow, std::move(values), {}, label});
   if (is_cut) std::get<MapPanel>(panels.back()).range = ValueRange{-most, most};
 }

@@ -42,7 +42,9 @@ MapPanel empty_map(const SceneView& scene, const std::vector<model::Axis>& axes,
   MapPanel panel;
   panel.title = title;
   const auto named = [&](std::size_t axis) {
-    return AxisName{axis, driver::called(problem, axes[axis].name), problem.unit_of(axes[axis].name)};
+    const model::Axis& along = axes[axis];
+    return ShownAxis{axis, driver::called(problem, along.name), problem.unit_of(along.name),
+                     along.face(along.cells) - along.face(0)};
   };
   set_axes(panel, problem.metric ? std::optional(problem.metric->system) : std::nullopt, named(plane.a),
            named(plane.b));

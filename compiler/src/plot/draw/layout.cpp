@@ -41,7 +41,12 @@ int names_height(const std::vector<Panel>& panels) {
 
 }  // namespace
 
-int map_height(const Layout& layout) { return layout.height - margin_above_and_below; }
+MapSize map_size(const Layout& layout, const MapPanel& panel) {
+  const double width = layout.width - margin_beside, height = layout.height - margin_above_and_below;
+  const double aspect = aspect_of(panel);
+  return aspect == 0 ? MapSize{width, height}
+                     : MapSize{std::min(width, height / aspect), std::min(height, width * aspect)};
+}
 
 double aspect_of(const MapPanel& panel) {
   constexpr double most = 12;

@@ -23,8 +23,11 @@ struct Layout {
 /// each.
 Layout layout_of(const std::vector<Panel>& panels);
 
-/// Pixels of an SVG that the maps of the layout have upwards.
-int map_height(const Layout& layout);
+/// About the pixels of an SVG that a map has in the layout.
+struct MapSize {
+  double width = 0, height = 0;
+};
+MapSize map_size(const Layout& layout, const MapPanel& panel);
 
 /// Height of the map over its width, if one unit is to be as long along both axes; else 0. Very long or high maps are
 /// stretched: one would not see them.

@@ -168,10 +168,28 @@ MapPanel as_disc(MapPanel panel) {
   return disc;
 }
 
+/// Twice the only row or column: gnuplot draws no image of one.
+MapPanel with_two_rows(MapPanel panel) {
+  if (panel.x.cells == 1) {
+    std::vector<double> values;
+    for (const double value : panel.values) values.insert(values.end(), {value, value});
+    panel.values = std::move(values);
+    panel.x.cells = 2;
+    panel.x.faces = {};
+  }
+  if (panel.y.cells == 1) {
+    const std::vector<double> row = panel.values;
+    panel.values.insert(panel.values.end(), row.begin(), row.end());
+    panel.y.cells = 2;
+    panel.y.faces = {};
+  }
+  return panel;
+}
+
 }  // namespace
 
 MapPanel with_pixels(MapPanel panel) {
-  panel = with_rising_places(std::move(panel));
+  panel = with_two_rows(with_rising_places(std::move(panel)));
   if (panel.shape == MapShape::polar) return as_disc(std::move(panel));
   if (panel.shape == MapShape::sphere) panel = in_degrees(std::move(panel));
   return on_equal_pixels(std::move(panel));
