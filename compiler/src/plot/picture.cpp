@@ -203,7 +203,7 @@ std::string plot_of(const MapPanel& panel, int index, const Layout& layout) {
   text +=
       "set border 15\nset tics out\nunset mxtics\nunset mytics\nunset label\nunset object\nunset logscale\nunset "
       "grid\nunset key\nset "
-      "colorbox\nset format y '%g'\nset format "
+      "colorbox\nset format x '%g'\nset format y '%g'\nset format "
       "cb '%g'\n";
   text += colours.is_signed
               ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"

@@ -103,7 +103,7 @@ void set_range_of_difference(MapPanel& panel, const std::optional<ValueRange>& c
   const ValueRange shown = colours_of(compared).range;
   const double bound = std::max((shown.high - shown.low) / 2, size);
   if (bound > 0) panel.range = ValueRange{-bound, bound};
-  panel.title += fmt::format(", at most {:.2g}", size);
+  panel.title += fmt::format(", at most {:.3g}", size);
 }
 
 }  // namespace
